@@ -1,4 +1,6 @@
-"""Rigid bodies that cloth collides with: fingers, plates, obstacles. Their motion is given, cloth does not push them.
+"""Rigid bodies that cloth collides with: fingers, plates, obstacles.
+
+Their motion is given in advance, so cloth does not push them.
 
 Every shape is a rounded box: a core with half sizes h, which may be zero, and everything within a radius r of it:
 
@@ -63,8 +65,9 @@ class Body(Record):
     hand: Literal["left", "right"] | None = None
     """The hand to which this finger belongs; None if it belongs to none.
 
-    It does not collide with triangles at vertices that a gripper of this hand holds. They are longer than a fingertip
-    is thick, so they would stick out from between the fingers."""
+    A finger does not collide with triangles at vertices that a gripper of its hand holds. These triangles are longer
+    than the thickness of a fingertip, so they would stick out from between the fingers.
+    """
     times: Annotated[list[Number], Field(min_length=1)] = Field(default_factory=lambda: [0.0])
     """Knots of the motion [s], increasing."""
     positions: Points
@@ -72,8 +75,8 @@ class Body(Record):
     orientations: Quaternions | None = None
     """Unit quaternion (w, x, y, z) at each knot, shape (k, 4).
 
-    None if the body never turns. It turns the frame of the body into the world, with spherical interpolation the
-    shorter way between knots.
+    None if the body never turns. The quaternion turns directions in the frame of the body to the world. Between knots,
+    it is interpolated on the sphere along the shorter way.
     """
 
     @model_validator(mode="after")

@@ -1,8 +1,8 @@
 """The distance of cloth from a rigid body, with its faces, because a thin finger may pierce a triangle.
 
-The signed distance of a body is convex. Over a triangle it is therefore above each plane that touches it at a corner,
-which clears almost all triangles at once; over the others its minimum is found by nested golden sections: of a convex
-function over a triangle, the minimum along each line parallel to a side is again convex from line to line.
+The signed distance of a body is a convex function. Over a triangle it is therefore above each plane that touches it at
+a corner. This bound clears almost all triangles at once. Over the other triangles the minimum is found by nested golden
+sections: the minimum along a line parallel to a side is again a convex function of the line's place.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def deepest(body: Body, points: np.ndarray, faces: np.ndarray, time: float = 0.0
         body: The body.
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
-        time: When [s].
+        time: Time [s].
     """
     return -float(distances(body, points, faces, time, below=0.0).min())
 
@@ -37,7 +37,7 @@ def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, be
         body: The body.
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
-        time: When [s].
+        time: Time [s].
         below: Triangles farther away than this [m] only get the smallest distance of their corners.
     """
     local = body.local(points, time)
@@ -76,7 +76,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """Return the minimum on a line parallel to the side b-c, at this part of the distance from a."""
+        """Return the minimum on a line parallel to the side b-c, at a fraction of the distance from a."""
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))

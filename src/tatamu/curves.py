@@ -55,7 +55,7 @@ def along(polyline: np.ndarray, fraction: np.ndarray) -> np.ndarray:
 
 
 def minimum_jerk(fraction: np.ndarray) -> np.ndarray:
-    """Return the share of the path at a share of the time in the smoothest motion from rest to rest.
+    """Return the fraction of the path at a fraction of the time in the smoothest motion from rest to rest.
 
     10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985); before the start 0, after the end 1.
     """

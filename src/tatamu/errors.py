@@ -22,8 +22,8 @@ LONGEST = 1500
 def one_line(text: str) -> str:
     r"""Return a text as one line that any terminal can show.
 
-    Texts quote files, so they may contain whatever a broken or hostile file contains. Control characters, invisible
-    ones and those that reverse the direction of writing are escaped as in Python, such as `\x1b`.
+    Texts quote files, which may be broken or hostile. Control characters, invisible characters and those that reverse
+    the direction of writing are therefore escaped as in Python, such as `\x1b`.
     """
     line = " ".join(text.split())
     if len(line) > LONGEST:
@@ -52,7 +52,7 @@ class SimulationError(TatamuError):
 
 
 class SceneError(InputError, SimulationError):
-    """No simulation of this scene can end well; in a study its trial has failed, alone it is a wrong input."""
+    """No simulation of this scene can succeed: in a study the trial failed, elsewhere the scene is a wrong input."""
 
 
 class WorkerKilledError(SimulationError):

@@ -48,9 +48,10 @@ ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
 FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
 """Fields of the friction of bending."""
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
-"""Elements of the friction of bending: parts of its stiffness, and yield curvatures.
+"""Elements of the friction of bending: fractions of its stiffness, and yield curvatures as multiples of k_y.
 
-Their products sum to 1. The moment of a sheet bent for the first time is HB (1 - exp(-k / k_y)) within 0.09 HB."""
+Their products sum to 1. The moment of a sheet bent for the first time is HB (1 - exp(-k / k_y)) within 0.09 HB.
+"""
 STEEPER = 4.0
 """Default ratio of the slope of a bending moment after a reversal to its slope later."""
 UNSAID = (
@@ -88,8 +89,8 @@ class Material(BaseModel):
     bending_rigidity_weft: Number | None = Field(None, ge=0.0, le=1.0)
     """Bending rigidity along the weft [N m]; None for that along the warp."""
     bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
-    """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m], at least a
-    quarter of the sum of both; None for that of an isotropic sheet, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
+    """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m]. It is at least
+    a quarter of the sum of both. None for the value of an isotropic sheet, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
     bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
     """Frictional moment of bending per width, HB [N]: half of the width 2HB of the loop of moment against curvature, as
     Kawabata's test reports it."""

@@ -2,9 +2,9 @@
 
 There are two ways to end staggered rows at a straight side, and both are needed:
 
-- `staggered_rectangle`: all rows have the same number of points and all inner ones are shifted by a quarter cell, one
-  row left, the next right. No triangle at the side is much smaller than the others, which would slow an explicit
-  simulator down. It is used for garments and the strips of calibration.
+- `staggered_rectangle`: all rows have the same number of points, and all inner rows are shifted by a quarter cell, to
+  the left and to the right in turn. No triangle at the side is much smaller than the others, which would slow an
+  explicit simulator down. It is used for garments and the strips of calibration.
 - `staggered`: every other row is shifted by half a cell and has one point more. All inner triangles are equal, those at
   the side are halves. Validation uses it, because textbooks use this mesh.
 """
@@ -17,7 +17,8 @@ from scipy.spatial import Delaunay
 ROW = np.sqrt(0.75)
 """Distance between the rows of an equilateral lattice, in spacings."""
 SHEAR = 0.25
-"""Shift of even rows to the left and odd rows to the right, in parts of a cell, so that no triangle is very small."""
+"""Shift of even rows to the left and odd rows to the right, as a fraction of a cell, so that no triangle is very
+small."""
 SLIVER = 1e-3
 """Twice the area below which triangles are left out, over that of a square; Delaunay makes them at straight sides."""
 

@@ -1,4 +1,4 @@
-"""The options of learning: the only definition of them and of their defaults.
+"""The options of learning and their defaults, which are defined only here.
 
 The command line, sweep files, results and the page's command for the same study are generated from these records or
 read them. The module imports little, so that `tatamu --help` is quick.
@@ -14,11 +14,13 @@ from tatamu.errors import InputError, describe
 from tatamu.records import Record
 
 MOST_PARALLEL = 16
-"""Largest number of pending trials; with more, each would be proposed without too many results."""
+"""Largest number of pending trials; if more were pending, each would be proposed with too few results."""
 USUAL_PENDING = 2
 """Default number of pending trials, the same on every machine, because results depend on it.
 
-With more, each trial is proposed and raced with fewer results of earlier ones."""
+If more trials are pending, a new trial starts with fewer results of earlier ones. Its parameters are then chosen less
+well. It is also raced less well: the best known trial is worse, so a bad trial is stopped later.
+"""
 USUAL_QUANTILE = 0.975
 """Default share of the disturbed worlds in which a fold is to hold."""
 

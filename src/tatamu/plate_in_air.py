@@ -1,7 +1,8 @@
 """The air that a thin plate carries, and the drag on it, predicted from its size.
 
-None of this is measured on cloth. It is potential flow and the measured drag of rigid plates, for choosing a material's
-`air_*` fields if no swing of the cloth was timed. docs/theory/air.md derives and compares.
+The formulas are from potential flow and the measured drag of rigid plates; none was measured on cloth. They serve to
+choose a material's `air_*` fields if no swing of the cloth was timed. docs/theory/air.md derives them and compares them
+with measurements.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Air drag near critical damping, which brings cloth to rest soon and does not change the shape at rest."""
+"""Air drag near critical damping: it brings cloth to rest soon, and does not change the shape at rest."""
 
 from __future__ import annotations
 

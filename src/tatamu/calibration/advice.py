@@ -12,7 +12,7 @@ from tatamu.calibration.result import Calibration
 from tatamu.calibration.test import millimetres
 
 MORE = 3
-"""Repeats that the advice counts with."""
+"""Number of further repeats that the advice assumes."""
 
 
 def _named(**described: str) -> list[str]:

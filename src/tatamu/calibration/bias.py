@@ -1,6 +1,7 @@
 """Test *bias*: the elongation of a hanging strip that is cut at 45 degrees to the yarns gives the shear stiffness.
 
-Not in the paper. Woven cloth is stiff along its yarns and stretches easily on the bias. There its stiffness is
+This test is not in the paper. Woven cloth is stiff along its yarns and stretches easily on the bias. On the bias its
+stiffness is
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
@@ -60,7 +61,7 @@ class BiasReadings(TestEntry):
     L1: Lengths
     """Distance from the grip straight down to the end, hanging [m]."""
     L2: Lengths
-    """The same distance on the lying strip [m]."""
+    """Distance between the same two places on the lying strip [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -1,8 +1,8 @@
 """Test *crease*: the part of a fold that stays in pressed cloth determines the friction of bending.
 
-Not in the paper. A band of cloth is the hinge of two light boards, as the spine of a book. It is closed under a weight
-and let go; what stays is the curvature at which the friction HB holds the bending B k (docs/theory/hysteresis.md), all
-along the band, so that the angle is about
+This test is not in the paper. A band of cloth is the hinge of two light boards, like the spine of a book. The hinge is
+closed under a weight and let go. It then keeps the curvature k at which the friction HB balances the bending moment B k
+(docs/theory/hysteresis.md). The curvature is the same all along the band, so the angle is about
 
     HB / B * gap
 
@@ -39,7 +39,7 @@ from tatamu.settling import settling
 from tatamu.simulators import capabilities
 
 ARM = 0.03
-"""The angle is matched as the arc of a point so far from the hinge [m]."""
+"""Distance from the hinge of the point whose arc is matched instead of the angle [m]."""
 CELLS = 12
 """Rows of triangles in the band. Cloth bends at the held rows too, so each of these rows is 1 / 13 of it."""
 HELD_ROWS = 2

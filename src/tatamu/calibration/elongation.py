@@ -43,7 +43,8 @@ SAME_END = 2e-3
 """Depth of the end, from its farthest vertex [m]."""
 
 OTHER_GARMENT = 0.25
-"""Largest difference of L2 from the garment's length, as a part of it; a larger one means another garment or grasp."""
+"""Largest difference of L2 from the garment's length, as a fraction of that length; a larger difference means another
+garment or grasp."""
 HUNG_BY = {
     "towel": ["bottom"],
     "tshirt": ["left_shoulder", "right_shoulder"],

@@ -1,7 +1,7 @@
 """Test *fading*: the number of swings until a cloth held by two corners has slowed down determines the drag of air.
 
-Not in the paper. Quadratic drag q_n slows a plate that hangs by its edge by 2 q_n A / (rho + m_a) per swing, with A the
-amplitude of its lower edge, so that after n swings
+This test is not in the paper. Quadratic drag q_n slows a plate that hangs by its edge by 2 q_n A / (rho + m_a) per
+swing, with A the amplitude of its lower edge, so that after n swings
 
     1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
 
@@ -40,7 +40,7 @@ MORE = 1.3
 MOST = 200.0
 """Largest simulated count; cloth that swings longer counts as cloth that does not fade."""
 WITHIN = 5e-3
-"""The count is matched to this part of itself."""
+"""Relative accuracy to which the count is matched."""
 
 
 class FadingReadings(TestEntry):

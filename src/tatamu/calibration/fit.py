@@ -16,7 +16,7 @@ class Fit:
     measured: float
     """The reading, in `unit`."""
     uncertainty: float
-    """Its standard uncertainty."""
+    """Standard uncertainty of the reading."""
     aim: float
     """Value that was matched: the reading, shifted by its uncertainty if it only bounds the parameter."""
     simulated: float

@@ -21,7 +21,7 @@ class LengthTest(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name; one test of a name per laboratory."""
+        """Name of the test, unique in a laboratory."""
         ...
 
     def scene(self, material: Material) -> Scene:

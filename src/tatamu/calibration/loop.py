@@ -1,8 +1,9 @@
 """Test *loop*: the height of the crease of folded cloth determines the bending rigidity.
 
-Not in the paper. It works for cloth that is too limp for a sag, and gives the rigidity at the curvature of a fold.
-Cloth and Blender's old bending model may have another one there. A strip is laid over itself without friction, and
-its ends are held, so it takes the loop of minimum energy, whose height depends on bending over weight alone.
+This test is not in the paper. It works for cloth that is too limp for a sag, and gives the rigidity at the curvature of
+a fold. There the rigidity may differ, for real cloth and for Blender's old bending model. A strip is laid over itself
+without friction, and its ends are held. It then takes the loop of minimum energy. The height of this loop depends only
+on the ratio of bending rigidity to weight.
 """
 
 from __future__ import annotations

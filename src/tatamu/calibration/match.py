@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 FIRST_FACTOR = 1.25
-"""The second value tried is this far from the first."""
+"""Ratio of the second value tried to the first."""
 LONGEST_STEP = 2.0
 """Largest step in the logarithm of the parameter."""
 MOST = 16
-"""Simulations of one search."""
+"""Largest number of simulations of one search."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ class CalibrationOptions:
     longest: float = 8.0
     """Largest duration of a scene over the duration that its test sets."""
     within: float = 1e-3
-    """Largest difference between the simulated and the measured reading, as a part of the reading."""
+    """Largest difference between the simulated and the measured reading, as a fraction of the reading."""
     finest: float = 1e-5
     """Largest difference between the simulated and the measured reading, if larger than `within` gives [m]."""
     agreement: float = 5e-3
@@ -24,8 +24,8 @@ class CalibrationOptions:
     passes: int = 5
     """Largest number of passes over the tests at rest."""
     passes_with_friction: int = 10
-    """Largest number of passes if friction of bending is measured: it changes what a sag tells of bending by as much
-    again, so both take more passes."""
+    """Largest number of passes if friction of bending is measured. Friction changes the rigidity that follows from a
+    sag by about as much again, so matching both takes more passes."""
 
 
 DEFAULTS = CalibrationOptions()

@@ -14,7 +14,7 @@ class Parameter:
     unit: str
     """"-" if it has none."""
     words: str
-    """Its name in a table."""
+    """Name of the field in a table."""
     shown_unit: str = ""
     """The unit on pages; none given: `unit`."""
     shown_factor: float = 1.0

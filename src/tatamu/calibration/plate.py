@@ -1,13 +1,14 @@
 """Test *plate*: the drape of a disc of cloth over a round plate determines the bending rigidity.
 
-Not in the paper. A disc hangs over a smaller plate, in folds, and is seen from above. The drape coefficient
+This test is not in the paper. A disc hangs over a smaller plate, in folds, and is seen from above. The drape
+coefficient
 
     DC = (A_outline - A_plate) / (A_disc - A_plate)
 
 is matched as a length, the radius of the circle with the outline's area. It grows with the bending length l_b over the
 overhang a: about as DC / (1 - DC) = (l_b / a / 0.255)^2.95, by simulations of discs of 1.7 and 2 plates with 300 N/m,
-from which the search starts. Chance decides where folds form, so two discs are simulated side by side and their mean is
-taken; the differences between the two in all simulations are part of the uncertainty.
+from which the search starts. Chance decides where folds form. Therefore two discs are simulated side by side, and the
+mean of both is used. The differences between the two in all simulations are part of the uncertainty.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ from tatamu.scene import Cloth, Gripper, Scene
 HALF, POWER = 0.2545, 2.95
 """Bending length over overhang at DC = 1/2, and the power by which DC / (1 - DC) grows with it."""
 DISCS = 2
-"""Simulated side by side."""
+"""Number of discs that are simulated side by side."""
 APART = 2.6
 """Distance between the middles of the two discs, in radii."""
 CELL = 0.45

@@ -1,11 +1,11 @@
 """Test *push*: the motion of the far edge of a pushed cloth determines the resistance to compression.
 
-Not in the paper. A sheet wrinkles where it is pushed and the far edge stays; a stiffer one slides as a whole. With
-friction mu rho g per area, the cloth from the ruler to a far edge that moves is shorter by
+This test is not in the paper. A sheet wrinkles where it is pushed, and its far edge stays; a stiffer sheet slides as a
+whole. With friction mu rho g per area, the cloth from the ruler to a far edge that moves is shorter by
 
     s - p = mu rho g L^2 / (2 c Y)
 
-for a push s after which the edge has moved by p over a length L (the pressure grows evenly from the far edge). The
+for a push s, after which the far edge of a length L has moved by p. (The pressure grows evenly from the far edge.) The
 part c of the stretch stiffness Y that resists compression stands for the wrinkles that a coarse mesh cannot show.
 """
 

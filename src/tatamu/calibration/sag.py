@@ -42,8 +42,8 @@ CELLS = 12
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
-"""Columns of the mesh, and of a mesh whose spacing is given: some simulators give border vertices the mass of inner
-vertices, so a narrow strip would weigh more than the garment that it stands for."""
+"""Columns of the mesh, and of a mesh whose spacing is given. Some simulators give border vertices the mass of inner
+vertices, so a narrow strip would weigh more than the same part of the garment."""
 THIN = 0.25
 """Largest thickness of the strip over its shortest edge."""
 RELAXATIONS = 16.0

@@ -1,6 +1,6 @@
 """Test *swing*: the time of ten swings of a cloth held by two corners determines the added mass of air.
 
-Not in the paper. A plate of length L that hangs by its edge swings with
+This test is not in the paper. A plate of length L that hangs by its edge swings with
 
     T = 2 pi sqrt(2 L (rho + m_a) / (3 g rho))
 
@@ -47,13 +47,13 @@ SIMULATED = 4
 PINCH = 0.03
 """Width of each of the two grips [m]."""
 FARTHEST = 0.7
-"""Largest distance aside, as a part of the cloth's length."""
+"""Largest distance aside, as a fraction of the cloth's length."""
 FRAMES = 60.0
-"""Per second."""
+"""Frames per second [1/s]."""
 LEAST = 0.004
-"""Smallest swing that counts, as a part of the first."""
+"""Smallest swing that counts, as a fraction of the first swing."""
 WITHIN = 2e-3
-"""The period is matched to this part of itself."""
+"""Relative accuracy to which the period is matched."""
 DRAG = 0.7
 """Steady drag of a plate if no reading determines it [kg/m^3]: air that is carried also drags."""
 

@@ -59,7 +59,7 @@ class CalibrationTest(ABC):
     parameter: ClassVar[str]
     """Field of a material that the test determines."""
     entry: ClassVar[type[TestEntry]]
-    """Its table in the file."""
+    """Class of the test's table in the file."""
     needs: ClassVar[tuple[str, ...]] = ()
     """Tests that this test needs."""
     needs_because: ClassVar[str] = ""

@@ -131,7 +131,7 @@ def disagreement(values: list[float], spreads: list[float]) -> float:
 
 
 def _share(reading: Reading) -> float:
-    """Return the error as a part of the reading; 0 for an edge that stayed."""
+    """Return the error as a fraction of the reading; 0 for an edge that stayed."""
     return reading.uncertainty / reading.value if reading.value else 0.0
 
 

@@ -1,6 +1,7 @@
 """Arguments of calls: large ones go to the scheduler once, and then from worker to worker.
 
-Each large argument is the result of a call of its own, so the scheduler makes it again if every worker with it is dead.
+Each large argument is the result of a separate call, so the scheduler can make it again if all workers that have it are
+dead.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ import distributed
 from tatamu.cluster.call import unpacked
 
 LARGE = 65_536
-"""Size above which arguments are shared [bytes]; a task is shared, a manipulation is sent with its call."""
+"""Size above which arguments are shared [bytes]. A task is larger and is shared; a manipulation is sent with its
+call."""
 KEPT = 256_000_000
 """Bytes of arguments kept on the workers for later calls, in addition to those of running calls."""
 PLAIN = (str, bytes, int, float, bool, type(None))

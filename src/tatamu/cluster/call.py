@@ -24,7 +24,7 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
     """Call a function if tatamu and the packages that compute have the client's versions.
 
     Raises:
-        UnavailableError: If a version differs, because the worker came after the check at the start.
+        UnavailableError: If a version differs; the worker then joined after the check at the start.
     """
     if of_client != versions():
         differing = difference(of_client)

@@ -28,7 +28,7 @@ class Patience:
     """Longest time that a call may take."""
 
     first: float = 1800.0
-    """Limit until the first call has ended, as that call compiles [s]."""
+    """Limit until the first call has ended [s]; the first call includes the compilation."""
     least: float = 60.0
     """Lowest limit, however quick other calls were [s]."""
     factor: float = 10.0
@@ -83,7 +83,7 @@ class Watch:
             return [key for key, since in self._since.items() if now - since > limit]
 
     def begin_again(self) -> None:
-        """Restart the time of every call: a worker was replaced, and its calls run on others."""
+        """Restart the time of every call, because a worker was replaced and its calls run on other workers."""
         with self._lock:
             self._since = dict.fromkeys(self._since, monotonic())
 

@@ -1,4 +1,4 @@
-"""Cross-check: a learned fold in another simulator, and the agreement of simulators in general."""
+"""Cross-check: a learned fold is simulated in another simulator, and simulators are compared in general."""
 
 from tatamu.crosscheck.agreement import Agreement, compare
 from tatamu.crosscheck.check import Opinion, check

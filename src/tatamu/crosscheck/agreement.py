@@ -267,7 +267,7 @@ class _Run:
 
 
 def ends(scene: Scene, simulator: str, faces: np.ndarray) -> Rollout:
-    """Return the first and last frame of a simulation on the mesh `faces`; the first and the error if it fails."""
+    """Return the first and last frame of a simulation on the mesh `faces`; the first and the error if it failed."""
     try:
         rollout = on_coarse_mesh(named(simulator).simulate(scene), faces)
     except SimulationError as error:

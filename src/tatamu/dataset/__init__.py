@@ -2,7 +2,8 @@
 
     specification ──▶ draw ──▶ episode ──▶ part of the folder ──▶ LeRobot and Zarr, table, page
 
-An episode depends on the specification and on its number alone, so any process can record any of them, in any order.
+An episode is one fold of the dataset, with its observations and actions. It depends only on the specification and on
+its number, so any process can record any episode, in any order.
 """
 
 from tatamu.dataset.folder import DatasetFolder

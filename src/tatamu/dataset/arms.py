@@ -1,7 +1,7 @@
 """The arms of a robot that lead the hands: joint angles as states and actions, under LeRobot's names.
 
-F is the fold's frame, B the robot's base, T the tool. An action is a target of every joint [rad] and of every gripper,
-1 open and 0 closed; the hands are where forward kinematics has the tools.
+F is the fold's frame, B the robot's base, T the tool. An action is a target for every joint [rad] and every gripper (1
+open, 0 closed). The places of the hands are those of the tools, by forward kinematics.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class OutOfReachError(TatamuError):
 
 
 class Stand(OpenRecord):
-    """A robot, and where the fold lies before it."""
+    """A robot, and the place of the fold before it."""
 
     robot: str
     place: list[float]
@@ -51,7 +51,7 @@ class Stand(OpenRecord):
 
 
 def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
-    """Return where a fold lies best before a robot.
+    """Return the best place of a fold before a robot.
 
     Raises:
         InputError: If there is no such robot, or the fold is out of its reach everywhere.
@@ -133,7 +133,7 @@ class Arms:
         raise OutOfReachError("the arms are too slow")
 
     def places(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return where the tools are, and whether the grippers are closed.
+        """Return the places of the tools, and whether the grippers are closed.
 
         Args:
             numbers: States or actions, shape (n, k).

@@ -1,4 +1,4 @@
-"""The curve of a drawn fold: near the arched one, or near a learned one."""
+"""The curve of a drawn fold: near the arched curve, or near that of a learned fold."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def parameters_of(drawn: DrawnFold, task: Task, spread: float) -> Parameters:
     Args:
         drawn: The fold.
         task: Its task.
-        spread: Largest distance from the curve in the middle, in parts of the search space.
+        spread: Largest distance from the curve in the middle, as a fraction of the search space.
     """
     middle = drawn.middle or arched_curve(task.fold)
     bounds = task.space.bounds

@@ -33,7 +33,7 @@ ATTEMPTS = 50
 SECONDS = 120.0
 """Longest episode [s]."""
 THUMBNAILS = 24
-"""Number of episodes, the first ones, whose outcome the page shows."""
+"""Number of first episodes whose outcome the page shows."""
 SHOWN: Camera = "front"
 """The camera of the page's pictures."""
 SHARP = 192
@@ -73,7 +73,7 @@ class _Prepared:
     task: Task
     parameters: Parameters
     actions: np.ndarray
-    """float32, shape (T, a); after the hands have opened they wait for `SETTLE`."""
+    """Actions, float32, shape (T, a); after the hands have opened they wait for `SETTLE`."""
     states: np.ndarray | None
     """States of the robot, float32, shape (T + 1, a); None for floating hands."""
 

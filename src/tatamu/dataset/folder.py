@@ -1,7 +1,8 @@
 """The folder of a dataset: episodes as they are recorded, then the finished files.
 
-While episodes are recorded, each is a file of `.episodes`. Then all other files are written in `.building` and put in
-their places, `dataset.json` last: a folder without it is unfinished, and the same command resumes it.
+While episodes are recorded, each is a file of `.episodes`. Then all other files are written in `.building` and moved to
+their places, `dataset.json` last. A folder without `dataset.json` is therefore unfinished, and the same command resumes
+it.
 """
 
 from __future__ import annotations

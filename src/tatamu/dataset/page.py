@@ -16,7 +16,7 @@ from tatamu.presentation.page import render
 from tatamu.robustness.record import interval_of
 
 LEAST = 1e-4
-"""Smallest distance that is drawn, because the axis is logarithmic [m]; smaller ones are drawn here."""
+"""Smallest distance on the logarithmic axis [m]; smaller distances are drawn at this place."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 UNITS = {
@@ -106,7 +106,7 @@ def _words(record: EpisodeRecord) -> str:
 
 
 def _distances(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return how many episodes end how far from the target."""
+    """Return a histogram of the episodes' distances from the target."""
     values = np.array([max(_distance(record), LEAST) for record in records]) * 1e3
     edges = np.geomspace(0.9 * values.min(), 1.1 * values.max(), 31)
     counts, _ = np.histogram(values, edges)

@@ -14,7 +14,7 @@ class EpisodeRecord(Subject):
     """One episode, with all that is needed to run its actions again."""
 
     episode: int
-    """Its number, from 0."""
+    """Number of the episode, from 0."""
     fold: int
     """Number of the fold, which several episodes may share."""
     task: str
@@ -44,7 +44,7 @@ class EpisodeRecord(Subject):
     held_share: float | None = None
     """Share of disturbed worlds in which this fold succeeds; None without disturbances."""
     held_interval: tuple[float, float] | None = None
-    """Its confidence interval at 95 % (Clopper and Pearson 1934)."""
+    """Confidence interval of the share at 95 % (Clopper and Pearson 1934)."""
     second_simulator: str = ""
     """Name of the second simulator; empty if there is none."""
     second_success: bool | None = None

@@ -24,12 +24,12 @@ MOST_RUNS = 10_000
 
 @dataclass(frozen=True)
 class DrawnFold:
-    """A fold before its garment is made: the names of everything, and numbers that were drawn for its curve."""
+    """A fold before its garment is made: names of garment, plan and material, and numbers drawn for its curve."""
 
     source: str
     subject: Subject
     unit: tuple[float, ...]
-    """Distance from the curve in the middle, in parts of `spread`, from -1 to 1: x1, z1, x2, z2, g1, g2."""
+    """Distance from the curve in the middle, as fractions of `spread`, from -1 to 1: x1, z1, x2, z2, g1, g2."""
     middle: Parameters | None = None
     """Parameters of the learned fold; None for the arched curve."""
     known: tuple[int, int, str] | None = None

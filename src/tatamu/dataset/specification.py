@@ -64,7 +64,7 @@ class FoldDraw(Record):
     hands: Literal[1, 2] | None = None
     """Number of hands that fold; None for the plan's number; for drawn folds."""
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
-    """Largest distance from the arched curve, or from the learned fold, in parts of the search space."""
+    """Largest distance from the arched curve, or from the learned fold, as a fraction of the search space."""
     runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
     """Folders of `tatamu learn`; for learned folds."""
     sweep: Annotated[str, Field(min_length=1)] | None = None
@@ -133,7 +133,7 @@ class DatasetSpecification(Record):
     """Garment of drawn folds; None for the towel of `tatamu learn towel`."""
     fold: FoldDraw = FoldDraw()
     robot: RobotDraw | None = None
-    """None for floating hands."""
+    """The robot whose arms fold; None for floating hands."""
     record: RecordOptions = RecordOptions()
     outcome: OutcomeOptions = OutcomeOptions()
 

@@ -18,7 +18,7 @@ from tatamu.files import foreign, unwritable
 from tatamu.lerobot.extras import needed
 
 SHARD = 16 << 20
-"""A shard has as many episodes as fit into this size, before compression [bytes]."""
+"""Size of a shard before compression [bytes]; it has as many episodes as fit."""
 MOST_IN_SHARD = 64
 """Largest number of episodes in a shard."""
 FRAMES = 16

@@ -41,7 +41,7 @@ TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 FARTHEST_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MOST_RELATIVE}
 """Largest size of a mean, by unit."""
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
-"""A part of a variance."""
+"""A fraction of a variance."""
 
 
 def _flat(value: Any) -> Any:
@@ -89,7 +89,7 @@ class HandErrors(Record):
 
 
 class GraspErrors(Record):
-    """Errors of the grasps, independent for each hand; each hand is still laid down in its intended place."""
+    """Errors of the grasps, independent for each hand; each hand still lays the cloth down in the intended place."""
 
     along: LengthOfHands = 0.0
     """Error along the edge [m]."""
@@ -146,13 +146,15 @@ class Disturbances(Record):
     material: dict[str, Relative] = Field(default_factory=dict)
     """Relative deviations by field."""
     correlation: Correlation | None = None
-    """Correlations of fields of `material`, or of disturbances by the names of `CHANNELS`; None if there are none."""
+    """Correlations of fields of `material`, or of disturbances by the names of `CHANNELS`; None if all are
+    independent."""
     mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
     """Means other than zero, by the names of `CHANNELS`; for relative disturbances, means of the logarithm."""
     systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Part of each variance that is the same in every fold, by names of `CHANNELS` or their beginnings.
+    """Fraction of each variance that is the same in every fold, by names of `CHANNELS` or their beginnings.
 
-    `systematic.toml` has the defaults."""
+    `systematic.toml` has the defaults.
+    """
     fingers: Fingers = Fingers()
     """Fingers of the hands; not drawn."""
 

@@ -29,9 +29,9 @@ NEAR = 0.02
 PRESSES = 0.25
 """Depth that a finger presses into layers before its arm yields [thicknesses]; it then drags them."""
 LEAST_HELD = 0.2
-"""Least part of the planned cloth that a hand's pads must take; with less, the hand holds nothing [-]."""
+"""Least fraction of the planned cloth that a hand's pads must take [-]; with less, the hand holds nothing."""
 PAD_POINTS = (12, 8)
-"""Points along the edge and across it at which a pad is compared with the cloth."""
+"""Number of points along the edge and across it at which a pad is compared with the cloth."""
 SIDES = (("left", 1.0), ("right", -1.0))
 """Names of the hands, and the sign of their part of the difference between them."""
 
@@ -57,7 +57,7 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 
 
 def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
-    """Return why a hand cannot do its part in a world, whatever the cloth does; None if both can.
+    """Return why a hand fails in a world independently of the simulation; None if no hand does.
 
     A hand that grasps next to the cloth holds nothing. A hand that is commanded too far below the table stops.
     """
@@ -159,10 +159,10 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
 
 
 def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the errors of each hand in a world, along the fold, across it and up [m], as a correction takes them away.
+    """Return the errors of each hand in a world, along the fold, across it and up [m], as a correction undoes them.
 
-    The first is of the place where it grasps, shape (2,), the second of the hand itself, shape (3,); cloth that lies
-    elsewhere counts as hands that are elsewhere.
+    Each hand has the error of its grasp, shape (2,), and the error of its own position, shape (3,). Displaced cloth
+    counts as displaced hands.
     """
     lies = np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0])
     found = []

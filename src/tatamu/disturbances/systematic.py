@@ -23,7 +23,7 @@ class Split:
     """The systematic and the random part of disturbances; k of them, in the order of `names`."""
 
     names: tuple[str, ...]
-    """Names of `CHANNELS` with a deviation above 0, or a mean."""
+    """Names of the disturbances, from `CHANNELS`, with a deviation above 0 or a mean."""
     mean: np.ndarray
     """Means, shape (k,)."""
     systematic: np.ndarray
@@ -49,7 +49,9 @@ def _usual() -> Disturbances:
 
 
 def share(disturbances: Disturbances, name: str) -> float:
-    """Return the part of a disturbance's variance that is the same in every fold of a set-up.
+    """Return the systematic share of a disturbance's variance.
+
+    Systematic errors are the same in every fold of a set-up.
 
     Args:
         disturbances: The disturbances; `systematic.toml` has the defaults.
@@ -76,7 +78,7 @@ def split(disturbances: Disturbances) -> Split:
 
 
 def join(parts: Split, others: Disturbances) -> Disturbances:
-    """Return the disturbances whose systematic and random parts these are; `split` takes them apart again.
+    """Return disturbances from their systematic and random parts; the inverse of `split`.
 
     Args:
         parts: The parts; numbers are rounded to six digits.

@@ -1,4 +1,7 @@
-"""A disturbed world: one draw of all disturbances. All folds that are compared share the worlds of one seed."""
+"""A world: one random draw of all disturbances.
+
+The nominal world has no disturbances. All folds that are compared share the worlds of one seed.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Environments of Gymnasium: a fold by one manipulation, and hands that are led step by step.
+"""Environments of Gymnasium: a fold by one action, and hands that a policy moves step by step.
 
     import gymnasium as gym
 

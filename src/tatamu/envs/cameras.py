@@ -1,4 +1,4 @@
-"""Cameras with names: pictures of cloth and hands, small and quick, as a policy sees them."""
+"""Cameras with names: they make small pictures of cloth and hands for policies, and are fast."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "rig
 FAR = 3.0
 """Distance of a camera from the middle, in radii of the visible area."""
 ROOM = 1.1
-"""Radius of the visible area, over that of the flat cloth."""
+"""Ratio of the radius of the visible area to that of the flat cloth."""
 HAND = 0.02
 """Half the length of the octahedron that is drawn for a hand [m]."""
 CORNERS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)

@@ -15,13 +15,13 @@ class Led:
     """The places of all hands at the end of each step, and whether their jaws are closed in it."""
 
     places: np.ndarray
-    """[m], shape (steps, hands, 3)."""
+    """Places of the hands at the end of each step [m], shape (steps, hands, 3)."""
     closed: np.ndarray
     """Shape (steps,)."""
 
 
 def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: float) -> Led:
-    """Return how hands carry out a manipulation: open to their grasps, closed along their paths, then open.
+    """Return the motion of hands in a manipulation: open to their grasps, closed along their paths, then open.
 
     Hands that are slower than the manipulation take longer, along the same paths.
 
@@ -46,7 +46,7 @@ def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: fl
 
 
 def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.ndarray:
-    """Return the actions of hands that are led so, then open and still; float32, shape (steps + wait, 4 hands).
+    """Return the actions for this motion, after which hands wait, open; float32, shape (steps + wait, 4 hands).
 
     Args:
         led: Path of the hands.

@@ -1,4 +1,4 @@
-"""`tatamu/Fold-v0`: one action, the six numbers of Eq. (9); one fold; reward -C."""
+"""`tatamu/Fold-v0`: one action, the six numbers of Eq. (9), makes one fold; the reward is -C."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
 
         Args:
             seed: Random seed of this and the following worlds; None to draw the next one.
-            options: None are known.
+            options: Must be empty, because no options exist.
         """
         super().reset(seed=seed)
         self._world = self.episodes.draw(self.np_random)

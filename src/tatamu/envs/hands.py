@@ -1,4 +1,4 @@
-"""`tatamu/Hands-v0`: hands that are led at 10 Hz, with jaws that open and close."""
+"""`tatamu/Hands-v0`: hands that a policy moves at 10 Hz, with jaws that open and close."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ RATE = 10
 MOST_RATE = 60
 """Largest number of steps per second [1/s]."""
 NEVER = 1e6
-"""A time beyond every episode [s]: grippers wait for targets."""
+"""A time beyond every episode [s]: the scene's grippers close then, so until then they follow given targets."""
 
 
 class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
@@ -134,7 +134,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """Lead the hands for one step, a tenth of a second by default.
 
         Args:
-            action: From -1 to 1, for each hand its motion along x, y and z in parts of the largest, and its jaw:
+            action: From -1 to 1, for each hand its motion along x, y and z as fractions of the largest, and its jaw:
                 closed above 0; shape (4 hands,).
 
         Raises:
@@ -148,7 +148,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
 
     @property
     def hands(self) -> np.ndarray:
-        """Places where the hands believe to be [m], shape (hands, 3)."""
+        """Assumed places of the hands, without their errors [m], shape (hands, 3)."""
         return np.array([jaw.place for jaw in self._jaws])
 
     @property
@@ -165,7 +165,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """Move the hands to places in one step, like `step` but without its limit on speed.
 
         Args:
-            places: Places where the hands believe to be at the end of the step [m], shape (hands, 3).
+            places: Assumed places of the hands at the end of the step [m], shape (hands, 3).
             closed: Whether each jaw is closed from the start of the step, shape (hands,).
         """
         self._done += 1
@@ -188,7 +188,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observer.observe(self._view), progress + float(success), success, over and not success, info
 
     def follow(self, parameters: Parameters) -> Iterator[np.ndarray]:
-        """Return the actions that lead the hands as a manipulation does: a demonstration.
+        """Return actions with which the hands follow a manipulation: a demonstration.
 
         The hands first go to the grasps, open, then close.
 
@@ -215,7 +215,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._view.positions, self._score()
 
     def _near(self, jaw: Jaw) -> tuple[int, ...]:
-        """The vertices that a jaw takes if it closes now: those within its reach that no other one holds."""
+        """Return the vertices that a jaw grasps if it closes now: those within its reach that no other jaw holds."""
         reach = max(self.options.reach, 0.6 * self.task.garment.spacing)
         near = np.flatnonzero(np.linalg.norm(self._simulation.positions - jaw.actual, axis=1) <= reach)
         held = {vertex for other in self._jaws for vertex in other.held}

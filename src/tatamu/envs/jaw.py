@@ -1,4 +1,4 @@
-"""A hand with a jaw: its believed and its real place, and the vertices that it holds."""
+"""A hand with a jaw: its assumed and its actual place, and the vertices that it holds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class HandsOptions:
     speed: float = 0.6
     """Highest speed along each axis [m/s], that of a manipulation (De Gusseme and wyffels 2022)."""
     reach: float = 0.012
-    """A jaw that closes takes the vertices this near [m], or within 0.6 spacings of the mesh if that is more."""
+    """Distance within which a jaw that closes grasps vertices [m]; at least 0.6 spacings of the mesh."""
     beside: float = 0.25
     """Hands stay over the table within this margin of the flat cloth [m]."""
     highest: float = 0.6
@@ -53,7 +53,7 @@ class Jaw:
 
     @property
     def actual(self) -> np.ndarray:
-        """Real place [m], shape (3,); a hand that is too low meets the table, and goes no lower."""
+        """Actual place [m], shape (3,); a hand that is commanded below the table stops at the table."""
         there = self.place + self._error
         there[2] = max(there[2], self._lowest)
         return np.asarray(there)

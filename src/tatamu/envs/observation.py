@@ -30,11 +30,11 @@ class View:
     positions: np.ndarray
     """The cloth [m], shape (n, 3)."""
     velocities: np.ndarray
-    """[m/s], shape (n, 3)."""
+    """Velocities of the cloth [m/s], shape (n, 3)."""
     hands: np.ndarray
-    """Places where the hands believe to be [m], shape (k, 3)."""
+    """Assumed places of the hands, without their errors [m], shape (k, 3)."""
     seen: np.ndarray
-    """Real places of the hands, which cameras see [m], shape (k, 3)."""
+    """Actual places of the hands, which cameras show [m], shape (k, 3)."""
     closed: np.ndarray
     """1 if a hand is closed, 0 if open, shape (k,)."""
 

@@ -20,13 +20,13 @@ Env = gymnasium.Env[Any, Any]
 
 
 class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
-    """Environments of one kind that are stepped together; one that has ended is reset by the next step."""
+    """Environments of one kind that are stepped together; the next step resets an environment that has ended."""
 
     def __init__(self, make: Callable[[], Env], num_envs: int) -> None:
         """Make the environments.
 
         Args:
-            make: Makes one of them.
+            make: Function that makes one environment.
             num_envs: Number of environments.
 
         Raises:
@@ -51,8 +51,9 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         """Reset all of them.
 
         Args:
-            seed: Seed of the first, the others count on from it; or one for each; None to draw the next worlds.
-            options: Passed on.
+            seed: Seed of the first environment, from which the seeds of the others are counted up; or one seed for
+                each; None to draw the next worlds.
+            options: Passed to each environment.
         """
         seeds = [seed + number for number in range(self.num_envs)] if isinstance(seed, int) else seed
         each = seeds or [None] * self.num_envs
@@ -66,7 +67,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         """Step all environments; those that have ended are reset instead, with reward 0.
 
         Args:
-            actions: One for each, shape (num_envs, ...).
+            actions: One action for each environment, shape (num_envs, ...).
 
         Raises:
             InputError: If there are not as many actions as environments, or one is wrong.

@@ -1,4 +1,8 @@
-"""Evaluators: functions from the parameters of a manipulation to how good the fold is, and wrappers of them."""
+"""Evaluators: functions from the parameters of a manipulation to how good the fold is, and wrappers of them.
+
+A world is one random draw of the disturbances. The nominal world has no disturbances. To race a trial is to stop it as
+soon as it cannot beat the best one.
+"""
 
 from tatamu.evaluation.coarse import CoarseFirst, CoarseMesh, coarser_task, ends_early, on_coarser_mesh
 from tatamu.evaluation.disturbed import Disturbed

@@ -1,11 +1,11 @@
-"""Two fidelities: most trials simulate a coarser mesh, which takes a part of the time.
+"""Two fidelities: most trials simulate a coarser mesh, because this takes a fraction of the time.
 
-A manipulation keeps its parameters: hands move along the same curves, from the nearest vertices. D of Eq. (11) is a sum
-over vertices, so it is scaled to the number of vertices of the finer mesh.
+A manipulation keeps its parameters on the coarser mesh: the hands move along the same curves, from the nearest
+vertices. D of Eq. (11) is a sum over vertices, so it is scaled to the number of vertices of the finer mesh.
 
-Large triangles lock: where the cloth curves in two directions, they must stretch instead of bend, so it appears too
-stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B. So the
-coarser mesh is softer to stretch, Y proportional to h^-2, and locks as the finer one does.
+Large triangles lock: where the cloth curves in two directions, they must stretch instead of bend, so the cloth appears
+too stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B. The
+cloth of the coarser mesh is therefore softer to stretch, with Y proportional to h^-2. Both meshes then lock equally.
 """
 
 from __future__ import annotations
@@ -31,21 +31,22 @@ from tatamu.simulators import capabilities
 
 @dataclass(frozen=True)
 class CoarseMesh:
-    """The spacing of the coarser mesh, and the folds that have one (docs/notes/learning.md)."""
+    """The spacing of the coarser mesh, and which folds are simulated on a coarser mesh (docs/notes/learning.md)."""
 
     one_layer: float = 2.0
     """Ratio of the spacings of the coarser and the finer mesh, for a garment of one layer."""
     two_layers: float = 1.7
     """The same ratio for a garment of two layers."""
     several_steps: float = 1.5
-    """The same for a plan of several steps; on larger triangles more loops of earlier folds spring open."""
+    """The same ratio for a plan of several steps, because loops of earlier folds spring open on larger triangles."""
     fewest: int = 250
     """Least number of vertices of a coarser mesh; smaller folds take little time anyway."""
     settle: float = 0.15
-    """Time from the opening of the hands until a fold on the coarser mesh is scored [s]; later it moves little."""
+    """Time from the opening of the hands until a fold on the coarser mesh is scored [s]; later the cloth moves
+    little."""
     steps: int = 2
-    """Steps of a plan that are simulated on a coarser mesh. From the third on, of many layers, it ranks manipulations
-    poorly and takes most of the time."""
+    """Number of first steps of a plan that are simulated on a coarser mesh. In later steps the cloth has many layers.
+    There the coarser mesh ranks manipulations poorly, and takes most of the finer mesh's time."""
 
     def ratio(self, garment: Garment, steps: int) -> float:
         """Return the ratio of the spacings of the coarser and the finer mesh."""
@@ -59,8 +60,8 @@ def coarsened(garment: Garment, larger: float, softer: float) -> Garment:
 
     Args:
         garment: Made by `make_garment`.
-        larger: Spacing over that of `garment`.
-        softer: Stretch stiffness of `garment` over that of the result.
+        larger: Ratio of the new spacing to that of `garment`.
+        softer: Ratio of the stretch stiffness of `garment` to that of the result.
 
     Raises:
         InputError: If the garment cannot be meshed so, or was not made by `make_garment`.
@@ -79,10 +80,11 @@ def _soften(material: Material, times: float) -> Material:
 
 
 def coarser_task(task: Task, settings: CoarseMesh | None = None) -> Task | None:
-    """Return the same task on a coarser mesh; None if there is none.
+    """Return the same task on a coarser mesh; None if the task has no coarser mesh.
 
-    There is none if the simulator folds differently on coarser cells, if the mesh is small already, for late steps of
-    plans, and if the garment cannot be meshed or grasped with larger cells.
+    A task has no coarser mesh if the simulator folds differently on coarser cells, if the mesh is small already, or if
+    the step is a late one of its plan. It has no coarser mesh either if the garment cannot be meshed or grasped with
+    larger cells.
     """
     settings = settings or CoarseMesh()
     if task.number >= settings.steps:
@@ -112,9 +114,10 @@ def _coarser_garment(task: Task, settings: CoarseMesh) -> Garment | None:
 
 
 def ends_early(task: Task, settings: CoarseMesh | None = None) -> bool:
-    """Return whether a trial ends when its hands have arrived if it cannot win: of late steps, without a coarser mesh.
+    """Return whether a trial that cannot become the best ends when its hands arrive: true in late steps of plans.
 
-    Many layers only come undone afterwards. Small meshes, and those whose spacing the user chose, run to their end.
+    Late steps have no coarser mesh. Their many layers only come undone after the hands have arrived. Trials on small
+    meshes, and on meshes whose spacing the user chose, run to their end.
     """
     settings = settings or CoarseMesh()
     late = task.number >= settings.steps and not task.garment.spacing_given
@@ -127,7 +130,7 @@ def on_coarser_mesh(fine: Task, coarse: Task, parameters: Mapping[str, int | flo
     Args:
         fine: The task.
         coarse: The same task on the coarser mesh.
-        parameters: On the finer mesh.
+        parameters: Parameters on the finer mesh.
     """
     grasps = fine.manipulation(parameters).grasps
     hands = zip(("g1", "g2"), grasps, (coarse.fold.left, coarse.fold.right), strict=False)
@@ -143,16 +146,16 @@ def _nearest(point: np.ndarray, points: np.ndarray) -> int:
 
 @dataclass(frozen=True)
 class CoarseFirst(Wrapper):
-    """Evaluates proposals of low fidelity on a coarser mesh, in the numbers of the finer one.
+    """Evaluates proposals of low fidelity on a coarser mesh, and converts the results to the finer mesh.
 
-    If there is no coarser mesh (see `coarser_task`), it does what the inner evaluator does.
+    If the task has no coarser mesh (see `coarser_task`), all proposals go to the inner evaluator.
     """
 
     settings: CoarseMesh = field(default_factory=CoarseMesh)
 
     @cached_property
     def coarse(self) -> Evaluator | None:
-        """The inner evaluator on the coarser mesh; None if there is none."""
+        """The inner evaluator on the coarser mesh; None if the task has no coarser mesh."""
         task = None if self.task.garment.spacing_given else coarser_task(self.task, self.settings)
         return None if task is None else self.inner.on(task)
 
@@ -193,7 +196,7 @@ class CoarseFirst(Wrapper):
         return self.inner(parameters, beat)
 
     def _low(self, coarse: Evaluator, parameters: Mapping[str, int | float], beat: Incumbent) -> Evaluation:
-        """Evaluate on the coarser mesh, in the numbers of the finer one: l_x is the finer one's, D is multiplied."""
+        """Evaluate on the coarser mesh, with l_x of the finer mesh, and with D multiplied by `ratio`."""
         there = on_coarser_mesh(self.task, coarse.task, parameters)
         length = self.task.manipulation(parameters).trajectory_length
         coarse_length = coarse.task.manipulation(there).trajectory_length

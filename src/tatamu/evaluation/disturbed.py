@@ -1,18 +1,21 @@
-"""The objective under disturbances: C of folds that hold, or its mean over disturbed worlds.
+"""The objective under disturbances: C of folds that hold, or the mean of C over disturbed worlds.
+
+A world is one random draw of the disturbances; the nominal world has no disturbances. A fold holds in a world if it
+succeeds there, within the limits of `folding.score.Limits`.
 
 By default the search minimises C subject to a chance constraint (Charnes and Cooper 1959): the fold is to hold in 97.5
-% of the disturbed worlds. In a world in which it does not, the objective is l_x + 2 alpha D, in others it is the
-nominal C, and the quantile (value at risk) over all worlds is minimised. So folds that hold are compared by C alone,
-because the displacement by errors of the hands depends on the world and hardly on the manipulation.
+% of the disturbed worlds. In a world where the fold holds, the objective is the nominal C; in another world it is l_x +
+2 alpha D. The quantile (value at risk) of this objective over all worlds is minimised. So folds that hold are compared
+by C alone, because the displacement by errors of the hands depends on the world and hardly on the manipulation.
 
 In some worlds no path helps: where hands release the cloth 20 mm from its target, or hit the table. So a fold needs to
 hold only in worlds in which a yardstick holds: the arched curve with which every search starts.
 
-The same worlds serve all trials (common random numbers). Trials are raced to save simulations. If the nominal fold is
-worse than the incumbent, the trial cannot win. Otherwise it is simulated in the worlds in which known trials ended
-worst; the first two trials, which are simulated in all worlds, show which these are. A world that is not simulated
-counts as the nominal one. This bounds the objective from below, so a trial ends as soon as this bound exceeds the
-incumbent.
+The same worlds serve all trials (common random numbers). Trials are raced to save simulations: a trial ends as soon as
+it cannot beat the incumbent, the best trial so far. If its nominal fold is worse than the incumbent, it ends at once.
+Otherwise it is simulated in the hardest worlds: those in which known trials ended worst. To find the hardest worlds,
+the first two trials are simulated in all worlds. A world that is not simulated counts as the nominal world. This bounds
+the objective from below, so a trial ends as soon as its bound exceeds the incumbent.
 """
 
 from __future__ import annotations
@@ -40,7 +43,7 @@ class Disturbed(Wrapper):
 
     disturbances: Disturbances
     quantile: float | None = 0.975
-    """The share of worlds in which the fold is to hold: the quantile that is minimised; None for the mean of C."""
+    """Share of the worlds in which the fold is to hold: this quantile is minimised. None to minimise the mean of C."""
     worlds: int = 40
     """Number of worlds."""
     seed: int = 0
@@ -61,7 +64,7 @@ class Disturbed(Wrapper):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations for which the others wait, because they are simulated in all worlds."""
+        """Number of first evaluations, which are simulated in all worlds; later evaluations wait for them."""
         return SCOUTS
 
     def without_disturbances(self) -> Evaluator:
@@ -94,9 +97,9 @@ class Disturbed(Wrapper):
     def aggregate(self, objectives: Sequence[float]) -> float:
         """Return the mean or the quantile of objectives.
 
-        The quantile of n worlds is their order statistic of rank q (n + 1) (Weibull 1939), interpolated: another world
-        lies beyond it with a probability of 1 - q. The default of numpy, rank 1 + q (n - 1), lies lower: 2 of 21 other
-        worlds lie beyond the 95 % quantile of 20.
+        The quantile of n worlds is their order statistic of rank q (n + 1) (Weibull 1939), interpolated: a further
+        world exceeds it with a probability of 1 - q. The default of numpy, rank 1 + q (n - 1), is lower: 2 of 21
+        further worlds exceed its 95 % quantile of 20.
         """
         if self.quantile is None:
             return float(np.mean(objectives))
@@ -104,7 +107,7 @@ class Disturbed(Wrapper):
 
     @cached_property
     def yardstick(self) -> Parameters:
-        """The arched curve; a world in which its fold fails is counted as too hard for others."""
+        """The arched curve. If its fold fails in a world, that world counts as too hard for all folds."""
         return arched_inwards(self.task.fold)
 
     @cached_property
@@ -118,9 +121,9 @@ class Disturbed(Wrapper):
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the best of the complete evaluations, and the worlds that decide: the hardest of each evaluation.
+        """Return the best complete evaluation, with the hardest worlds of all complete evaluations.
 
-        While fewer than `SCOUTS` evaluations are known, there is none.
+        While fewer than `SCOUTS` evaluations are complete, it returns `NOTHING`, so trials are simulated in all worlds.
         """
         able = sorted((each for each in known if each.hardest), key=lambda each: each.objective)
         if len(able) < SCOUTS:
@@ -132,8 +135,8 @@ class Disturbed(Wrapper):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.
 
-        The objective of a trial that cannot win exceeds the incumbent's by at least the cost of disturbances of the
-        incumbent.
+        If a trial is stopped early because it cannot beat the incumbent, its objective is at least its nominal value
+        plus the incumbent's cost of disturbances.
         """
         nominal = self.inner(parameters)
         floor = self._penalise(nominal)
@@ -155,13 +158,13 @@ class Disturbed(Wrapper):
         return replace(nominal, objective=least, simulations=1 + len(counted), hardest=_worst_first(errors))
 
     def _in_world(self, parameters: Mapping[str, int | float], number: int) -> Evaluation:
-        """Evaluate a manipulation in a world; it fails if a hand cannot do its part there, whatever the cloth does."""
+        """Evaluate a manipulation in a world. It fails without a simulation if a hand misses the cloth or must stop."""
         world = self.sample[number]
         failure = hand_failure(self.task.fold, self.task.manipulation(parameters), world)
         return self.inner.in_world(parameters, world) if failure is None else self.inner.fail(parameters, failure)
 
     def _is_lost_to_all(self, number: int) -> bool:
-        """Return whether the fold of the yardstick does not hold in a world; it is simulated there when first asked."""
+        """Return whether the yardstick's fold fails in a world; it is simulated there at the first call."""
         if not self._yardstick_serves:
             return False
         if number not in self._yardstick_holds:
@@ -176,7 +179,7 @@ class Disturbed(Wrapper):
         return found.score is not None and self.limits.hold(found.score)
 
     def _penalise(self, found: Evaluation) -> float:
-        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold, with the D of the limit at least."""
+        """Return l_x + alpha D if the fold holds; otherwise l_x + 2 alpha D, with at least the D of the limit."""
         if found.score is None or self._holds(found):
             return found.nominal
         limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
@@ -184,5 +187,5 @@ class Disturbed(Wrapper):
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:
-    """Return the numbers of worlds, in the order of falling objectives."""
+    """Return the numbers of worlds, the largest objective first."""
     return tuple(sorted(objectives, key=lambda each: (-objectives[each], each)))

@@ -49,7 +49,7 @@ class Evaluation:
     error: str | None = None
     """Reason of the failure."""
     rollout: Rollout | None = None
-    """The motion without disturbances; None if it was not simulated to its end, or not kept."""
+    """The motion without disturbances; None if the simulation ended early, or if the motion was not kept."""
     simulations: int = 1
     """Number of simulations."""
     hardest: tuple[int, ...] = ()
@@ -75,24 +75,24 @@ class Evaluation:
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """The vector whose squares sum to alpha D of Eq. (10), shape (n,); to single precision, as studies keep it."""
+        """The vector whose squares sum to alpha D of Eq. (10), shape (n,), in single precision as in stored studies."""
         return None if self.errors is None else residuals(self.errors.astype(np.float32).astype(float))
 
 
 @dataclass(frozen=True)
 class Incumbent:
-    """The best known evaluation; one that cannot beat it may end early, with a worse objective."""
+    """The best known evaluation. Another evaluation that cannot beat it may end early, with a worse objective."""
 
     objective: float = np.inf
     """The lowest objective known."""
     cost: float = 0.0
     """Part of the objective that is due to disturbances."""
     hardest: tuple[int, ...] = ()
-    """Numbers of the disturbed worlds that decide, hardest first; empty for all."""
+    """Numbers of the disturbed worlds in which other evaluations are simulated, hardest first; empty for all worlds."""
 
 
 NOTHING = Incumbent()
-"""Nothing has to be beaten: every evaluation is complete."""
+"""No incumbent: every evaluation is complete."""
 
 
 class Evaluator(ABC):
@@ -128,11 +128,11 @@ class Evaluator(ABC):
         """Return the evaluation of a manipulation that could not be simulated."""
 
     def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
-        """Return an evaluation that needs no simulation, since the manipulation is not allowed; None if it is."""
+        """Return the failed evaluation of a manipulation that is not allowed; None if the manipulation is allowed."""
         return None
 
     def without_disturbances(self) -> Evaluator:
-        """Return the evaluator that does the same without disturbances."""
+        """Return the same evaluator without disturbances."""
         return self
 
     @property
@@ -147,15 +147,15 @@ class Evaluator(ABC):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations for which the others wait, because they determine the simulated worlds."""
+        """Number of first evaluations, which determine the worlds of later ones; later evaluations wait for them."""
         return 0
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
-        """Return the evaluator of low fidelity by itself, and the same manipulation's parameters; None without one."""
+        """Return the evaluator of low fidelity and the same manipulation's parameters; None with one fidelity."""
         return None
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return what an evaluation has to beat.
+        """Return the incumbent that an evaluation has to beat.
 
         Args:
             known: Evaluations of earlier trials, in order.
@@ -172,13 +172,14 @@ class Evaluator(ABC):
     def submit(
         self, executor: Executor, parameters: Mapping[str, int | float], beat: Incumbent, *, keep: bool = False
     ) -> Future[Evaluation]:
-        """Evaluate on an executor; a manipulation that is not allowed is answered at once.
+        """Evaluate on an executor. A manipulation that is not allowed fails at once, without the executor.
 
         Args:
             executor: Threads, processes or a cluster.
             parameters: Parameters of the manipulation.
             beat: Result that the evaluation has to beat.
-            keep: Return the rollout of a losing evaluation, too; otherwise it is dropped where it was made.
+            keep: Return the rollout also if the evaluation does not beat `beat`; otherwise the worker drops such a
+                rollout.
         """
         refused = self.refuse(parameters)
         if refused is None:
@@ -224,11 +225,11 @@ class Wrapper(Evaluator):
         return self.inner.fail(parameters, error)
 
     def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
-        """Return an evaluation that needs no simulation, since the manipulation is not allowed; None if it is."""
+        """Return the failed evaluation of a manipulation that is not allowed; None if the manipulation is allowed."""
         return self.inner.refuse(parameters)
 
     def without_disturbances(self) -> Evaluator:
-        """Return the evaluator that does the same without disturbances."""
+        """Return the same evaluator without disturbances."""
         return replace(self, inner=self.inner.without_disturbances())
 
     @property
@@ -238,15 +239,15 @@ class Wrapper(Evaluator):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations for which the others wait."""
+        """Number of first evaluations for which later evaluations wait."""
         return self.inner.scouts
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
-        """Return the evaluator of low fidelity by itself, and the same manipulation's parameters; None without one."""
+        """Return the evaluator of low fidelity and the same manipulation's parameters; None with one fidelity."""
         return self.inner.low_fidelity(parameters)
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return what an evaluation has to beat."""
+        """Return the incumbent that an evaluation has to beat."""
         return self.inner.incumbent(known, parameters)
 
     def errors(self, evaluation: Evaluation) -> np.ndarray:

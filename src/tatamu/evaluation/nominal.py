@@ -1,4 +1,4 @@
-"""The nominal evaluator: one simulation without disturbances, scored by C of Eq. (10)."""
+"""The nominal evaluator: one simulation in the nominal world, without disturbances, scored by C of Eq. (10)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tatamu.scene import Scene
 from tatamu.simulators import simulate
 
 TABLE_MARGIN = 0.5
-"""The table reaches this far beyond the place where the cloth lay [m]; cloth that ends farther out has left it."""
+"""Width of the table around the place where the cloth lay [m]; cloth that ends farther out has left the table."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Nominal(Evaluator):
     subject: Task
     """The fold that is evaluated."""
     ends_early: bool = False
-    """End a simulation when the hands have arrived, if the fold cannot win any more: many layers only come undone
+    """End a simulation when the hands have arrived, if the fold cannot beat the incumbent: its layers only come undone
     later."""
     centre: World = NOMINAL
     """The simulated world: the means of the disturbances, if they are not zero."""
@@ -55,7 +55,7 @@ class Nominal(Evaluator):
 
     @property
     def contains_length(self) -> bool:
-        """Whether l_x of Eq. (10) is a part of the objective: yes, it is C."""
+        """True: the objective is C, and l_x of Eq. (10) is a part of C."""
         return True
 
     def on(self, task: Task) -> Nominal:
@@ -98,7 +98,7 @@ class Nominal(Evaluator):
 
 
 def penalty(fold: Fold, trajectory_length: float) -> float:
-    """Return the objective of a failed trial: twice as far from the target as a cloth that was not touched."""
+    """Return the objective of a failed trial, with twice the D of Eq. (11) that untouched cloth has."""
     untouched = shape_distance(vertex_distances(fold.target, fold.start))
     return trajectory_length + 2.0 * ALPHA * untouched
 

@@ -10,13 +10,13 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.simulators.native.simulation import Simulation
 
 BEFORE = 0.02
-"""Simulated time before the measurement, in which cloth comes to rest and kernels are loaded [s]."""
+"""Simulated time before the measurement [s]; in it the cloth comes to rest, and kernels are loaded."""
 MEASURED = 0.1
 """Simulated time that is measured [s]."""
 
 
 def simulation_seconds(task: Task) -> float | None:
-    """Return a lower bound of the time of one simulation [s]; layers that touch later take longer.
+    """Return a lower bound of the time of one simulation [s]; later contacts between layers take more time.
 
     Args:
         task: The fold.

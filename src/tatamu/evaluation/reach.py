@@ -1,4 +1,8 @@
-"""Only manipulations that a robot can do: others fail without a simulation, by how far they are out of reach."""
+"""An evaluator of manipulations within a robot's reach.
+
+A manipulation out of reach fails without a simulation. Its objective grows with its distance from what the robot can
+do.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,8 @@ from tatamu.folding.task import Reach
 class WithinReach(Wrapper):
     """Refuses manipulations that are out of a robot's reach.
 
-    The robot reuses placements of earlier manipulations. Therefore it is evaluated in the order of the trials, and in
-    the process that proposes them.
+    The robot reuses placements of earlier manipulations. Its reach is therefore checked in the order of the trials, and
+    in the process that proposes them.
     """
 
     reach: Reach
@@ -26,7 +30,7 @@ class WithinReach(Wrapper):
         return self.inner.contains_length
 
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
-        """Evaluate a manipulation; one out of reach is not simulated."""
+        """Evaluate a manipulation; if it is out of reach, it is not simulated."""
         return self.refuse(parameters) or self.inner(parameters, beat)
 
     def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
@@ -41,7 +45,7 @@ class WithinReach(Wrapper):
     def submit(
         self, executor: Executor, parameters: Mapping[str, int | float], beat: Incumbent, *, keep: bool = False
     ) -> Future[Evaluation]:
-        """Evaluate on an executor; the robot is evaluated in this process and not sent to workers."""
+        """Evaluate on an executor. The reach is checked in this process, and the robot is not sent to workers."""
         refused = self.refuse(parameters)
         if refused is None:
             return self.inner.submit(executor, parameters, beat, keep=keep)

@@ -1,7 +1,7 @@
 """Parts of a flat outline that stick out of its body: sleeves, a hood, the foot of a sock.
 
 The body is the morphological opening of the outline with a disc: the union of all discs of one radius that fit inside
-the outline. A part that no such disc reaches is an appendage if it sticks out far enough. It is folded in along a line
+the outline. A part outside the body is an appendage if it sticks out far enough. An appendage is folded in along a line
 through the corner where it leaves the body.
 """
 
@@ -16,19 +16,20 @@ from tatamu.folding.plan import SIDES
 from tatamu.garments import Garment
 
 OPENING = 0.6
-"""Radius of the opening, as part of the largest disc inside the outline; sleeves and hoods are narrower."""
+"""Radius of the opening, as a fraction of that of the largest disc inside the outline; sleeves and hoods are
+narrower."""
 LEAST_DEPTH = 0.7
 """Least depth of an appendage, in radii of the opening; the body's own corners stick out less."""
 BRIDGE = 0.12
-"""Least width of a strip along the body that joins two appendages, as a part of the radius."""
+"""Least width of a strip along the body that joins two appendages, as a fraction of the radius."""
 COARSE = 0.006
 """Tolerance by which an outline is simplified before its corners are found [m]."""
 REFLEX = np.radians(12.0)
 """Least inward turn of an outline at which an appendage may leave the body [rad]."""
 NOTCH = 0.35
-"""Least depth of the notch between two legs, as part of the garment's length."""
+"""Least depth of the notch between two legs, as a fraction of the garment's length."""
 NOTCH_ASIDE = 0.15
-"""Largest distance of the end of that notch from the middle, as part of the width."""
+"""Largest distance of the end of that notch from the middle, as a fraction of the width."""
 FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
 """The four directions in which an appendage may stick out of the body, in the order of folding; +y is the left."""
 

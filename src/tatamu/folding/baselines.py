@@ -1,4 +1,4 @@
-"""Fixed trajectories to compare a learned one with; hands at the corners."""
+"""Fixed trajectories for comparison with a learned one; the hands grasp the corners."""
 
 from __future__ import annotations
 

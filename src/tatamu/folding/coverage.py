@@ -1,8 +1,9 @@
 """The parts of the moving side that no hand carries.
 
 Cloth on a table folds over a line as a sheet of paper does, also beside the hands: cloth that hangs between a hand and
-a corner is laid down in its place. Two kinds of cloth fail. A sleeve that sticks out of the body hangs from its root
-and trails. A part that is joined to the body only across the line stays where it lies. With the cloth seen from above:
+a corner is laid down in its place. Two kinds of cloth are not folded this way. A sleeve that sticks out of the body
+hangs from its root and trails. A part that is joined to the body only across the line stays where it lies. These rules
+decide, for the cloth as seen from above:
 
 - *Held* is cloth of a grasped piece of the moving side that lies between the hands and the line (the convex hull).
 - *Held*, too, is cloth beside the hull that is no farther from the line than the hands are, if its straight path to the
@@ -10,8 +11,9 @@ and trails. A part that is joined to the body only across the line stays where i
 - Cloth that lies on top of carried cloth is carried with it, such as a sleeve that was laid on the body.
 - Elsewhere the *overhang* is the shortest distance through the cloth of the moving side to held cloth.
 
-A part that overhangs by more than `LONGEST`, or by more than `LONGEST_TAIL` beyond the hands, is not carried, from its
-root on. docs/guide/fold-plans-for-your-garment.md has the simulations from which these numbers come.
+A part is not carried if it overhangs by more than `LONGEST`, or by more than `LONGEST_TAIL` beyond the hands. The whole
+part, from its root on, then stays behind. docs/guide/fold-plans-for-your-garment.md has the simulations from which
+these numbers come.
 """
 
 from __future__ import annotations

@@ -1,13 +1,15 @@
 """The two equal fingers of a hand, one under the hem and one over it. Their sizes are defined here.
 
-`Fingers` are those of a simulated hand, `tatamu.robots.jaw.Jaw` those of a robot. Both have a `FingerSize`.
+`Fingers` describes the fingers of a simulated hand, and `tatamu.robots.jaw.Jaw` the fingers of a robot. Both are based
+on `FingerSize`.
 
     a   axis of the fingers, from the hand to their tips: towards the side that stays, `tilt` below the horizontal
-    u   opening axis, from the lower finger to the upper one: in the vertical plane across the hem, as a is
+    u opening axis, from the lower finger to the upper one: like a, in the vertical plane across the hem
     w   along the hem
 
-The held row of vertices lies at the tips, between both fingers. The lower finger then reaches f cos(tilt) below it, f
-its thickness: by so much a closing hand lifts the hem, and so much above the layers below it lets go.
+The held row of vertices lies at the tips, between both fingers. The lower finger, of thickness f, then reaches f
+cos(tilt) below this row. A closing hand therefore lifts the hem by this height, and lets it go at this height above the
+layers below.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from tatamu.material import Number
 from tatamu.records import Record
 
 PAD = 0.01
-"""Depth of cloth under the pads of a hand that takes a hem as it should [m]."""
+"""Depth of cloth under the pads of a hand that grasps a hem as intended [m]."""
 PRESETS = {
     # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
     "franka-hand": {"thickness": 0.0152, "width": 0.0175, "length": 0.0185},
@@ -57,7 +59,7 @@ class FingerSize(Record):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Replace the name of a hand by its sizes; sizes that are given too replace those of the name."""
+        """Replace the name of a hand by its sizes; sizes that are given as well have priority."""
         if not isinstance(given, dict) or "preset" not in given:
             return given
         name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}
@@ -80,7 +82,7 @@ class Fingers(FingerSize):
     """Fingers of a simulated hand; by default hands are points, without fingers."""
 
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
-    """Thickness of each finger [m]; 0 for a hand without fingers."""
+    """Thickness of each finger [m]. If it is 0, the hand has no fingers, and is simulated as a point."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
     """Distance of the upper finger from the lower one before it closes and after it has opened [m]."""
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
@@ -90,8 +92,9 @@ class Fingers(FingerSize):
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
     """Largest depth below the table's top to which a hand may be commanded without failing [m].
 
-    The default is that of an arm of 3000 N/m that stops at 20 N (`setDefaultBehavior` in examples/examples_common.cpp
-    of frankaemika/libfranka)."""
+    The default is the depth at which an arm with a stiffness of 3000 N/m stops, at 20 N (`setDefaultBehavior` in
+    examples/examples_common.cpp of frankaemika/libfranka).
+    """
 
     @property
     def stated(self) -> bool:

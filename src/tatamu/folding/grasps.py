@@ -12,7 +12,7 @@ from tatamu.garments import Garment
 HAND_CLEARANCE = 0.06
 """Least distance between the grasps of the two hands [m]; it keeps hands from crossing or touching."""
 NEAREST = 0.5
-"""Least distance of a grasp from the line, as a part of the distance of the farthest vertex of its edge."""
+"""Least distance of a grasp from the line, as a fraction of the distance of the farthest vertex of its edge."""
 SAME_PLACE = 0.4
 """Distance in cells within which vertices count as one place, where a pinch takes all layers."""
 
@@ -89,7 +89,7 @@ def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndar
 
 
 def _ordered(state: np.ndarray, line: FoldLine, edge: np.ndarray, side: float) -> np.ndarray:
-    """Return the edge in order from the corner inwards: from far off the line and far to the hand's own side."""
+    """Return the edge from the corner inwards; the corner is far from the line and on the hand's own side."""
     across, along = line.split(state[edge])
     return edge[np.argsort(across - side * along, kind="stable")]
 

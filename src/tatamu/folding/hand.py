@@ -1,8 +1,8 @@
 """A hand as rigid bodies: its two fingers, how they close on the hem, carry it, open and leave.
 
 The hand comes from outside the cloth along the axis of its fingers, and closes. Its orientation stays the same through
-the fold, so that at the release the lower finger lies inside the turned hem. There the upper finger opens, while the
-lower one, which has the layers below it, stays; then the hand draws back along its own axis.
+the fold, so at the release the lower finger lies inside the turned hem, on the layers below. Then the upper finger
+opens, while the lower finger stays. At last the hand draws back along its own axis.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ def leaves(fingers: Fingers) -> float:
 
 @dataclass(frozen=True)
 class HandPath:
-    """Path of a hand, of the point at its fingertips."""
+    """Path of the point at the fingertips of a hand."""
 
     times: np.ndarray
     """Knots [s], shape (k,), from 0."""
     points: np.ndarray
     """Positions [m], shape (k, 3)."""
     closed: float
-    """When the fingers have closed [s]."""
+    """Time at which the fingers have closed [s]."""
     opens: float
     """Time at which the fingers start to open [s]."""
 

@@ -22,8 +22,8 @@ MOST_EDGES = 8
 def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
     """Return the edges to grasp, one or two, and the number of hands.
 
-    The edge farthest from the line is best, if hands that hold it carry all moving cloth. Otherwise it is the edge, or
-    the pair of edges, one for each hand, that leaves the least cloth behind.
+    The edge farthest from the line is chosen if hands on it carry all moving cloth. Otherwise the choice is the edge,
+    or the pair of edges with one for each hand, that leaves the least cloth behind.
 
     Raises:
         InputError: If no edge lies on the moving side, or the hands do not fit on any.
@@ -40,7 +40,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 
 
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
-    """Return one edge for both hands, or one for each, that carries all moving cloth; None if there is none."""
+    """Return one edge for both hands, or one for each, that carries all moving cloth; None if no edges do."""
     far = distances(garment, state, line)
     names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
     middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}

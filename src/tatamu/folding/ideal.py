@@ -2,8 +2,8 @@
 
 The stack at a place and the stack that is laid on it are treated as one stack of mean height H, bent round the line.
 Its mid-surface is the crease of minimum energy for that thickness (see `crease`). A layer at height z before the fold
-is parallel to it at the distance d = z - H/2, inside the loop if d > 0. Far from the line the stack is thus turned
-over, z -> 2H - z. Near the line lengths change by the factor 1 - d * curvature.
+is parallel to this mid-surface, at the distance d = z - H/2. The layer is inside the loop if d > 0. Far from the line
+the stack is thus turned over, z -> 2H - z. Near the line lengths change by the factor 1 - d * curvature.
 
 There are two simplifications. Loops of earlier folds inside the stack are pressed: their height over the flat part is
 reduced to the share `KEPT`. H changes along the table by at most `SLOPE`, because cloth laid over an edge does not hang
@@ -27,7 +27,7 @@ KEPT = 0.5
 FADE = 3.5
 """Distance over which a loop falls to zero beyond the end of its crease, in bending lengths."""
 SLOPE = 0.3
-"""Steepest rise of the cloth over the cloth below it [-]: it is then 4 % longer than flat."""
+"""Steepest rise of the cloth over the cloth below it [-]; such cloth is 4 % longer than flat cloth."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Approximation of the folded cloth: the moving side mirrored over the line, flat, on top of all other cloth.
 
-Proposed plans are compared on it before any simulation; folds are scored against the shape of `ideal`.
+Proposed plans are compared by this approximation before any simulation. Simulated folds are scored against the shape of
+`ideal`.
 """
 
 from __future__ import annotations

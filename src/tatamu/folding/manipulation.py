@@ -22,7 +22,8 @@ from tatamu.scene import Index, Points
 TOP_SPEED = 0.6
 """Top speed of a hand [m/s]; folding twice as fast changes folds (De Gusseme and wyffels 2022)."""
 WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
-"""Time before the hands move, between arriving and opening, and after opening until the fold is scored [s]."""
+"""Time before the hands move, time between their arrival and opening, and time from then until the fold is scored
+[s]."""
 FRAME_RATE = 60.0
 """Frames per second [1/s]."""
 
@@ -216,7 +217,7 @@ class Manipulation:
         return made
 
     def check_via_points(self, via: ViaPoints | None) -> None:
-        """Refuse via-points that do not belong to the manipulation, as a robot would not follow the curve in the file.
+        """Refuse via-points off the curve in the file, because a robot would not follow the curve.
 
         Raises:
             InputError: If one of them is farther from the hand's motion than `OFF_PATH`.
@@ -308,7 +309,7 @@ def bezier_manipulation(
     """Return the paper's manipulation, Eq. (9), from P1 and P2 relative to P0, x along the fold, z up [m].
 
     P1 and P2 are given for a hand at the fold's span. A hand that is farther from the line follows the same curve,
-    larger in proportion, so that both hands turn the cloth about the line together.
+    enlarged by the ratio of the spans. Both hands then turn the cloth about the line together.
     """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])

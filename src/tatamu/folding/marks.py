@@ -1,7 +1,7 @@
 """The marks of a finished fold: six numbers that a person or a camera measures.
 
-The corners are those of the moved hem, where the first grasp candidates lie. The lower hem is the part that lies still
-at the places where these corners are to come to rest.
+The corners are those of the moved hem, where the first grasp candidates lie. The lower hem is the cloth that lies still
+at the targets of these corners.
 """
 
 from __future__ import annotations

@@ -13,13 +13,14 @@ Grasps = Literal["integer", "continuous"]
 """Grasps as whole numbers 0 to M-1, or as the paper's real numbers 0 to M, which are floored when used."""
 
 HIGHEST = 0.75
-"""Largest height of P1 and P2 over the grasp, in parts of the span."""
+"""Largest height of the inner control points P1 and P2 over the grasp, as a fraction of the span."""
 LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
-"""Low curves: height of P1 over the grasp, and distance of P2 ahead of it, in parts of the span."""
+"""Low curves: height of P1 over the grasp, and distance of P2 ahead of the grasp, as fractions of the span."""
 ARCHED = 0.2
-"""The arched curve: height of P1 over the grasp and of P2 over the release, in parts of the span."""
+"""The arched curve: height of P1 over the grasp and of P2 over the release, as a fraction of the span."""
 HIGH = 0.5
-"""Height of the high curve, which lifts layers of earlier folds off the table before it turns them over."""
+"""Height of the high curve, as a fraction of the span. On it, hands lift layers of earlier folds off the table before
+they turn these layers over."""
 
 
 def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
@@ -44,21 +45,22 @@ def first_curves(fold: Fold) -> list[Parameters]:
 def robust_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start a search in disturbed worlds with.
 
-    The first two are an arched and a low curve, which fail in different worlds. The last is the arched one again: the
-    default mesh starts with it, a fold that usually holds. A search on one mesh tries it once.
+    The first two are an arched and a low curve, which fail in different disturbed worlds. The last is the arched curve
+    again, because the task's own mesh starts with the last one, and its fold usually holds. A search on one mesh tries
+    this curve once.
     """
     return [arched_inwards(fold), *low_curves(fold), arched_inwards(fold)]
 
 
 def arched_inwards(fold: Fold) -> Parameters:
-    """Return the arched curve from half-way inwards, where hands that are off still find cloth."""
+    """Return the arched curve from half-way inwards, where hands with errors still find cloth."""
     return arched_curve(fold, (fold.candidates - 1) // 2)
 
 
 def later_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start the search of a later step with: an arched one, then high ones.
 
-    Loose flaps of earlier folds come undone on low curves, and if the hands hold only the corners.
+    On low curves, loose flaps of earlier folds come undone. They also come undone if the hands hold only the corners.
     """
     inwards = (0, (fold.candidates - 1) // 2, fold.candidates - 1)
     return [arched_curve(fold), *(arched_curve(fold, grasp, HIGH) for grasp in dict.fromkeys(inwards))]
@@ -67,13 +69,13 @@ def later_curves(fold: Fold) -> list[Parameters]:
 def arched_curve(fold: Fold, grasp: int = 0, spans: float = ARCHED) -> Parameters:
     """Return a curve that starts straight up and ends straight down.
 
-    Hands that come down from above do not push the cloth below them. Hands on low curves do
+    Hands that come down from above do not push the cloth below them, but hands on low curves push it
     (docs/notes/own-garments.md).
 
     Args:
         fold: The fold.
         grasp: Number of both grasps, from the corners inwards.
-        spans: Height of P1 over the grasp and of P2 over the release, in parts of the span.
+        spans: Height of P1 over the grasp and of P2 over the release, as a fraction of the span.
     """
     height = max(spans * fold.span, _lowest(fold))
     return {"x1": 0.0, "z1": height, "x2": fold.span, "z2": height, "g1": grasp, "g2": grasp}
@@ -82,8 +84,8 @@ def arched_curve(fold: Fold, grasp: int = 0, spans: float = ARCHED) -> Parameter
 def low_curves(fold: Fold) -> list[Parameters]:
     """Return curves from the corners that rise a little and pass low over the part that lies still.
 
-    The shortest paths to a good fold are of this kind if nothing is pushed. How low they may be depends on the cloth;
-    the lowest of them crushes coarse meshes.
+    If no cloth is pushed, the shortest paths to a good fold are of this kind. How low they may be depends on the cloth;
+    the lowest curve crushes coarse meshes.
     """
     lowest = _lowest(fold)
     return [
@@ -100,7 +102,8 @@ def _lowest(fold: Fold) -> float:
 def transfer(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:
     """Return the parameters for `fold` that correspond to `parameters` of the fold `before`.
 
-    P1 and P2 keep their place in parts of the span; grasps keep theirs among the candidates from the corner inwards.
+    P1 and P2 keep their places as fractions of the span. Grasps keep their places among the candidates, counted from
+    the corner inwards.
     """
     old = search_space(before, grasps).bounds
     new = search_space(fold, grasps).bounds

@@ -20,8 +20,9 @@ NOTICEABLE = 1.0
 def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing: float) -> np.ndarray:
     """Return which vertices under a finger pad are held: the outermost row of each layer.
 
-    The cloth turns about this row. Only fine meshes have a second row under a pad. It would also hold the slope of the
-    cloth. As hands do not turn, the flap would be laid down with its hem turned up, and would jump when they open.
+    The cloth turns about this row. Only fine meshes have a second row under a pad. Hands on both rows would also hold
+    the slope of the cloth. Because hands do not turn, they would lay the flap down with its hem turned up, and the flap
+    would jump when they open.
 
     Args:
         across: Distances of the vertices from the fold line [m], lower farther out, shape (k,).
@@ -43,8 +44,8 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
     """Return the displacements of the cloth between closing fingers.
 
-    Every vertex goes down to its layer: with two vertices under it, it stops two thicknesses above the lowest. Layers
-    that lie flat on each other do not move.
+    Every vertex goes down to its layer. For example, a vertex with two others below it stops two thicknesses above the
+    lowest. Layers that lie flat on each other do not move.
 
     Args:
         points: The vertices under the finger pad [m], shape (k, 3).

@@ -1,4 +1,4 @@
-"""The built-in plans, in parts of the garment's length (x, from -0.5 at the hem) and width (y).
+"""The built-in plans, in fractions of the garment's length (x, from -0.5 at the hem) and width (y).
 
 Left is +y. A user's own garment has the plans of its kind, if known, otherwise those of `ANY`.
 """
@@ -13,9 +13,10 @@ from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
 from tatamu.garments import Garment
 
 THIRD = 0.18
-"""Distance from the middle at which the sides of a T-shirt are folded, in parts of its width over the sleeves.
+"""Distance from the middle at which the sides of a T-shirt are folded, as a fraction of its width over the sleeves.
 
-With a sixth, the end of the first sleeve would lie exactly on the second line."""
+If it were a sixth, the end of the first sleeve would lie exactly on the second line.
+"""
 
 
 def _across(x: float, **more: object) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""Pressing a fold: a plate, or a hand that strokes along the fold line, flattens the crease and leaves.
+"""Pressing a fold: a plate flattens the crease, or a hand strokes along it; then the plate or the hand leaves.
 
 A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. Between parallel
 plates a bent strip is an elastica whose ends lie flat on both. With phi the angle of the strip to the plates and P the
@@ -34,7 +34,7 @@ RESTS = 0.3
 MOVES = 0.4
 """Time in which a plate comes down, or goes up [s]."""
 HIGH, ABOVE = 0.8, 0.05
-"""Height at which a plate waits, out of the way of the hands, and from which it presses [m]."""
+"""Height at which a plate waits, out of the way of the hands, and height from which it presses [m]."""
 KNOTS = 16
 """Knots of each motion."""
 
@@ -49,11 +49,11 @@ class Press(Record):
     size: tuple[Side, Side] | None = None
     """Size across the fold line and along it [m]; None for 60 x 400 mm of a plate, 20 x 30 mm of a hand."""
     gap: Annotated[Number, Field(gt=0.0, le=0.1)] | None = None
-    """Between the table and the plate [m]."""
+    """Distance between the table and the plate [m]."""
     weight: Annotated[Number, Field(gt=0.0, le=1000.0)] | None = None
     """Force on the plate [N]; the gap follows from it."""
     seconds: Annotated[Number, Field(gt=0.0, le=60.0)] = 1.0
-    """Time of pressing [s]; of a hand, time of the stroke."""
+    """Time for which a plate presses, or which a hand takes for its stroke [s]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -101,8 +101,8 @@ def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: flo
         press: Options of the press.
         line: The fold line.
         ends: The two ends of the crease along the line [m].
-        gap: Between the table and the plate [m].
-        begins: When the hands have left [s].
+        gap: Distance between the table and the plate [m].
+        begins: Time at which the hands have left [s].
     """
     across, along = press.area
     low, high = ends

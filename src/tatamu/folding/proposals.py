@@ -1,7 +1,7 @@
 """Fold plans from a garment's outline: parts that stick out are folded in, then the body is folded in half.
 
-A proposal has lines, the sides that move, their order, and the edges to grasp. `coverage` finds the parts that no hand
-would carry, and plans without such parts come first. Nothing is simulated.
+A proposal states the fold lines in order, the sides that move, and the edges to grasp. `coverage` finds the parts that
+no hand would carry; plans without such parts come first. Nothing is simulated.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
 SHORT_FLAP = 2.0
-"""Width, in creases, below which a fold of an appendage, or of earlier folds, is short: mostly loop."""
+"""Width, in creases, below which the fold of an appendage, or of earlier folds, counts as short: it is mostly loop."""
 AUTO_PLAN = "auto"
 """Name of the best proposal."""
 SIDES = ("bottom", "top", "left", "right")

@@ -71,9 +71,10 @@ class Limits(OpenRecord):
         return near and measured.mask_iou >= self.mask_iou
 
     def slack(self, measured: Measured) -> float:
-        """Return the distance to failure, as a part of the limits: 1 without any error, -1 twice beyond them.
+        """Return the distance to failure, as a fraction of the limits.
 
-        Negative if the fold fails.
+        It is 1 without any error, 0 at the limits, and negative if the fold fails: -1 if the errors are twice the
+        limits or more, or if the simulation failed.
         """
         distance = judged_distance(measured)
         if distance is None or measured.mask_iou is None:

@@ -1,4 +1,4 @@
-"""A correction of a manipulation: where hands grasp, where they let go, and how high they move."""
+"""A correction of a manipulation: shifts of the places where hands grasp and let go, and of their height."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Reach:
     files: tuple[Path, ...] = field(default=(), kw_only=True)
     """The file that describes the robot, and the files that it names."""
     disturbances: Mapping[str, Any] | None = field(default=None, kw_only=True)
-    """Table of disturbances in the robot's description; None if it has none."""
+    """Table of disturbances in the robot's description; None if the description has no such table."""
     quality: Callable[[Manipulation], float]
     """Quality of the robot's motion along a manipulation on Bezier curves; negative if it cannot make it."""
     refusal: Callable[[Manipulation], str | None] = _no_refusal

@@ -18,7 +18,7 @@ from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 _CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
-"""Times at which the fingers close, frame by frame [s], before the hands move."""
+"""Times of the frames in which the fingers close, before the hands move [s]."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,8 @@ class Carry:
     times: np.ndarray
     """Knots of the motion [s], shape (k,); at the first the hand starts to move."""
     displacements: np.ndarray
-    """Displacements from the grasp at each knot [m], shape (k, 3); the first is the hand's when it has closed."""
+    """Displacements from the grasp at each knot [m], shape (k, 3); the first is that of the closed hand before it
+    moves."""
     opens: float
     """Time at which the hand opens [s]."""
     beside: np.ndarray | None = None
@@ -89,7 +90,7 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
 
 
 def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
-    """Return the vertices of a hand in parts that its fingers press down equally far [m]; the part that stays first."""
+    """Return a hand's vertices in groups, by how far its fingers press them down [m]; first those that stay."""
     patch = np.array(fold.patch(vertex))
     down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]

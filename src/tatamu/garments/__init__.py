@@ -66,8 +66,8 @@ def make_garment(
 
     Args:
         name: A name of `GARMENTS`, or the path of a garment file, an outline or a mesh (docs/guide/garments.md).
-        size: Width (y) and length (x) [m]; None for the size that was measured if `material` is a file calibrated with
-            this garment, otherwise for the garment's own.
+        size: Width (y) and length (x) [m]; None for the garment's own size. If `material` is a file calibrated with
+            this garment, None stands for the measured size.
         material: Material of the cloth, or its preset or file.
         spacing: Edge length of its mesh [m].
         scale: Metres per unit of a file.

@@ -1,10 +1,10 @@
 """The apparel industry's form of DXF, ANSI/AAMA-292 and ASTM D6673: a block for each piece, layers with a meaning.
 
-The boundary of a piece, along which it is cut, is on layer 1, lines along which it is sewn on layer 14, cut-outs on 11,
-the grain line on 7, the line of a piece that is cut on a fold on 6. A flat garment does not need the rest: turn points
-(2), curve points (3), notches (4 and 80 to 83), reference lines (5, 9, 10), lines that are only drawn (8), drill holes
-(13), annotations (15) and the finer copies for checking (84 to 87). Text says what a piece is called and what the unit
-is: METRIC is millimetres, ENGLISH inches.
+The layers have numbers. Layer 1 has the boundary of a piece, along which it is cut, and layer 14 the lines along which
+it is sewn. Layer 11 has cut-outs, layer 7 the grain line, and layer 6 the fold line of a piece that is cut on a fold. A
+flat garment does not need the other layers: turn points (2), curve points (3), notches (4 and 80 to 83), reference
+lines (5, 9, 10), lines that are only drawn (8), drill holes (13), annotations (15) and the finer copies for checking
+(84 to 87). Texts state the name of a piece and the unit: METRIC is millimetres, ENGLISH is inches.
 """
 
 from __future__ import annotations

@@ -18,15 +18,16 @@ from tatamu.garments.sides import lies_along, named_sides, with_ends
 SMOOTH = 2e-4
 """Points that change the outline by less than this are left out [m]."""
 MOST_CORNERS = 2_000
-"""Curves of an outline have no more corners; libraries call themselves for each corner, or try all pairs of corners."""
+"""Largest number of corners of an outline's curves, because libraries recurse for each corner, or try all pairs."""
 MOST_NOTES = 5
 """Largest number of notes on curves that are no openings; further ones are counted."""
 SAME = 0.99
-"""A hole with more than this part of the outline's area is the outline itself, drawn twice."""
+"""Fraction of the outline's area above which a hole is the outline itself, drawn twice."""
 WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
-"""Seam allowances and hems are at most so wide [m], and at most this part of the root of a piece's area."""
+"""Largest width of seam allowances and hems [m], and the same as a fraction of the root of a piece's area."""
 MARK = 0.05
-"""A closed curve across the outline is a mark, such as a notch, up to this part of the outline's extent."""
+"""Largest extent of a closed curve across the outline that is a mark, such as a notch, as a fraction of the
+outline's."""
 Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
@@ -86,8 +87,8 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
     """Return the cloth within the first ring, and notes on how the other rings were interpreted.
 
-    A pattern is drawn with two lines around a piece: where it is cut, and within it where it is sewn. Which one a
-    closed curve inside is, a hole or the sewn line, no drawing states; but only the latter follows the outline.
+    A pattern is drawn with two lines around a piece: the cut line, and the sewn line within it. No drawing states
+    whether a closed curve inside is a hole or the sewn line. But only a sewn line follows the outline.
     """
     outer, *inner = (_valid(_bounded(ring, path), path) for ring in rings)
     extent = max(np.ptp(rings[0], axis=0))

@@ -13,9 +13,9 @@ from tatamu.garments.units import Unit
 FARTHEST = 1e9
 """Largest coordinate of a drawing, in any unit."""
 MOST_POINTS = 100_000
-"""No curve of a drawing has more points."""
+"""Largest number of points of a curve in a drawing."""
 SAME = 1e-3
-"""Largest distance of two ends that are one point, as a part of the curve's length."""
+"""Largest distance of two ends that count as one point, as a fraction of the curve's length."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ NAMELESS = ("0", "defpoints")
 FLATNESS = 1e-4
 """Largest distance of the polyline of an arc from the arc [m] ..."""
 RELATIVE_FLATNESS = 1e-5
-"""... or as part of the extent of the arc, which limits the number of points of very large arcs."""
+"""... or as a fraction of the extent of the arc, which limits the number of points of very large arcs."""
 MOST_ENTITIES = 60_000
 """Largest number of entities of an unpacked drawing; each takes a third of a millisecond."""
 MOST_BENT = 10_000

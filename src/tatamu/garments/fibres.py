@@ -1,8 +1,8 @@
-"""The direction of the warp in each triangle, where panels have directions of their own.
+"""The direction of the warp in each triangle of a garment whose panels have different directions.
 
-A garment cut from one outline has its warp along its length, +x, and needs no fibres. In a UV map that is the pattern
-the warp is along +v of every panel, because patterns are drawn along the grain. In a set-in sleeve it is along the
-sleeve.
+A garment cut from one outline has its warp along its length, +x, and needs no such directions. If a UV map is the
+pattern of a garment, the warp is along +v of every panel, because patterns are drawn along the grain. In a set-in
+sleeve the warp is along the sleeve.
 """
 
 from __future__ import annotations

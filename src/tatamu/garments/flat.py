@@ -18,10 +18,10 @@ from tatamu.material import Material
 from tatamu.topology import Topology, edge_lengths
 
 OVERLAP = 1.01
-"""Triangles that face up may have this times the area that they cover: more, and they lie on each other."""
+"""Largest ratio of the area of triangles that face up to the area that they cover; above it, they lie on each other."""
 
 UNLIKE = 0.02
-"""Largest difference between the outlines of front and back, as part of the area."""
+"""Largest difference between the outlines of front and back, as a fraction of the area."""
 
 
 def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:

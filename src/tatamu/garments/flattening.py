@@ -1,10 +1,10 @@
 """Flattening of a worn garment: front and back in one plane, one over the other, with little distortion.
 
-Triangles are divided into those of the front, which shall face up, and those of the back, which shall face down; where
-the two meet, at the side seams and along the top of the sleeves, the garment is folded. Then all vertices are placed in
-the plane so that every triangle comes as near as it can to a rotated copy of itself, or of its mirror image where it
-faces down ("as rigid as possible": Sorkine and Alexa 2007; Liu et al. 2008 for the plane). The undeformed triangle is
-that of the mesh, or that of the pattern if the file has one as its UV map.
+Triangles are divided into those of the front and those of the back. The front shall face up, and the back shall face
+down. Where the two meet, at the side seams and along the top of the sleeves, the garment is folded. Then all vertices
+are placed in the plane. Every triangle is to be as near as possible to a rotated copy of itself, or of its mirror image
+if it faces down ("as rigid as possible": Sorkine and Alexa 2007; Liu et al. 2008 for the plane). The undeformed
+triangle is that of the mesh, or that of the pattern if the file has one as its UV map.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ PASSES, TENSE = 3, 0.3
 SMOOTHINGS, SLIVER = 60, 0.12
 """Number of passes that correct triangles facing the wrong way, or with a height below this part of their length."""
 STILL = 1e-6
-"""Motion below which a vertex has reached its place, as part of the garment's extent."""
+"""Motion below which a vertex has reached its place, as a fraction of the garment's extent."""
 LEAST_WEIGHT = 0.05
 """Smallest cotangent weight of an edge: obtuse triangles would have negative ones."""
 PRICES = (0.35, 1.0, 3.0)
-"""The cost of an edge between front and back, in triangles that face the wrong way: the higher, the shorter the border,
-and the less it follows wrinkles. Each is tried, and the plan that strains the garment least is kept."""
+"""Costs of an edge between front and back, in triangles that face the wrong way. A higher cost makes the border
+shorter, and it follows wrinkles less. Each cost is tried, and the plan that strains the garment least is kept."""
 ONE_SIDED = 0.5
 """Share of agreeing triangles above which a whole panel belongs to the front or the back."""
 
@@ -175,8 +175,8 @@ def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
 def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """Return the plan after local and global steps until convergence; triangles have the weights `stress`, shape (m,).
 
-    In complex numbers the best turn of a triangle is the phase of a weighted sum over its corners (local step), and the
-    best places of the vertices for given turns solve a system whose matrix stays (global step).
+    In complex numbers, the best turn of a triangle is the phase of a weighted sum over its corners (local step). The
+    best places of the vertices for given turns solve a linear system with a constant matrix (global step).
     """
     count = len(plan)
     weights = _cotangents(templates) * stress[:, None]

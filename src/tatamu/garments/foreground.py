@@ -15,17 +15,17 @@ import shapely
 from tatamu.errors import InputError
 
 FRAME = 0.04
-"""Part of the photo's width and height, on each side, that shows the table only."""
+"""Width of the border that shows only the table, on each side, as a fraction of the photo's width and height."""
 LIGHTNESS = 0.6
 """Weight of lightness against colour: a shadow darkens, it does not tint."""
 FAINTEST = 6.0
 """Least difference of a garment from its table [CIELAB units]."""
 SMALLEST, LARGEST = 0.02, 0.9
-"""Part of the photo that a garment covers."""
+"""Smallest and largest fraction of the photo that a garment covers."""
 EDGE = 4
 """Distance from the photo's border within which a garment touches it [pixels]."""
 SIMILAR = 0.05
-"""Least area of a region that may belong to the garment, as a part of the garment's area."""
+"""Least area of a region that may belong to the garment, as a fraction of the garment's area."""
 FACING = 1.1
 """Points of two regions face each other if they are at most this many times as far apart as the nearest ones."""
 
@@ -37,7 +37,7 @@ class Foreground:
     mask: np.ndarray
     """Pixels of the garment, holes filled, shape (h, w)."""
     others: tuple[float, ...]
-    """Areas of other regions, as parts of its area, the largest first."""
+    """Areas of other regions, as fractions of the garment's area, the largest first."""
 
 
 def stand_out(

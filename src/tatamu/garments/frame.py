@@ -8,7 +8,7 @@ import numpy as np
 
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 FLAT = 0.03
-"""Largest thickness of a flat mesh, as part of its width."""
+"""Largest thickness of a flat mesh, as a fraction of its width."""
 SQUARE = np.sin(np.radians(1.0))
 """A grain line that lies this near to square across points neither up nor down."""
 

@@ -80,7 +80,7 @@ class Garment:
 
     @property
     def statement(self) -> str:
-        """Its name and size in one line, and how the size was understood."""
+        """Name and size of the garment in one line, with the way in which its size was read."""
         width, length = self.size
         return f"{self.name}: {width:.2f} x {length:.2f} m{', ' if self.reading else ''}{self.reading}"
 

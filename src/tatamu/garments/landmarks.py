@@ -1,8 +1,8 @@
 """Hem, sleeves and neck of a T-shirt, found from its outline alone.
 
-The outline leaves its convex hull open under either sleeve. The lower end of this pocket is the hem's corner, its
-deepest point the underarm. The neck is a pocket as well or, if it is straight, the level part of the top. Of the sides
-of the outline from underarm to neck, the end of the sleeve is the one farthest from the middle of both.
+Under each sleeve the outline leaves its convex hull: this gap is a pocket. Its lower end is the corner of the hem, and
+its deepest point is the underarm. The neck is a pocket as well or, if it is straight, the level part of the top. The
+end of a sleeve is the side of the outline, between underarm and neck, that is farthest from the middle of both.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import shapely
 from tatamu.errors import InputError
 
 DEEP = 0.05
-"""Least depth of the pocket under a sleeve, as part of the outline's width."""
+"""Least depth of the pocket under a sleeve, as a fraction of the outline's width."""
 CENTRAL = 0.25
-"""The middle of the neck is at most this part of the width from the middle."""
+"""Largest distance of the middle of the neck from the middle, as a fraction of the width."""
 DIP = 0.01
-"""Least depth of a neckline that is a pocket, as a part of the outline's height; others are level."""
+"""Least depth of a neckline that is a pocket, as a fraction of the outline's height; other necklines are level."""
 LEVEL = np.tan(np.radians(12.0))
 """Steeper sides belong to the shoulders."""
 NARROWEST, WIDEST = 0.08, 0.6
-"""Width of the neck in parts of the outline's."""
+"""Smallest and largest width of the neck, as fractions of the outline's width."""
 STRAIGHT = 0.02
-"""A side may bend by this part of the outline's width."""
+"""Largest bend of a side, as a fraction of the outline's width."""
 ALIKE = 2.0
 """Largest ratio of the widths of two sleeves."""
 

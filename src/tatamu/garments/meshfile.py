@@ -24,9 +24,9 @@ FARTHEST = 1e9
 MOST_NODES = 10_000
 """Largest number of nodes of a GLB file."""
 SAME = 1e-5
-"""Largest distance of vertices at one place, as a part of the mesh's extent."""
+"""Largest distance of vertices at one place, as a fraction of the mesh's extent."""
 SLIVER = 1e-3
-"""Area below which a triangle is degenerate, as part of its longest edge squared."""
+"""Area below which a triangle is degenerate, as a fraction of its longest edge squared."""
 
 
 def read_mesh(path: Path) -> TriangleMesh:

@@ -22,7 +22,7 @@ class _Part:
 
     @property
     def points(self) -> slice:
-        """Its points in the side."""
+        """Numbers of the part's points in the side."""
         return slice(self.first, self.last + 1)
 
 

@@ -1,8 +1,8 @@
 """The mesh of a flat panel: near-equilateral triangles, rows along y, points of their own along the outline.
 
-Inside lies the staggered lattice on which cloth bends best (docs/theory/bending.md), with a row on x = 0. Lattice
-points too near the outline are dropped, those next to it are moved to the middle of their neighbours, and Delaunay
-joins all.
+Inside the outline lies the staggered lattice on which cloth bends best (docs/theory/bending.md), with a row on x = 0.
+Lattice points too near the outline are dropped. Lattice points next to it are moved to the middle of their neighbours.
+Then all points are joined by Delaunay triangulation.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ INSIDE = 0.5
 MOST_OVERLAPS = 100_000
 """Largest number of pairs of closed curves that overlap; each pair is intersected."""
 MARK = 1e-3
-"""Largest area of a mark, such as a notch, across the border of a closed curve, as a part of that curve's area."""
+"""Largest area of a mark, such as a notch, across the border of a closed curve, as a fraction of that curve's area."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:

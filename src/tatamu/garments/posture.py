@@ -1,9 +1,9 @@
 """The rotation that lays a garment on its back, from the directions of its hem and its front.
 
-The thinnest direction of the mesh goes through front and back. Of the other two, the one in which the garment is its
-own mirror image is the width. The hem is the longest opening in the middle; trousers have two openings, the legs, off
-the middle. The front has the lower neckline. If this is ambiguous, the axes of the file decide: z up and front towards
--y if y is thinnest, otherwise y up and front towards +z.
+The thinnest direction of the mesh goes through front and back. Of the other two directions, the width is the one along
+which the garment is its own mirror image. The hem is the longest opening in the middle; trousers have two openings, the
+legs, off the middle. The front has the lower neckline. If this is ambiguous, the axes of the file decide: z up and
+front towards -y if y is thinnest, otherwise y up and front towards +z.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ ALIGNED = np.cos(np.radians(30.0))
 CLEAR = 0.6
 """Factor by which the mirror image along the width must fit better than along the other direction."""
 MIDDLE = 0.12
-"""Openings whose middle is this part of the width from the middle plane are in the middle."""
+"""Largest distance from the middle plane of openings that count as in the middle, as a fraction of the width."""
 LONGER = 1.1
 """The hem is at least this many times as long as the other openings in the middle."""
 TILTED = 0.08
-"""A neckline is lower in front where it falls by this part of the garment's length."""
+"""Least depth of a neckline by which it counts as lower in front, as a fraction of the garment's length."""
 
 
 @dataclass(frozen=True)

@@ -51,8 +51,8 @@ def front_and_back(
 ) -> Garment:
     """Return two panels of one mesh, one over the other, sewn and welded along all sides that are not `openings`.
 
-    A line of the outline ends the front panel: it runs inside an opening of the back, as the neckline of a front does,
-    and the front has nothing between the two.
+    If the outline has a line, the front panel ends at this line. Like the neckline of a front, the line runs inside an
+    opening of the back, and the front has no cloth between the line and the opening.
 
     Raises:
         InputError: If the outline is too large or too small, or cannot be meshed with this spacing; `openings` are

@@ -12,11 +12,11 @@ from tatamu.errors import InputError
 QUARTERS = ("bottom", "right", "top", "left")
 """Directions in which a side may face: -x, -y, +x, +y."""
 SHORTEST = 0.03
-"""Least length of an unnamed side, as part of the outline; shorter ones belong to a neighbour."""
+"""Least length of an unnamed side, as a fraction of the outline; shorter sides belong to a neighbour."""
 FARTHEST = 0.03
-"""Ends of a named curve may be this part of the outline's larger extent away from it."""
+"""Largest distance of the ends of a named curve from the outline, as a fraction of the outline's larger extent."""
 BESIDE = 0.15
-"""Its other points may be this part of the extent away: a straight curve may cross a curved neckline."""
+"""Largest distance of its other points, as a fraction of the extent: a straight curve may cross a curved neckline."""
 
 
 def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:

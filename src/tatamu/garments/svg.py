@@ -1,8 +1,8 @@
 """SVG files: their curves, and how long one of their units is.
 
-Coordinates are kept in the units of the outermost `viewBox`. How long such a unit is follows from `width`, whose px is
-1/96 inch and pt 1/72 inch (CSS Values and Units, section 6.2); but a px of Illustrator is a point, and one of Inkscape
-before 0.92 is 1/90 inch.
+Coordinates are kept in the units of the outermost `viewBox`. The length of such a unit follows from `width`. In
+`width`, px is 1/96 inch and pt is 1/72 inch (CSS Values and Units, section 6.2). But a px of Illustrator is a point,
+and a px of Inkscape before 0.92 is 1/90 inch.
 """
 
 from __future__ import annotations

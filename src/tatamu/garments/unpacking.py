@@ -1,4 +1,4 @@
-"""Bounds of drawings whose parts show other parts, so that a small file may unpack to any number of curves."""
+"""Bounds of drawings whose parts include other parts: a small file may unpack to any number of curves."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LARGEST_DRAWING = 16 * MIB
 MOST_PARTS = 500_000
 """Largest number of elements, and of numbers in paths, of an unpacked drawing."""
 DEEPEST = 100
-"""No element of a drawing lies in more others."""
+"""Largest number of elements in which an element of a drawing is nested."""
 MOST_CURVES = 5_000
 """Largest number of closed curves of a drawing, and of open ones."""
 Part = TypeVar("Part", bound=Hashable)
@@ -22,16 +22,16 @@ Part = TypeVar("Part", bound=Hashable)
 def check_unpacked(
     root: Part, parts: Callable[[Part], Iterable[tuple[Part, int]]], own: Callable[[Part], int], most: int = MOST_PARTS
 ) -> None:
-    """Refuse a drawing that unpacks to too much, before it is unpacked.
+    """Refuse a drawing that would unpack to too many elements, before it is unpacked.
 
     Args:
         root: The whole drawing.
-        parts: The parts that a part shows, and how many times.
-        own: The number of elements of a part itself.
-        most: The largest number of elements of the whole drawing.
+        parts: Function from a part to the other parts that it includes, with the number of times of each.
+        own: Function from a part to the number of its own elements, without those of included parts.
+        most: The largest allowed number of elements of the whole drawing.
 
     Raises:
-        InputError: If a part shows itself, lies too deep, or the drawing has too many elements.
+        InputError: If a part includes itself, lies too deep, or the drawing has too many elements.
     """
     known: dict[Part, int] = {}
     open_parts: set[Part] = set()

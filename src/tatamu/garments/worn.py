@@ -25,11 +25,11 @@ from tatamu.material import Material
 OFTEN_UNWELDED = (".stl", ".glb")
 """Formats that repeat a vertex for each triangle, or for each place in the texture."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""A garment is flattened if half of its edges change by less than the first of these parts, 95 in 100 by the second; if
-they change by more than the third, a note asks the user to check it."""
+"""Relative changes of edges. A garment is flattened if half of its edges change by at most the first, and 95 in 100 by
+at most the second. If more than 5 in 100 change by more than the third, a note asks the user to check the garment."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
-"""A UV map is the pattern if half of its edges fit those of the mesh to this part, with one scale for all panels."""
+"""Relative misfit of half of the edges up to which a UV map counts as the pattern, with one scale for all panels."""
 DEVELOPABLE = 0.01
 """Relative misfit of half of the edges up to which a UV map gets separate scales along u and v."""
 SQUARE = 0.3
@@ -238,8 +238,8 @@ def _median_misfit(worn: np.ndarray, drawn: np.ndarray) -> float:
 def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """Metres per unit of u and of v with which a UV map fits the edges of the mesh best, shape (2,).
 
-    An edge has the squared length a u^2 + b v^2; a and b are fitted to the edges' relative errors, which are weighted
-    down where they are large, as at seams.
+    An edge has the squared length a u^2 + b v^2; a and b are fitted to the edges' relative errors. Large errors, such
+    as those at seams, have less weight.
     """
     across = (np.roll(uv, -2, axis=1) - np.roll(uv, -1, axis=1)).reshape(-1, 2) ** 2
     wanted = worn.ravel() ** 2

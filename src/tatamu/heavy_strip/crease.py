@@ -1,7 +1,8 @@
 """The crease of cloth: the loop of minimum energy at a fold, lying on the table under its own weight.
 
-A strip of arc length 2U, u in [-U, U], lies flat at both ends: u = U on the table, u = -U right above it, a thickness
-higher, so that the layers are flush. Between them it takes the shape of minimum bending and gravitational energy
+A strip of arc length 2U, u in [-U, U], lies flat at both ends. The end u = U is on the table. The end u = -U is right
+above it, one thickness higher, so that the layers are flush. Between them it takes the shape of minimum bending and
+gravitational energy
 
     E / b = int  B/2 (d phi/du)^2 + rho g z  du,     z >= t/2 below, z >= 3t/2 above,
 

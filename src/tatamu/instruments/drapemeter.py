@@ -1,9 +1,9 @@
 """The drapemeter: a disc of cloth over a round plate.
 
 As in the instrument, the specimen lies flat, its middle on a plate level with a table, and the plate rises. The cloth
-on the plate does not move on it: the scene fixes it, and also half a row beyond the rim, so that the cloth leaves the
-plate level. The mesh is a ring of concentric rows. A flat disc has no reason to buckle: small, seeded unevenness
-replaces the fabric's own. For more unevenness, the unstrained cloth itself can be wavy.
+on the plate does not move, because the scene fixes it there. The scene also fixes half a row beyond the rim, so that
+the cloth leaves the plate level. The mesh is a ring of concentric rows. A flat disc has no reason to buckle: small,
+seeded unevenness replaces the fabric's own. For more unevenness, the unstrained cloth itself can be wavy.
 """
 
 from __future__ import annotations

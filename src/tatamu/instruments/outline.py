@@ -21,7 +21,7 @@ from tatamu.topology import Topology
 ANGLES = 360
 """Number of angles of an outline: one for each degree."""
 TOUCHING = 1e-9
-"""Tolerance at a segment's ends, as a part of the segment, so that no ray slips between two segments."""
+"""Tolerance at a segment's ends, as a fraction of the segment, so that no ray slips between two segments."""
 PROMINENCE = 0.003
 """Least prominence of a node [m]."""
 
@@ -112,7 +112,7 @@ def centroid(curve: np.ndarray) -> np.ndarray:
 
 
 def _reach(segments: np.ndarray, angles: int) -> np.ndarray:
-    """Return the farthest crossing of each ray from the origin with segments [m], shape (k,); 0 if there is none.
+    """Return the farthest crossing of each ray from the origin with segments [m], shape (k,); 0 without a crossing.
 
     Args:
         segments: Ends of the segments [m], shape (s, 2, 2).

@@ -1,4 +1,7 @@
-"""Margins: how large each disturbance may be before a learned fold fails, and how often the fold succeeds."""
+"""Margins: how large each disturbance may be before a learned fold fails, and how often the fold succeeds.
+
+A draw is one random value of each disturbance. It defines a world; the nominal world has no disturbances.
+"""
 
 from tatamu.margins.measurement import DRAWS, Measured, measure
 

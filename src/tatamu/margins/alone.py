@@ -10,7 +10,7 @@ from tatamu.folding.score import Limits
 from tatamu.robustness import Verdict, WorldSearch
 
 FARTHEST = 6.0
-"""Farthest value tried, in standard deviations; a normal variable exceeds it twice in a thousand million draws."""
+"""Farthest value tried, in standard deviations; a normal variable is beyond it in two of a thousand million draws."""
 NEAR = 2.0
 """Value tried next if the fold fails at `FARTHEST`, in standard deviations; most ranges end below it."""
 HALVINGS = 3

@@ -142,7 +142,7 @@ def measure(
 
 
 def coarser_fold(own: FoldOnMesh) -> FoldOnMesh | None:
-    """Return the fold on a coarser mesh; None if there is none."""
+    """Return the fold on a coarser mesh; None if it has no coarser mesh."""
     task: Task = own.evaluator.task
     coarse = coarser_task(task, CoarseMesh())
     if coarse is None:

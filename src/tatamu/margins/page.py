@@ -172,7 +172,7 @@ def _replayed(measured: Measured) -> list[Replayed]:
 
 
 def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
-    """Simulate a draw again on the fine mesh; None if that fails, which is possible if the coarse mesh decided."""
+    """Simulate a draw again on the fine mesh; None if that fails where only the coarse mesh was simulated before."""
     try:
         task = subject.evaluator.task
         scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.world)
@@ -204,7 +204,7 @@ def _starts(shown: Sequence[Replayed]) -> list[float]:
 
 
 def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
-    """Return both hands through all draws; a hand that missed the cloth is drawn at the other."""
+    """Return both hands through all draws; a hand that missed the cloth is drawn at the other hand's place."""
     tracks = []
     starts = _starts(shown)
     for hand, colour in zip(HANDS, HAND_COLOURS, strict=True):

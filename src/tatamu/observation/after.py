@@ -1,4 +1,7 @@
-"""Learning after observed folds: the posterior as disturbances, its mean taken away, the last fold to start from."""
+"""Learning after observed folds.
+
+The study uses the posterior as its disturbances, corrects the mean of the posterior, and starts from the last fold.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ class Known:
     """The inputs of a study from observed folds."""
 
     disturbances: Disturbances
-    """The posterior."""
+    """Disturbances of the posterior."""
     shift: tuple[HandShift, ...]
     """The correction of every manipulation of the study."""
     first: list[Parameters]

@@ -1,6 +1,6 @@
 """The corrected fold: the record of a correction, and the folder that robot plans take.
 
-`tatamu observe` keeps the record of the next correction, so that `tatamu correct` infers nothing again.
+`tatamu observe` keeps the record of the next correction, so `tatamu correct` need not infer it again.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ FILE = "correction.json"
 
 
 class End(OpenRecord):
-    """How the next fold is expected to end."""
+    """The expected end of the next fold."""
 
     mean_vertex_distance: Number
     """Mean vertex distance [m]."""
     interval: Annotated[list[Number], Field(min_length=2, max_length=2)]
-    """Its 90 % interval [m]."""
+    """90 % interval of the mean vertex distance [m]."""
     marks: dict[str, Number]
-    """Means of the six numbers [m]."""
+    """Means of the six marks [m]."""
 
     @classmethod
     def of(cls, expected: Expected) -> End:
@@ -48,13 +48,13 @@ class CorrectionRecord(OpenRecord):
 
     version: Literal[1] = 1
     observed: int
-    """How many folds were observed."""
+    """Number of observed folds."""
     hands: list[HandShift]
     """Shift of each hand, left before right; empty if none is expected to help."""
     expected: dict[Literal["before", "after"], End]
-    """Of the next fold, without the correction and with it."""
+    """Expected outcomes of the next fold, without the correction and with it."""
     after: str = ""
-    """Digest of the observations that it follows from."""
+    """Digest of the observations from which the correction follows."""
 
     @classmethod
     def of(cls, observed: Observed) -> CorrectionRecord:
@@ -75,7 +75,7 @@ def keep(observed: Observed) -> None:
 
 
 def kept(folder: ObservedFolder) -> CorrectionRecord | None:
-    """Return the record of the next correction; None if there is none after these very observations."""
+    """Return the record of the next correction; None if none is kept for exactly these observations."""
     try:
         record = CorrectionRecord.model_validate(read_json(folder.correction_file))
     except (InputError, ValueError):
@@ -114,8 +114,8 @@ def write_kept(folder: ObservedFolder, record: CorrectionRecord, out: Path | Non
 def write(learned: Result, record: CorrectionRecord, disturbances: Disturbances, out: Path | None = None) -> Result:
     """Write the folder of a corrected fold, which robot plans take, and return the fold.
 
-    Its rollout is that of the learned fold, which the correction is to bring about; its scene is that of the corrected
-    hands with the errors that are expected of them.
+    The rollout in the folder is that of the learned fold, which the correction shall bring about. The scene has the
+    corrected hands with their expected errors.
 
     Args:
         learned: The fold as it was learned.

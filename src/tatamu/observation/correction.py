@@ -1,4 +1,4 @@
-"""The correction of the next fold: the systematic errors that are expected of hands, grasps and table, taken away."""
+"""The correction of the next fold: it undoes the expected systematic errors of hands, grasps and table."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tatamu.observation.emulator import Emulator
 from tatamu.observation.posterior import Posterior
 
 CORRECTABLE = ("hands.offset", "hands.difference", "hands.yaw", "grasp", "cloth.place", "table.height")
-"""Beginnings of the names of disturbances that grasp, release and height can make up for."""
+"""Beginnings of the names of disturbances that a shift of grasp, release and height can correct."""
 PARTS = (1.0, 0.75, 0.5, 0.25)
-"""Parts of the expected error that are tried, the whole first."""
+"""Fractions of the expected error whose correction is tried, the whole error first."""
 WORTH = 0.0002
-"""A correction must be expected to bring the fold nearer by this much [m]."""
+"""Least expected decrease of the fold's distance from its target for which a correction is made [m]."""
 INTERVAL = (0.05, 0.95)
 """Quantiles of a 90 % interval."""
 
@@ -65,7 +65,7 @@ class Correction:
     shifts: tuple[HandShift, ...]
     """Correction of each hand, from the fold as it was learned, left before right."""
     before: Expected
-    """Without it."""
+    """Expected outcome without the correction."""
     after: Expected
     """Expected outcome with the correction."""
 
@@ -96,13 +96,13 @@ def find_correction(posterior: Posterior, emulator: Emulator, fold: Fold, manipu
 
 
 def _shifts(posterior: Posterior, fold: Fold, manipulation: Manipulation, change: np.ndarray) -> tuple[HandShift, ...]:
-    """Return the shift of each hand that makes up for errors of minus `change`."""
+    """Return the shift of each hand that corrects errors of minus `change`."""
     errors = World(dict(zip(posterior.names, (-change).tolist(), strict=True)))
     return shift_against(hand_errors(fold, manipulation, errors))
 
 
 def shift_against(errors: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[HandShift, ...]:
-    """Return the shift of each hand that makes up for errors as `hand_errors` gives them."""
+    """Return the shift of each hand that corrects errors in the form of `hand_errors`."""
     return tuple(
         HandShift(grasp=_metres(-grasp), release=_metres(-hand[:2]), height=_metres(-hand[2:])[0])
         for grasp, hand in errors
@@ -133,7 +133,7 @@ def as_disturbances(shifts: Sequence[HandShift], less: Sequence[HandShift]) -> d
 
     Args:
         shifts: Correction of each hand, left before right; empty for none.
-        less: Shifts that are part of the learned fold already.
+        less: Shifts that the learned fold already has.
     """
     hands = [_numbers(shifts, number) - _numbers(less, number) for number in range(max(len(shifts), len(less)))]
     if not hands:

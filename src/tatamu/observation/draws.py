@@ -1,6 +1,7 @@
-"""Draws of the simulator that observations are compared with: those that margins keeps, and wider ones.
+"""Simulated draws with which observations are compared: the draws of `tatamu margins`, and wider draws.
 
-Both use the same file, so a world that was simulated once is known to both.
+A draw is one world: one random value of each disturbance. `tatamu margins` and `tatamu observe` keep simulations in the
+same file, so neither repeats a world that the other has simulated.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from tatamu.simulators.many import executor_of, processors
 from tatamu.study import Result
 
 USUAL = 100
-"""Draws of the disturbances as they are stated; the first ones of `tatamu margins`."""
+"""Number of draws from the stated disturbances; they are the first draws of `tatamu margins`."""
 WIDE = 100
-"""Draws twice as wide, so that a set-up that is worse than stated is not beyond everything that was drawn."""
+"""Number of draws that are twice as wide, so that they also cover a set-up with larger errors than stated."""
 WIDER = 2.0
 """Ratio of the deviations of the wider draws to the stated ones."""
 
@@ -42,7 +43,7 @@ class Draws:
     nominal: Verdict
     """Verdict in the world of the means, on the fine mesh."""
     difference: np.ndarray
-    """Marks in that world on the fine mesh less those on the mesh of the draws [m], shape (m,)."""
+    """Marks in the world of the means: those on the fine mesh minus those on the mesh of the draws [m], shape (m,)."""
     simulated: int
     """Number of new simulations."""
 
@@ -103,7 +104,7 @@ def widened(world: World, centre: World) -> World:
 
 
 def _is_complete(verdict: Verdict | None) -> bool:
-    """Return whether a verdict has its marks, or cannot have any; those of older versions have none."""
+    """Return whether a verdict has its marks, or cannot have any. Verdicts of older versions lack marks."""
     return verdict is not None and (verdict.marks is not None or verdict.mean_vertex_distance is None)
 
 

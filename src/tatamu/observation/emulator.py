@@ -1,13 +1,14 @@
-"""An emulator of the simulator: where a fold ends in a world, from the draws that were simulated.
+"""An emulator of the simulator: a statistical model of where a fold ends in a world, fitted to simulated draws.
 
     marks(x) = b + A x + tanh(t / T) B q + s e,      x = (w - mean) / deviation
 
-w are the disturbances of a world. q, linear in w, is where both hands would lay the hem down, each on its own, and t is
-how much later the left hand opens than the right: the cloth goes with the hand that opens last. e is what remains. It
-is larger, s^2 = 1 + (d / D)^2, if the hands stretch the hem between them, or squeeze it, by d. e is a Student t
-variable, and b, A, B and its scale matrix are fitted together by expectation maximisation, so that the few draws in
-which a corner turned in or a hand slipped off do not decide it. The scale matrix is that of leave-one-out residuals.
-The mean vertex distance follows from the marks, d^2 = a + sum_i c_i marks_i^2 with a and c not negative.
+w are the disturbances of a world. q, linear in w, is the place at which each hand would lay the hem down if it were
+alone. t is the delay of the left hand's opening after the right hand's, because the cloth follows the hand that opens
+last. e is the remaining error. Its factor s grows, s^2 = 1 + (d / D)^2, if the hands stretch or squeeze the hem between
+them by d. e is a Student t variable, so that the few draws in which a corner turned in or a hand slipped off have
+little influence. b, A, B and the scale matrix of e are fitted together by expectation maximisation. The scale matrix is
+that of leave-one-out residuals. The mean vertex distance follows from the marks, d^2 = a + sum_i c_i marks_i^2 with a
+and c not negative.
 
 Lange, Little and Taylor 1989, J. American Statistical Association 84 (regression with Student t errors); Kennedy and
 O'Hagan 2001, J. Royal Statistical Society B 63.
@@ -26,34 +27,34 @@ from tatamu.folding.marks import MARKS
 from tatamu.robustness import Verdict
 
 RIDGE = 1.0
-"""Penalty of the coefficients, in draws: one observation of no effect for each."""
+"""Penalty of the coefficients, in draws: it acts as one observation without effect for each coefficient."""
 TAILS = 3.0
-"""Degrees of freedom of the errors: some draws end unlike what the emulator says."""
+"""Degrees of freedom of the errors; few, because some draws end far from the emulated result."""
 ROUNDS = 30
-"""Rounds of reweighting; more change nothing."""
+"""Number of rounds of reweighting; further rounds do not change the result."""
 FEWEST = 40
 """Least number of draws to fit to."""
 FOLLOWS = 0.02
-"""T: a hand that opens this much later has most of the cloth [s]."""
+"""T: delay after which the hand that opens later determines most of the cloth's place [s]."""
 APART = 0.007
-"""D: hands that stretch or squeeze the hem by this much double the variance of the errors [m]."""
+"""D: stretch or squeeze of the hem by the hands that doubles the variance of the errors [m]."""
 LATER = "hands.opening_delay"
 """The disturbance t."""
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """The disturbances of an emulator, k of them, and what they do to h hands."""
+    """The k disturbances of an emulator, and their effects on h hands."""
 
     names: tuple[str, ...]
     """Names of the disturbances."""
     centre: np.ndarray
     """Disturbances at which x is 0, shape (k,)."""
     scale: np.ndarray
-    """Disturbances at which x is 1 more, shape (k,)."""
+    """Change of each disturbance that changes x by 1, shape (k,)."""
     laid: np.ndarray
-    """Where each hand alone would lay the hem down [m], along the fold and across it, by 1 of each disturbance, shape
-    (k, h, 2)."""
+    """Place at which each hand alone would lay the hem down, along the fold and across it, per unit of each disturbance
+    [m], shape (k, h, 2)."""
 
     def features(self, values: np.ndarray) -> np.ndarray:
         """Return x and tanh(t / T) q, shape (.., k + 2 h) or (.., k) for a single hand, of disturbances (.., k)."""
@@ -72,7 +73,7 @@ class Inputs:
 
     @property
     def _later(self) -> list[int]:
-        """The place of t; none if a single hand folds, or if both open together."""
+        """Return the index of t; none if a single hand folds, or if both hands open together."""
         return [self.names.index(LATER)] if LATER in self.names and self.laid.shape[1] > 1 else []
 
 
@@ -115,7 +116,7 @@ def fit(inputs: Inputs, draws: Sequence[tuple[World, Verdict]], correction: np.n
 
     Args:
         inputs: The disturbances.
-        draws: Worlds, and how the fold ended in them; those without marks are left out.
+        draws: Worlds, and the verdicts on the fold in them; verdicts without marks are left out.
         correction: Marks of the nominal fold on the fine mesh less those on the mesh of the draws [m], shape (m,).
 
     Raises:

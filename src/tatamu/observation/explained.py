@@ -14,11 +14,11 @@ from tatamu.photographs.shape import silhouette
 
 
 def simulated(observed: Observed, correction: np.ndarray) -> np.ndarray | None:
-    """Return where the cloth ends with the errors that are inferred [m], shape (n, 3); None if it does not.
+    """Return the cloth after a fold with the inferred errors [m], shape (n, 3); None if the simulation fails.
 
     Args:
         observed: The observed folds.
-        correction: With which the fold is carried out, as a change of disturbances, shape (k,).
+        correction: Correction of the fold, as a change of disturbances, shape (k,).
     """
     posterior, mesh = observed.posterior, observed.draws.mesh
     values = (posterior.mean + correction).tolist()
@@ -31,7 +31,7 @@ def simulated(observed: Observed, correction: np.ndarray) -> np.ndarray | None:
 
 
 def draw_explained(observed: Observed, reading: FoldReading) -> Image.Image:
-    """Return the photograph of the newest fold with what was read of it, and the outline as explained."""
+    """Return the photograph of the newest fold, with its reading and the outline that the posterior gives."""
     final = simulated(observed, observed.folds[observed.newest].correction) if observed.posterior.used else None
     if final is None:
         return draw_reading(reading)

@@ -1,7 +1,7 @@
 """The files of observed folds in the folder of a learned fold: `observed/N.json`, `posterior.toml`, `corrected-N`.
 
-docs/reference/observation.md describes them. A folder `corrected-N` is one of a learned fold, too: it has the fold with
-the correction after N observed folds, and `observed/` of the folds that were carried out with it.
+docs/reference/observation.md describes them. A folder `corrected-N` is also the folder of a learned fold: that with the
+correction after N observed folds. Its `observed/` has the folds that were carried out with this correction.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class ObservedFolder:
 
     @property
     def digest(self) -> str:
-        """A digest of the fold, of its observations and of the posterior: what the next correction follows from."""
+        """A digest of the fold, its observations and the posterior, which determine the next correction."""
         files = [file for variant in self.variants() for file in self.files(variant)]
         digest = sha256(VERSION.encode())
         for file in (self.path / "result.json", self.posterior_file, *files):

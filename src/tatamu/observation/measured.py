@@ -17,7 +17,7 @@ from tatamu.records import OpenRecord, Record
 RULER = 0.0015
 """Standard deviation of a number that was read from a ruler [m]."""
 FARTHEST = 2.0
-"""Largest deviation that is taken for a measurement [m]; beyond it the unit is wrong."""
+"""Largest deviation that is accepted as a measurement [m]; a larger one has a wrong unit."""
 PLACES = ("left", "right", "slip")
 """Places that a person measures, each along the fold and across it."""
 RULER_SOURCE = "ruler"
@@ -85,7 +85,7 @@ class Template(Record):
     left: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
     """Deviation of the left corner of the moved hem, along the fold and across it [mm]."""
     right: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
-    """The same of the right corner [mm]."""
+    """Deviation of the right corner of the moved hem, along the fold and across it [mm]."""
     slip: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
     """Displacement of the lower hem, along the fold and across it [mm]."""
     deviation: Annotated[Number, Field(gt=0.0, le=100.0)] = 1e3 * RULER

@@ -25,7 +25,7 @@ BEYOND = "beyond everything that was drawn: check the grasp or the scale, look a
 
 @dataclass(frozen=True)
 class Observed:
-    """All observed folds of a set-up, their posterior, and the correction that follows."""
+    """All observed folds of a set-up, their posterior, and the next correction."""
 
     learned: Result
     """The fold as it was learned."""
@@ -46,7 +46,7 @@ class Observed:
 
     @property
     def implausible(self) -> list[int]:
-        """Numbers of the observed folds, from 1, that are beyond everything that was drawn."""
+        """Numbers of the implausible observed folds, from 1: they deviate more than nearly all draws."""
         chances = enumerate(self.posterior.chances, start=1)
         return [number for number, chance in chances if chance < IMPLAUSIBLE]
 
@@ -145,7 +145,7 @@ def emulator_of(base: Result, disturbances: Disturbances, draws: Draws) -> Emula
 
 
 def _laid(base: Result, name: str) -> np.ndarray:
-    """Return how far off each hand alone would lay the hem down, by 1 of a disturbance, shape (hands, 2)."""
+    """Return the error of the place where each hand alone lays the hem, per unit of a disturbance, shape (hands, 2)."""
     small = 1e-4
     errors = hand_errors(base.task.fold, base.manipulation, World({name: small}))
     return np.array([hand[:2] - [0.0, grasp[1]] for grasp, hand in errors]) / small

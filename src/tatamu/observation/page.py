@@ -134,7 +134,7 @@ def _mm(value: float) -> str:
 
 
 def _told(observed: Observed) -> Plot:
-    """Return bars of the prior and of the posterior deviation, in parts of the prior's, and the mean."""
+    """Return bars of the prior and of the posterior deviation, as fractions of the prior deviation, and the mean."""
     rows = learned_most(observed)[::-1]
     names = [title(name) for name, *_ in rows]
     means = [mean / before for _, mean, before, _ in rows]

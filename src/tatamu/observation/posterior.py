@@ -4,10 +4,10 @@ An observed fold n of a set-up measured the marks
 
     y_n = marks(s + r_n + c_n) + e_n
 
-s are the systematic disturbances, the same in every fold, r_n the random ones of this fold, c_n the correction with
-which it was carried out, and e_n the errors of the ruler and of the emulator. The prior of s and r_n is that of the
-disturbance file, whose deviations are known to a factor only; s, this factor and all r_n are sampled together, given
-all y_n.
+s are the systematic disturbances, which are the same in every fold. r_n are the random disturbances of this fold, c_n
+is its correction, and e_n are the errors of the ruler and of the emulator. The prior of s and r_n is that of the
+disturbance file, but its deviations are known only up to a factor. s, this factor and all r_n are sampled together,
+given all y_n.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ WIDTH = 0.7
 UNSURE_DISTANCE = 0.003
 """Standard deviation of an emulated mean distance when a fold is observed as failed [m]."""
 SET_UPS = 10_000
-"""Number of set-ups that an observation is compared with, to tell whether it is plausible."""
+"""Number of set-ups with which an observation is compared, to determine whether it is plausible."""
 IMPLAUSIBLE = 1e-3
 """Share of set-ups, with twice the stated deviations, below which an observation is implausible."""
 
@@ -64,7 +64,7 @@ class Fold:
 
     @cached_property
     def _whitened(self) -> tuple[np.ndarray, np.ndarray]:
-        """Axes along which errors of the emulator are independent, and their variances, both with the ruler as 1."""
+        """Axes along which errors of the emulator are independent, and their variances, in units of the ruler's."""
         own = self.emulator.residual[np.ix_(self.places, self.places)] / np.outer(self._ruler, self._ruler)
         variances, axes = np.linalg.eigh(own)
         return axes / self._ruler[:, None], np.clip(variances, 0.0, None)
@@ -186,7 +186,7 @@ class Posterior:
 
         Args:
             emulator: Emulator of the learned fold.
-            correction: With which it is carried out, as a change of disturbances, shape (k,).
+            correction: Correction of the next fold, as a change of disturbances, shape (k,).
         """
         generator = np.random.default_rng(0)
         random = generator.standard_normal(self.members.shape) * np.sqrt(self.prior.random)
@@ -196,10 +196,10 @@ class Posterior:
 def posterior(disturbances: Disturbances, folds: Sequence[Fold], seed: int = 0) -> Posterior:
     """Return the posterior of a set-up's systematic disturbances.
 
-    Observed folds that are beyond everything that was drawn are left out: nothing is extrapolated from them.
+    Implausible observed folds are left out, because the emulator would have to extrapolate beyond the draws.
 
     Args:
-        disturbances: Those before anything was observed.
+        disturbances: The disturbances before any observation.
         folds: All observed folds.
         seed: Random seed.
 

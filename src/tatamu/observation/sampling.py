@@ -1,8 +1,8 @@
 """Tempered sampling of a posterior whose prior is standard normal: sequential Monte Carlo with pCN moves.
 
-Members of an ensemble are drawn from the prior. The likelihood is brought in by steps: each raises its exponent as far
-as the effective sample size of the importance weights allows, resamples, and moves the members by the preconditioned
-Crank-Nicolson proposal z' = sqrt(1 - r^2) z + r xi, which keeps the prior.
+Members of an ensemble are drawn from the prior. The likelihood is introduced in steps. Each step raises its exponent as
+far as the effective sample size of the importance weights allows, and resamples the members. Then it moves them by the
+preconditioned Crank-Nicolson proposal z' = sqrt(1 - r^2) z + r xi, which keeps the prior.
 
 Del Moral, Doucet and Jasra 2006, J. Royal Statistical Society B 68; Cotter, Roberts, Stuart and White 2013, Statistical
 Science 28; Kantas, Beskos and Jasra 2014, SIAM/ASA J. Uncertainty Quantification 2.
@@ -18,13 +18,13 @@ import numpy as np
 MEMBERS = 4000
 """Number of members."""
 KEPT = 0.5
-"""Effective sample size of one step, as a part of the members."""
+"""Effective sample size of one step, as a fraction of the members."""
 MOVES = 20
 """Moves of each member in each step."""
 ACCEPTED = 0.3
-"""Share of moves that is to be accepted."""
+"""Intended share of accepted moves."""
 MOST_STEPS = 60
-"""Largest number of steps; a likelihood that needs more is that of an impossible observation."""
+"""Largest number of steps; if more are needed, the observation is impossible."""
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,7 @@ def correction_lines(record: CorrectionRecord) -> Iterator[str]:
 
 
 def next_lines(last: Path, found: Result) -> Iterator[str]:
-    """Yield what a fold that was learned after observed ones changes, and its expected outcome.
+    """Yield lines on a fold that was learned after observed folds: its corrections and its expected outcome.
 
     Args:
         last: Folder of the last observed fold.

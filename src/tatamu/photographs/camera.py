@@ -5,8 +5,8 @@ camera, and the place of every further page on the table. They minimise
 
     sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
 
-The second sum is the prior of the lens. A board covers a small part of the picture, so this prior determines the
-uncertainty of places beyond the board, which the covariance of the parameters describes.
+The second sum is the prior of the lens. A board covers a small part of the picture. This prior therefore determines the
+uncertainty of places beyond the board. The covariance of the parameters describes this uncertainty.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ from tatamu.photographs.opencv import opencv
 from tatamu.photographs.pose import Pose
 
 FINEST = 0.05
-"""Corners are found no better than this [pixels]."""
+"""Least error of a corner that is found [pixels]."""
 SQUARE = 0.6
-"""How much of its height an outline differs on the near and the far side: 1 for a square rim, 0.3 for a round one."""
+"""Difference of an outline on the near and the far side, as a fraction of the rim's height: 1 for a square rim, 0.3 for
+a round one."""
 SMOOTH = 2
 """Points of an outline to either side from which its direction is taken."""
 WORST = 5e-4
@@ -106,8 +107,8 @@ class Camera:
     def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
         """Return the places of an outline of cloth whose rim reaches from the table up to `top` [m], shape (n, 2).
 
-        Where the rim faces the camera, the outline is its lower edge, behind the cloth its upper one. A hem's edges
-        are rounder than a board's, so both are seen nearer to the middle.
+        Where the rim faces the camera, the outline is the rim's lower edge; behind the cloth, it is the upper edge. The
+        edges of a hem are rounder than those of a board, so both are seen nearer to the middle.
 
         Args:
             outline: Closed curve [pixels], shape (n, 2).

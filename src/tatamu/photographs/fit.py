@@ -1,7 +1,7 @@
-"""A garment's outline laid over one that was found: where it lies, how it is turned, how much larger it is.
+"""Fit of a garment's outline to one that was found: its position, its angle and its scales.
 
-The parameters x, y, yaw and the scales along and across minimise the distances from the found points to the outline,
-most of which count as squares; parts that lie elsewhere, such as a corner that is turned in, count little.
+The parameters x, y, yaw and the scales along and across minimise the distances from the found points to the outline.
+Small distances count as squares. Large ones, such as those of a corner that is turned in, count less.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outwar
         shape: The garment's outline.
         found: Points of the outline that was found [m], shape (n, 2).
         given: Corners of the shape that the user gives, by name [m], shape (2,).
-        outward: Pose of the frame of `found` in the robot's; of ways that fit equally well the one with the least yaw
-            in it is taken. None for the frame of `found` itself.
+        outward: Pose of the frame of `found` in the robot's; of poses that fit equally well, the one with the least yaw
+            in this frame is chosen. None for the frame of `found` itself.
     """
     box = np.array(shapely.Polygon(found).minimum_rotated_rectangle.exterior.coords)
     first, second = box[1] - box[0], box[2] - box[1]

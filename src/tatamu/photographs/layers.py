@@ -1,8 +1,8 @@
 """Edges of cloth that lies on cloth: faint straight lines inside an outline.
 
-The table about an expected edge is resampled as a patch with the edge along one side. For every line through the patch
-the mean slope of brightness across it is compared with that of all other lines: an edge of a layer stands out, because
-its rim has another light and casts a shadow.
+The table about an expected edge is resampled as a patch with the edge along one side. For every line through the patch,
+the mean slope of brightness across it is compared with that of all other lines. An edge of a layer stands out, because
+its rim has another brightness and casts a shadow.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FINEST = 0.0005
 SOFT = 0.0012
 """Deviation of the smoothing across an edge [m]."""
 TURN = 0.14
-"""Steepest line, in parts of its length."""
+"""Largest rise of a line, as a fraction of its length."""
 TURNS = 29
 """Number of directions that are tried."""
 CLEAR = 6.0
@@ -37,7 +37,7 @@ WIDE = 0.006
 SEEN = 0.7
 """Deviation by which a camera blurs [pixels]."""
 SECOND = 0.35
-"""Least strength of the weaker slope, as part of the stronger one."""
+"""Least strength of the weaker slope, as a fraction of the stronger one."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Window:
     """The area in which an edge is expected, in the fold's frame."""
 
     corner: np.ndarray
-    """Its starting corner [m], shape (2,)."""
+    """Starting corner of the window [m], shape (2,)."""
     along: np.ndarray
     """Unit vector along it, shape (2,)."""
     outward: np.ndarray
@@ -132,7 +132,7 @@ def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> floa
 
 
 def outer_edge(points: np.ndarray, window: Window) -> Line | None:
-    """Return the outline's line in a window; None if it has none that runs along it.
+    """Return the outline's line in a window; None if no part of the outline runs along the window.
 
     Args:
         points: The outline in the fold's frame [m], shape (n, 2).

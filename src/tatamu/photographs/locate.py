@@ -52,7 +52,7 @@ def locate(
         size: Width and length with which the cloth is compared [m]; None if it may have any.
         board_pose: Pose of the board in the robot's base frame [m, m, rad]; None if it is not known.
         touched: Places of the board's marks A, B and C that the robot touched, in its base frame [m], shape (3, 2) or
-            (3, 3); None if it touched none.
+            (3, 3); None if the marks were not touched.
         lens: File of the camera's lens; None if it is not known.
         corners: Pixels of corners by name, shape (2,), that replace those found.
         join: Whether all regions that stand out belong to the cloth.

@@ -15,9 +15,9 @@ from tatamu.photographs.pose import Pose
 DOUBTFUL = 0.003
 """Deviation of the pose above which a better photo is worthwhile [m]."""
 WRINKLED = 0.03
-"""Cloth whose area falls short by this part is wrinkled or shrunk."""
+"""Relative lack of area above which cloth counts as wrinkled or shrunk."""
 OTHER_SIZE = 0.02
-"""Sides that differ by this part are of another size than learned."""
+"""Relative difference of sides above which cloth counts as of another size than learned."""
 
 
 @dataclass(frozen=True)

@@ -157,10 +157,10 @@ def write_picture(image: Image.Image, path: Path) -> None:
 
 
 def check_picture(path: Path, option: str) -> None:
-    """Refuse a name that is none of a PNG or JPEG file.
+    """Refuse a name that is not that of a PNG or JPEG file.
 
     Raises:
-        InputError: If it is none.
+        InputError: If it is another name.
     """
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{option}: must be a .png or .jpg file, given {path}")

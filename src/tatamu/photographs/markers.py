@@ -16,7 +16,7 @@ FEWEST = 8
 WINDOW = 0.13
 """Half the side of the window about a corner, in squares: markers leave this much white around them."""
 WINDOWS = (2, 10)
-"""Its least and largest value [pixels]."""
+"""Least and largest half side of that window [pixels]."""
 LOST = 2.0
 """A corner that would move farther than this has been misled [pixels]."""
 ROUNDS = 8
@@ -79,8 +79,8 @@ def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Return corners of a chessboard to a few hundredths of a pixel: the saddles of brightness, shape (n, 2).
 
     A quadric is fitted to the brightness about each corner (Lucchese and Mitra 2002, Asia-Pacific Conference on
-    Circuits and Systems). OpenCV's own refinement takes in the edges of markers beside the corner, which cost it a
-    quarter of a pixel.
+    Circuits and Systems). OpenCV's own refinement is not used: it includes the edges of markers beside the corner,
+    which adds an error of a quarter of a pixel.
 
     Args:
         grey: The photograph, uint8, shape (h, w).

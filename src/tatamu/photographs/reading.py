@@ -1,9 +1,8 @@
 """A reading of a fold from a photograph: places of the corners of the moved hem, and the slip of the lower hem.
 
-The moved hem lies on top. If an edge of a layer is seen inside the outline, it is the moved hem's, and the outline is
-that of the lower hem. Otherwise the outline is the moved hem's, and the lower hem is hidden under it. The crease shows
-whether that is possible: if the cloth is longer than the visible part between crease and hem, there is a hem that is
-not seen.
+The moved hem lies on top. If an edge of a layer is seen inside the outline, this edge is the moved hem's, and the
+outline is the lower hem's. Otherwise the outline is the moved hem's, and the lower hem is hidden under it. The crease
+shows whether a hem can be hidden: then the cloth is longer than the visible part between crease and hem.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ WIDER = 0.006
 GIVEN = 1.5
 """Deviation of a pixel that the user gives."""
 ROUND = 0.3
-"""Distance of the visible rim of cloth from its edge, as part of the thickness."""
+"""Distance of the visible rim of cloth from its edge, as a fraction of the thickness."""
 CORNERS = ("left", "right", "lower-left", "lower-right")
 """Corners that can be given: of the moved hem, and of the lower hem."""
 

@@ -1,7 +1,7 @@
 """A plain white sheet of paper next to the cloth, which gives the scale.
 
-The sheet's frame: the origin is its middle, x points along its long side, of the two senses to the one nearer to the
-photo's right, z out of the table.
+The origin of the sheet's frame is its middle. x points along its long side, in the sense that is nearer to the photo's
+right, and z points out of the table.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LONGEST = 1400
 SMALLEST, LARGEST = 0.002, 0.4
 """Part of the photo that a sheet covers."""
 PLAIN, SPOTS = 0.75, 0.02
-"""Pixels of a plain sheet are brighter than this part of its median, except for so large a share of them."""
+"""Brightness of a plain sheet's pixels as a fraction of the median, and the largest share of darker pixels."""
 LEVELS = (0.6, 0.7, 0.8, 0.88)
 """Brightnesses that separate the sheet from darker areas."""
 RESIDUAL = 3.0
@@ -48,7 +48,7 @@ class Sheet:
 
     @property
     def marks(self) -> np.ndarray:
-        """Its corners at -x -y, +x -y and -x +y [m], shape (3, 2)."""
+        """Corners of the sheet at -x -y, +x -y and -x +y [m], shape (3, 2)."""
         return self.corners[[0, 1, 3]]
 
 

@@ -14,7 +14,7 @@ from tatamu.presentation.projection import Projection
 from tatamu.presentation.shapes import FONT, Box, Dot, Label, Polyline, Segments, Shape
 
 FINER = 3
-"""Shapes are painted this many times larger and averaged, for smooth lines."""
+"""Factor by which shapes are painted larger and then averaged, for smooth lines."""
 
 
 def paint(projection: Projection, shapes: Sequence[Shape], background: str) -> bytes:

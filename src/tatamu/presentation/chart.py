@@ -21,7 +21,7 @@ LEGEND = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 """Numbers on a logarithmic axis of less than a power of ten, times powers of ten."""
 FEW_TICKS = (1.0, 2.0, 5.0)
-"""Those on a longer one."""
+"""Numbers on a longer logarithmic axis, times powers of ten."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from PIL import Image
 from tatamu.files import MIB, read_bytes, replacing
 
 LARGEST = 16 * MIB
-"""Pictures in a page are no larger [bytes]."""
+"""Largest size of a picture in a page [bytes]."""
 
 
 def png(pixels: np.ndarray) -> bytes:

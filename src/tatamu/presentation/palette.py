@@ -9,7 +9,7 @@ FRONT = "#3f66b0"
 REAR = "#a9cbf0"
 """Outside of the lower of two layers."""
 BACK = "#f0b774"
-"""The other side; of two layers, the inside of both."""
+"""The side of the cloth that faces down before the fold; of two layers, the inside of both."""
 SIDES = {
     1: (("front", "side up at the start"), ("back", "other side")),
     2: (("front", "outside of the front"), ("rear", "outside of the back"), ("back", "inside")),

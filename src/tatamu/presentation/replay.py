@@ -18,7 +18,7 @@ FRAMES = 150
 BUDGET = 3_000_000
 """Largest number of coordinates in all frames, which keeps pages small; about a byte each when packed."""
 STEP = 5e-5
-"""Positions are rounded to this [m], or coarser where 65536 steps would not reach across the scene."""
+"""Step to which positions are rounded [m]; it is larger if 65536 steps would not reach across the scene."""
 HAND_COLOURS = ("left", "right")
 """Names of the colours of the two hands."""
 

@@ -10,9 +10,9 @@ from tatamu.report.measures import OVERLAP, SUCCESS, grade
 from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
-"""A best trial after this part of all trials shows a search that still improves."""
+"""Fraction of all trials after which a best trial shows that the search still improves."""
 EDGE = 0.01
-"""Distance from a bound within which a value counts as on it, as part of the range."""
+"""Distance from a bound within which a value counts as on the bound, as a fraction of the range."""
 MEANING = {
     "x1": "P1 ahead of the grasp",
     "z1": "P1 above the grasp",

@@ -20,9 +20,9 @@ OPENING = "warm"
 TALL = 760
 """Height of the drawing [pixels]."""
 MARGIN = 0.22
-"""Margin around the garment, as part of its longer side."""
+"""Margin around the garment, as a fraction of its longer side."""
 ALONG = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
-"""Places along a fold line for its arrow, as parts of the line, the best first."""
+"""Places along a fold line for its arrow, as fractions of the line, the best first."""
 
 
 @dataclass(frozen=True)

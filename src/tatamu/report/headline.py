@@ -51,7 +51,7 @@ class Gauge:
     success: tuple[float, str]
     """Limit of success and its label."""
     needle: float
-    """Place of the fold."""
+    """Place of the fold's mean vertex distance on the bar, where the needle points."""
 
 
 def gauge(fold: Result) -> Gauge:

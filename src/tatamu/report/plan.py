@@ -106,7 +106,7 @@ def _hand(fold: Result, number: int) -> HandTrack | None:
 
 
 def _next(parts: list[HandTrack | None]) -> np.ndarray | None:
-    """Return the place of a hand's next grasp [m], shape (3,); None if it has none."""
+    """Return the place of a hand's next grasp [m], shape (3,); None if it does not grasp again."""
     return next((part.path[0] for part in parts if part is not None), None)
 
 

@@ -1,4 +1,4 @@
-"""Robots: a learned fold as joint trajectories of a dual-arm robot, checked, rehearsed and exported.
+"""Robots: a learned fold becomes joint trajectories of a dual-arm robot, which are checked, rehearsed and exported.
 
 hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ folder ─▶ rehearsal
 """

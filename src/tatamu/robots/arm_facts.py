@@ -1,4 +1,6 @@
-"""Single arms that labs own: joints, limits, masses, boxes round the links, and the stock gripper. Facts, no meshes.
+"""Single arms that labs own: joints, limits, masses, boxes round the links, and the stock gripper.
+
+The data are facts from public models; no meshes are included.
 
 Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
 
@@ -15,8 +17,8 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
          xarm_gripper.urdf.xacro, driven to 0.85 rad (its link_tcp, 0.172, is 2.5 mm inside)
 Fingertips: `tatamu.folding.fingers` has their sizes and sources
 
-Plans accelerate by at most 5 rad/s^2: below Franka's own limits (7.5 for Panda, 10 for FR3) and within MoveIt's
-configurations of UR arms (5 to 10). No number of UFACTORY was found. Boxes come from `python -m benchmarks.link_boxes`,
+Plans accelerate by at most 5 rad/s^2. This is below Franka's own limits (7.5 for Panda, 10 for FR3) and within MoveIt's
+configurations of UR arms (5 to 10). UFACTORY's limit was not found. Boxes come from `python -m benchmarks.link_boxes`,
 rounded outwards to millimetres.
 """
 
@@ -36,7 +38,7 @@ RIGHT = np.pi / 2
 
 
 LEROBOT = LeRobotNames()
-"""Radians, metres, and keys that follow from the joints."""
+"""Default names and units in LeRobot: radians, metres, and keys made from the names of the joints."""
 
 
 class Hinge(NamedTuple):
@@ -52,7 +54,7 @@ class Hinge(NamedTuple):
     mass: float
     """Mass of the link that it moves [kg]."""
     boxes: tuple[Box, ...]
-    """Round that link, in its frame [m]."""
+    """Boxes around that link, in its frame [m]."""
     axis: Vector = (0.0, 0.0, 1.0)
     """Axis in the frame of the link."""
 

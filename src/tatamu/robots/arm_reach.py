@@ -16,11 +16,11 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import ASIDE, SHALLOW, Hold, Placement, tool_paths
 
 GOOD_MARGIN = 0.2
-"""More distance than this from joint limits [rad] counts no further."""
+"""Distance from joint limits [rad] above which more distance does not improve the quality."""
 GOOD_SINGULARITY = 0.2
-"""More distance than this from singularities (see `Chain.singularity`) counts no further."""
+"""Distance from singularities (see `Chain.singularity`) above which more distance does not improve the quality."""
 HOPELESS = -1.0
-"""Worse than this is not followed up."""
+"""Quality below which a motion is not followed further."""
 CLEAR = 3
 """Number of holds that are kept of each arm, the best first."""
 
@@ -30,11 +30,11 @@ class ArmReach:
     """The motion of one arm along the path of one hand, for every placement and hold."""
 
     quality: np.ndarray
-    """1 is comfortable, 0 just possible, negative not; shape (placements, holds)."""
+    """Quality of the motion: 1 is comfortable, 0 just possible, negative impossible; shape (placements, holds)."""
     reached: np.ndarray
     """Number of points reached in a row, shape (placements, holds)."""
     angles: np.ndarray
-    """[rad], shape (placements, holds, points, k)."""
+    """Joint angles [rad], shape (placements, holds, points, k)."""
 
     def best(self, placement: int) -> np.ndarray:
         """Return the best holds, the best first."""
@@ -55,12 +55,12 @@ def follow(
 
     Args:
         robot: The robot.
-        arm: Its arm.
-        placements: Where the fold may lie.
-        holds: How the hand may take the hem.
+        arm: The arm of this hand.
+        placements: Candidate placements of the fold.
+        holds: Candidate orientations in which the hand grasps the hem.
         trunk: The trunk's angle from each placement at each point [rad], shape (placements, n + 2).
         path: The hand's path in F [m], shape (n, 3).
-        steps: From point to point [s], shape (n - 1,).
+        steps: Times from point to point [s], shape (n - 1,).
     """
     chain = Chain.of(robot, arm)
     shape = (len(placements), len(holds))

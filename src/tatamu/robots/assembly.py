@@ -23,7 +23,8 @@ from tatamu.robots.pose import to_quaternion
 from tatamu.robots.soundness import check_description
 
 FASTEST = 20.0
-"""Speed limit of joints whose model states none [rad/s]: degrees typed for radians are above it."""
+"""Speed limit of joints whose model states none [rad/s]. If degrees are typed instead of radians, speeds are above
+it."""
 
 
 def described(path: Path) -> Robot:
@@ -104,8 +105,8 @@ def _within_model(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Speeds and accelerations that plans keep to, shape (k,) each; joints whose speed is lowered go to `above`.
 
-    An acceleration is lowered as its joint's speed is, so that the joint takes as long to reach it. Otherwise degrees
-    typed for radians would leave the acceleration 57 times too high.
+    If a joint's speed is lowered, its acceleration is lowered by the same factor, so that the joint reaches its speed
+    in the same time. Otherwise degrees typed instead of radians would leave the acceleration 57 times too high.
     """
     limits = []
     for joint, speed in zip(arm.joints, arm.speed, strict=True):

@@ -32,7 +32,7 @@ class Sent(NamedTuple):
     """A message of a bag."""
 
     time: int
-    """[ns]."""
+    """Time of the message [ns]."""
     topic: str
     kind: str
     message: Any

@@ -23,8 +23,9 @@ class Chain:
     """Base B to tool T of one arm with k joints, as a product of exponentials.
 
     With the robot at rest, joint i turns about the axis w_i through the point o_i, both in B, and the tool is at
-    X_BT(0): X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0). All of these come from MuJoCo's own
-    kinematics, and with them whatever lies between two joints: fixed bodies, slides that stand still, a joint's `ref`.
+    X_BT(0): X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0). All of these are read from MuJoCo's
+    own kinematics. They therefore include everything between two joints: fixed bodies, slides that stand still, a
+    joint's `ref`.
     """
 
     offsets: np.ndarray

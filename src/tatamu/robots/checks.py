@@ -42,7 +42,7 @@ PATH_ERROR = 1e-3
 TURN_ERROR = 5e-3
 """Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""Largest time scaling at full speed: a fold driven slower still is another fold than the one simulated."""
+"""Largest time scaling at full speed; a motion that is slower still would make another fold than the simulated one."""
 
 
 class Checks:
@@ -69,7 +69,7 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """Return the time of a sample as text, and its frame of the fold, the first before it and the last after it."""
+        """Return the time of a sample as text, and its frame; the fold's first frame before it, the last after it."""
         motion = self._motion
         time = motion.times[row]
         part = [part for part in motion.parts if part.start <= time + 1e-9][-1]

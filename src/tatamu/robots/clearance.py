@@ -1,8 +1,8 @@
 """Clearance of the robot from itself, its surroundings and the table: MuJoCo's distances between collision shapes.
 
-The robot's own controller does not check collisions, so plans must. `pairs` defines which shapes are compared. A
-broad phase rules out pairs whose bounds are farther apart than the least distance found: bounding spheres, and planes
-as they are. A shape without a bound is never ruled out.
+The robot's own controller does not check collisions, so plans must. `pairs` defines which shapes are compared. A broad
+phase rules out pairs whose bounds are farther apart than the least distance found. The bounds are spheres, and planes
+themselves. A shape without a bound is never ruled out.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Clearance:
     """Distance queries on one robot."""
 
     def __init__(self, robot: Robot, kinds: tuple[str, ...] = KINDS, arm: str | None = None) -> None:
-        """Restrict to some kinds of pairs, and to one arm, if they are given."""
+        """Prepare the queries, only for some kinds of pairs or for one arm if these are given."""
         mujoco = needed("mujoco")
         self._mujoco, self.model = mujoco, robot.model
         self._data = robot.at_rest()
@@ -73,7 +73,7 @@ class Clearance:
     def set_table(self, height: float) -> None:
         """Move the table top to a height in B [m].
 
-        An obstacle that nowhere rises above the table top counts as the table: a floor, or the model's own table.
+        An obstacle that is nowhere above the table top counts as the table: a floor, or the model's own table.
         """
         top = self._data.body(self._base).xpos[2] + height
         self.model.geom_pos[self._table][2] = top - self.model.geom_size[self._table][2]

@@ -13,7 +13,7 @@ from tatamu.rollout import Rollout
 from tatamu.study import ResultFolder
 
 AT_THE_JAW = 0.04
-"""Cloth as near to a tool as this is held or lifted by the fingers [m]."""
+"""Distance from a tool within which cloth counts as held or lifted by the fingers [m]."""
 FAR = 0.15
 """Largest distance that is computed [m]."""
 EVERY = 20
@@ -21,7 +21,7 @@ EVERY = 20
 
 
 def simulated_cloth(task: PlacedFold) -> Rollout | None:
-    """The rollout of the learned fold; None if the folder has none."""
+    """Return the rollout of the learned fold; None if the folder has no rollout."""
     folder = ResultFolder(task.source)
     return folder.rollout if folder.rollout_file.is_file() else None
 
@@ -29,13 +29,13 @@ def simulated_cloth(task: PlacedFold) -> Rollout | None:
 def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Rollout) -> Distance:
     """Return the smallest distance of shapes other than fingers from the cloth, from lowering to leaving.
 
-    Shapes are represented by boxes that contain them, the cloth by its vertices. It rests before the fold starts and
-    after it ends.
+    Shapes are represented by boxes that contain them, and the cloth by its vertices. The cloth is at rest before the
+    fold starts and after the fold ends.
 
     Args:
         task: The fold before the robot.
         motion: The robot's motion.
-        tools: X_BT of each arm at its samples, shape (arms, n, 4, 4).
+        tools: X_BT of each arm at the samples of the motion, shape (arms, n, 4, 4).
         cloth: The rollout of the learned fold, in F.
     """
     mujoco, model = needed("mujoco"), task.robot.model

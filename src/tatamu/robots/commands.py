@@ -1,8 +1,8 @@
-"""Commands to the grippers, and the places at which a player of a plan may stop.
+"""Commands to the grippers, and the times at which a program that plays a plan may stop.
 
     approach ─▶ close ─▶ fold ─▶ open ─▶ leave
 
-The robot is at rest before the jaws close and before they open, so a player can wait there for a person.
+The robot is at rest before the jaws close and before they open. There a program can wait for a person.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.planfile import GripperCommand, Segment
 
 SHUT = 0.0
-"""Width that is commanded to hold cloth, which stops the fingers before [m]."""
+"""Width that is commanded to hold cloth [m]; the cloth stops the fingers at a larger width."""
 
 
 def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
-    """Return the parts of a motion between which a player may stop."""
+    """Return the parts of a motion between which a program that plays it may stop."""
     closing, opening = motion.part("close"), motion.part("open")
     end = max(part.start + part.timed.duration for part in motion.parts)
     spans = (

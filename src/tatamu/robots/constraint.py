@@ -1,4 +1,4 @@
-"""Reach as a constraint while a fold is learned: a number that is negative where the robot cannot do the fold."""
+"""Reach as a constraint while a fold is learned: a number that is negative if the robot cannot do the fold."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ REMEMBERED = 8
 
 
 class ReachConstraint:
-    """The quality with which a robot can do a fold; placements of earlier folds make it faster, not better."""
+    """The quality with which a robot can do a fold.
+
+    Placements of earlier folds are tried first. They make the computation faster, and do not change the quality.
+    """
 
     def __init__(self, robot: Robot) -> None:
         self._starting = [robot.starting(start) for start in robot.poses]
@@ -46,7 +49,7 @@ class ReachConstraint:
         return max(self._searched(robot, hands) for robot in self._ways(hands))
 
     def refusal(self, manipulation: Manipulation) -> str | None:
-        """Return why the robot cannot do a fold, or None if it can; nothing is remembered.
+        """Return why the robot cannot do a fold, or None if it can; its placement is not kept for later calls.
 
         Args:
             manipulation: The hands' paths, on Bezier curves.
@@ -72,7 +75,7 @@ class ReachConstraint:
         self._known = []
 
     def _ways(self, hands: HandMotion) -> Iterator[Robot]:
-        """The robot from each pose that it may start from, and if one hand folds, with either arm."""
+        """Return the robot with each of its start poses; if one hand folds, also with either arm as the folding one."""
         for robot in self._starting:
             yield from robot.with_hands(len(hands.curves))
 

@@ -1,6 +1,6 @@
-"""Pairs that come too near along a motion, by MuJoCo's collision detection: a second opinion on `clearance`.
+"""Pairs that come too near along a motion, by MuJoCo's collision detection: a second check besides `clearance`.
 
-It shares the pairs, and nothing else: no broad phase of ours, and every sample.
+Both checks share only the list of pairs. This one has no broad phase of its own, and tests every sample.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """The directions of motion that a fold needs of an arm; they are defined only here.
 
-A hand keeps its place in three directions, and its orientation. An arm of six joints or more keeps all of it. An arm
-of five keeps the jaw's opening axis, which lies across the hem and has the jaw's tilt: two directions. The fifth joint
-more or less is a turn about that axis, in the plane of the fingers' pads, with which the cloth between them turns. With
-fewer joints the jaw could not stay across the hem.
+A fold prescribes the position of a hand in three directions, and its orientation in three more. An arm with six joints
+or more can keep all six. An arm with five joints keeps only two directions of the orientation: those of the jaw's
+opening axis. This axis lies across the hem and has the jaw's tilt. The free turn is about this axis, in the plane of
+the fingers' pads; the cloth between the pads turns with them. If an arm had fewer joints, its jaw could not stay across
+the hem.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 FEWEST = 5
-"""Joints that an arm needs."""
+"""Least number of joints of an arm."""
 ALL = 6
 """Number of joints from which on an arm keeps its tool's whole orientation."""
 OPENING = 1

@@ -22,7 +22,7 @@ from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
 Length = Annotated[float, Field(ge=-10, le=10)]
-"""Within ten metres [m]."""
+"""A length within ten metres [m]."""
 Vector = tuple[Length, Length, Length]
 """Lengths [m] or angles [rad]."""
 Numbers = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=1)]
@@ -168,7 +168,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def disturbances_of(path: Path) -> Disturbances | None:
-    """Return the disturbances that a robot's description names or contains; None if it has none.
+    """Return the disturbances that a robot's description names or contains; None if it has no disturbances.
 
     Raises:
         InputError: If the description or the file that it names cannot be read, or a field is wrong.
@@ -186,7 +186,7 @@ def read_description(path: Path) -> Description:
 
 
 def disturbances_in_description(path: Path, description: Description) -> Disturbances | None:
-    """Return the disturbances of a description; None if it has none."""
+    """Return the disturbances of a description; None if it has no disturbances."""
     own = description.disturbances
     if own is None:
         return None

@@ -1,4 +1,4 @@
-"""A plan as one episode of a LeRobotDataset, in the robot's own keys and units, which LeRobot's replay plays.
+"""A plan as one episode of a LeRobotDataset, in the robot's own keys and units, for LeRobot's replay.
 
 `observation.state` is the plan at each frame, `action` the plan one frame later: the command that leads there.
 """

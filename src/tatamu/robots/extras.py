@@ -1,4 +1,4 @@
-"""Optional packages of this folder; one that is missing is reported in one line, with how to install it."""
+"""Optional packages of `tatamu.robots`; a missing package is reported in one line, with the command to install it."""
 
 from __future__ import annotations
 

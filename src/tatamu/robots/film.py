@@ -21,19 +21,19 @@ from tatamu.rollout import Rollout
 RATE = 10
 """Frames per second."""
 WIDTH, HEIGHT = 480, 360
-"""[pixels]."""
+"""Size of the pictures [pixels]."""
 MARGIN = 0.12
 """Margin between the path of the tools and the edge of the drawn table [m]."""
 LOOKS = 12
 """Number of poses of the robot that the camera shows."""
 ACROSS = 1.4
-"""Robots that are wider than deep by this are two arms that face each other."""
+"""Ratio of a robot's width to its depth above which it counts as two arms that face each other."""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
 """The cloth's two sides, a mesh of one colour each."""
 
 
 def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | None:
-    """Write the GIF; returns why not, where this machine cannot draw (MuJoCo needs OpenGL: see MUJOCO_GL)."""
+    """Write the GIF; return the reason if this machine cannot draw (MuJoCo needs OpenGL: see MUJOCO_GL)."""
     image = needed("PIL.Image")
     try:
         frames = [image.fromarray(pixels).quantize(64) for pixels in _frames(rehearsal, fold)]
@@ -90,7 +90,7 @@ def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
 def framed(
     points: np.ndarray, around: np.ndarray, direction: tuple[float, float], view: float
 ) -> tuple[np.ndarray, float]:
-    """Return what a camera has to look at, and from how far [m], to show spheres in the whole of its picture.
+    """Return the point that a camera must look at, and its distance [m], for spheres to fill its picture.
 
     Args:
         points: Middles of the spheres [m], shape (n, 3).

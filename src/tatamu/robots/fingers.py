@@ -21,15 +21,16 @@ class FingerShape(NamedTuple):
     hand: str
     """Name of the hand in `tatamu.folding.fingers.PRESETS`, which has the size of the tip."""
     root: tuple[float, float]
-    """Thickness and width above the tip."""
+    """Thickness and width above the tip [m]."""
     length: float
-    """Length of the finger, with its tip."""
+    """Length of the finger, with its tip [m]."""
     depth: float = Jaw().depth
-    """Distance beyond the hem's edge at which the tips meet; more for thick fingers, because cloth rises to them."""
+    """Distance beyond the hem's edge at which the tips meet [m]; larger for thick fingers, because cloth rises to the
+    tips."""
 
 
 def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:
-    """The jaw of an arm's hand whose fingers `add_fingers` makes."""
+    """Return the jaw of an arm's hand, with the fingers that `add_fingers` adds to the model."""
     names = finger_names(arm)
     return Jaw.of_hand(
         shape.hand,

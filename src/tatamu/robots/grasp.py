@@ -13,7 +13,7 @@ from tatamu.robots.paths import PlacedFold
 UNDERNEATH = 0.003
 """Largest height of the lower finger over the table [m]; a higher finger would pass over the hem."""
 ASKEW = 5e-3
-"""Largest excess of the jaw's angle to the plane across the hem over `Jaw.yaw` [rad]."""
+"""Amount by which the jaw's angle to the plane across the hem may exceed `Jaw.yaw` [rad]."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ Travel = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class HandMotion:
-    """The motion of one hand or two from the grasp to the place of release; of two, the left one is `larm`'s."""
+    """The motion of one hand or two from the grasp to the place of release; the left of two hands is that of `larm`."""
 
     frame_rate: float
     every_frames: int
@@ -81,7 +81,7 @@ class HandMotion:
         return np.array(points)
 
     def evenly(self, count: int) -> np.ndarray:
-        """Times [s] (count,) between which the hands go equally far."""
+        """Return times [s] (count,) between which the hands travel equal distances."""
         times = np.linspace(self.times[0], self.times[-1], 1001)
         steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2).mean(axis=0)
         length = np.append(0.0, np.cumsum(steps + 1e-9))

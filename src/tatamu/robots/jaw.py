@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from tatamu.folding.fingers import FingerSize
 
 GAP = 0.001
-"""Height at which the lower finger of the open jaw passes over the table [m]: nearer than the cloth is thick."""
+"""Height at which the lower finger of the open jaw passes over the table [m]; it is less than the cloth's thickness."""
 LEAST_HELD = 0.005
 """Least depth of cloth between the closed fingertips [m]."""
 HELD = 0.0005
@@ -50,9 +50,10 @@ class Jaw(FingerSize):
         return self
 
     def held(self, depth: float, height: float) -> float:
-        """Depth of cloth between the closed fingertips that meet so deep beyond the hem and so high over the table [m].
+        """Return the depth of cloth between the closed fingertips [m].
 
-        The cloth rises to them at 45 degrees, which takes that much more length than lying flat.
+        The fingertips meet `depth` beyond the hem and `height` over the table [m]. The cloth rises to them at 45
+        degrees, which takes more length than cloth that lies flat.
         """
         return depth - (float(np.sqrt(2)) - 1) * height
 

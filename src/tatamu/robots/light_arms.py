@@ -82,7 +82,7 @@ SO101 = SerialArm(
     lerobot=LeRobotNames(unit="deg", open=_so101_opening(OPENING), closed=0.0),
     lerobot_type="bi_so_follower",
 )
-"""Its wrist turns about two axes only: it keeps its jaw's axis and tilt, where each arm folds straight ahead."""
+"""The wrist of SO-101 turns about two axes only. It keeps its jaw's axis and tilt if each arm folds straight ahead."""
 
 _VX_LIMITS = (
     (-3.14158, 3.14158),

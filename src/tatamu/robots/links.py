@@ -1,4 +1,4 @@
-"""A robot's links over time as boxes, for the replay: each shape's own bounding box, in the fold's frame F."""
+"""A robot's links over time, for the replay: the bounding box of each shape, in the fold's frame F."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Arm:
     initial: np.ndarray
     """Joint angles at the pose that motions start from and end at [rad], shape (k,)."""
     speed: np.ndarray
-    """Fastest speed that the hardware allows [rad/s], shape (k,)."""
+    """Highest speed that the hardware allows [rad/s], shape (k,)."""
     planned_speed: np.ndarray
     """Speed that plans keep to [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
@@ -120,7 +120,7 @@ class Robot:
         return tuple(arm for arm in self.arms if self.alone in ("", arm.name))
 
     def with_hands(self, hands: int) -> tuple[Robot, ...]:
-        """Return the robot in each of the ways in which it can fold with one hand or with two."""
+        """Return the robot in each of the ways in which it can fold with this number of hands."""
         return (self,) if hands == 2 else tuple(replace(self, alone=arm.name) for arm in self.arms)
 
     def starting(self, start: StartPose) -> Robot:
@@ -188,7 +188,7 @@ class Robot:
         Args:
             angles: Angles of each of the arms [rad], shape (.., k).
             trunk: Angle of the trunk [rad], shape (..); None if it stands at rest.
-            arms: The arms that stand so, the others as at the start; none for the arms that fold.
+            arms: The arms that have these angles, while the others are as at the start; None for the arms that fold.
         """
         qpos = np.broadcast_to(self.rest, (*angles[0].shape[:-1], self.model.nq)).copy()
         stands = {arm.name: arm.initial for arm in self.arms}

@@ -32,7 +32,8 @@ class ModelFile:
     """A model as read."""
 
     spec: Any
-    """mujoco.MjSpec whose assets are named by their content; `give` hands them to it or to a model that holds it."""
+    """mujoco.MjSpec whose assets are named by their content. `give` adds the assets to it, or to a model that contains
+    it."""
     speeds: Mapping[str, float]
     """Speed limits of joints that state one [rad/s, m/s]."""
     contents: Mapping[str, bytes]
@@ -80,7 +81,7 @@ def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = (
 
 
 class _Store:
-    """Assets named by their content, so that two files of one name do not meet and one file is kept once."""
+    """Assets named by their content: files of the same name do not collide, and equal files are kept once."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

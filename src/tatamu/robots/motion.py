@@ -15,7 +15,7 @@ from tatamu.robots.planfile import FingerEvent
 from tatamu.robots.timing import Timed, timed
 
 PERIOD = 0.005
-"""Between samples [s]: HIRONX is driven at 200 Hz."""
+"""Time between samples [s]: HIRONX is driven at 200 Hz."""
 ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return")
 """Stages and waits, one after another."""
 AT_THE_TABLE = ("lower", "enter", "raise")
@@ -31,9 +31,9 @@ class Pace(Record):
     lead: float = Field(3.0, ge=0.1)
     """Rest at the start, in which a robot that is not quite at its initial pose moves there."""
     closing: float = Field(1.0, ge=0.0)
-    """Fingers take this long to close."""
+    """Time in which the fingers close."""
     opening: float = Field(1.5, ge=0.0)
-    """Fingers open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
+    """Time in which the fingers open: slowly, so that the cloth keeps its shape (paper, section VI-C)."""
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
     speed_scale: float = Field(1.0, ge=0.05, le=1.0)
@@ -78,7 +78,10 @@ class Motion:
 
 
 def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hovers: bool = False) -> Motion:
-    """Time all stages under the robot's limits, with the waits between them; if it hovers, with open jaws."""
+    """Compute the times of all stages under the robot's limits, with waits between them.
+
+    If the motion hovers, the jaws stay open.
+    """
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}
     waits = {

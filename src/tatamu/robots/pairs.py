@@ -1,4 +1,4 @@
-"""Which of a robot's collision shapes are held against which, when distances are taken.
+"""Decides which pairs of a robot's collision shapes are compared when distances are computed.
 
 - *between arms*: every shape of one arm with every shape of the other;
 - *within an arm*: shapes with three or more of the arm's joints between them;
@@ -31,7 +31,7 @@ JOINTS_BETWEEN = 3
 
 @dataclass(frozen=True)
 class ShapePairs:
-    """ShapePairs of shapes by kind."""
+    """Pairs of shapes by kind."""
 
     rows: dict[str, np.ndarray]
     """Numbers of the shapes, the arm's first, shape (n, 2) for each kind."""
@@ -92,7 +92,7 @@ def _at_table(robot: Robot, geom: int) -> str:
 
 
 def _kind(a: _Shape, b: _Shape) -> str | None:
-    """Kind of the pair that a shape of an arm and another one make; None if it is not held."""
+    """Return the kind of the pair of a shape of an arm and another shape; None if the pair is not compared."""
     if not a.arm:
         return None
     if b.arm:

@@ -1,7 +1,7 @@
 """The path of the whole motion in joint angles: approach, lower, fold, raise, return.
 
-The tool keeps its orientation from before the grasp until after the release, as in the paper (section VI-C): the
-curve is cut into via-points every ten frames, and the joints pass smoothly through all of them, both arms together.
+The tool keeps its orientation from before the grasp until after the release. As in the paper (section VI-C), the curve
+is cut into via-points every ten frames. The joints of both arms pass smoothly through all of them at the same times.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Stage:
     spline: CubicSpline
     """Full configurations [rad] over s."""
     rate: float
-    """Upper bound on ds/dt: at most 1 with s in simulated seconds, a speed with s in metres."""
+    """Upper bound on ds/dt: at most 1 if s is in simulated seconds; a speed if s is in metres."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class PlacedFold:
     source: Path
     """The folder of the fold, for messages."""
     hover: float = 0.0
-    """Height of the placement over the table [m], for a motion that is only watched and grasps nothing."""
+    """Height of the placement over the table [m]; above 0, the motion is only watched and grasps nothing."""
 
     @property
     def table(self) -> float:
@@ -148,7 +148,7 @@ class Paths:
         return self.task.tools(np.array([time])) @ offsets
 
     def _beside(self, time: float, distances: np.ndarray, back: np.ndarray | float = 0.0) -> np.ndarray:
-        """Tool poses (arms, n, 4, 4), out from under the hems by distances [m], and drawn back by others."""
+        """Return tool poses (arms, n, 4, 4) moved out from under the hems by some distances [m], and back by others."""
         tools = self._back(time, np.broadcast_to(back, np.broadcast_shapes(np.shape(back), distances.shape)))
         ahead = np.array([ahead for _, _, ahead in self.task.grips])
         tools[:, :, :3, 3] -= distances[None, :, None] * ahead[:, None, :]

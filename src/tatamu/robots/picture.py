@@ -1,7 +1,8 @@
 """The reachability picture: the ground in front of the robot from above, as SVG.
 
-Each square is a place for the middle of the fold, at the chosen height and turn: green if both arms can do the whole
-fold easily, yellow if only just, red if not. The lines are the hands' paths at the chosen place.
+Each square is a place for the middle of the fold, at the chosen height and turn. It is green if both arms can do the
+whole fold easily, yellow if they only just can, and red if they cannot. The lines are the hands' paths at the chosen
+place.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Placements of the fold before the robot, and orientations of the tools: the candidates that reach rates.
+"""Placements of the fold before the robot, and orientations of the tools: the candidates that `reach` rates.
 
 B is the robot's base, F the fold's frame, T the tool. A placement is X_BF, turned about z only.
 """
@@ -16,7 +16,7 @@ from tatamu.robots.model import Arm
 from tatamu.robots.pose import pose, turn
 
 LIFT = 0.06
-"""Retreat of the tool from the cloth before the grasp and after the release, along its approach [m]."""
+"""Distance of the tool from the cloth before the grasp and after the release, along the tool's approach [m]."""
 UNDER = 0.02
 """Distance outside the place of the grasp at which the tool comes down before it moves in [m]."""
 
@@ -33,7 +33,7 @@ class Placement:
     yaw: float
     """Rotation about z [rad]."""
     turning: float = 0.0
-    """Part of the turn towards the middle between the hands that the trunk makes, from 0 to 1."""
+    """Fraction, from 0 to 1, of the turn towards the middle between the hands that the trunk makes."""
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
         """The trunk's angle [rad] (n,) when the hands are at points (arms, n, 3) of F."""
@@ -68,10 +68,12 @@ class Hold:
     """Whether the jaw's fingers have changed places."""
 
     def rotation(self, heading: float) -> np.ndarray:
-        """R_BT, shape (3, 3), of a hand that folds towards `heading`, about z from x of B [rad].
+        """Return R_BT, the rotation from the tool's frame T to the base's frame B, shape (3, 3).
 
-        Before the turn by heading and yaw, z of T is (sin tilt, 0, -cos tilt) and y, the jaw's opening, is
-        (cos tilt, 0, sin tilt): both lie in the vertical plane across the hem.
+        The rotation starts with both axes of the jaw in the vertical plane across the hem, which is the plane y = 0 of
+        B. The approach z of T is then (sin tilt, 0, -cos tilt), and the opening y of T is (cos tilt, 0, sin tilt). The
+        jaw is then turned about z of B by `heading` and `yaw`. `heading` is the direction in which the hand folds, as
+        an angle about z from x of B [rad].
         """
         cosine, sine = np.cos(self.tilt), np.sin(self.tilt)
         across = np.array([[0.0, cosine, sine], [1.0, 0.0, 0.0], [0.0, sine, -cosine]])
@@ -141,7 +143,7 @@ def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: n
 def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
     """Ways to hold within the jaw's limits: few for a whole search, more for the neighbourhood of a good placement.
 
-    Hands come from outside the cloth: where they do not go straight across the hem, they turn towards each other.
+    Hands come from outside the cloth. If they do not go straight across the hem, they turn towards each other.
     """
     tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
     (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0

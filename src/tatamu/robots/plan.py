@@ -1,8 +1,8 @@
-"""A robot plan: where the fold lies, how the robot moves, and the figures that permit it.
+"""A robot plan: the place of the fold, the motion of the robot, and the results of its checks.
 
     task ──▶ paths ──▶ motion ──▶ checks ──▶ plan
 
-The search proposes placements, best first; the first whose checks all pass becomes the plan.
+The search proposes placements, best first. The first placement whose checks all pass becomes the plan.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 from tatamu.robots.timing import Untimed
 
 CANDIDATES = 12
-"""Placements that are worked out in full before the fold is refused."""
+"""Number of placements that are planned in full before the fold is refused."""
 
 
 class NoPlacement(InputError):
@@ -50,7 +50,7 @@ class RobotPlan:
 
     @property
     def events(self) -> tuple[FingerEvent, ...]:
-        """When fingers close and open; none if the plan hovers."""
+        """Times at which fingers close and open; none if the plan hovers."""
         return () if self.task.hover else self.motion.events
 
     @property
@@ -60,7 +60,7 @@ class RobotPlan:
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """The parts of the motion between which a player may stop."""
+        """The parts of the motion between which a program that plays it may stop."""
         return segments(self.motion, self.task.hover)
 
 
@@ -131,7 +131,7 @@ def _candidates(
 def _at(
     robot: Robot, hands: HandMotion, place: tuple[float, float, float], heights: tuple[float, float]
 ) -> PlacementRanking:
-    """Ways to hold, and table heights where they are free, at a given place."""
+    """Rank placements at a given place, with table heights between two bounds [m]."""
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
     places = [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]

@@ -44,15 +44,15 @@ class GripperCommand(OpenRecord):
     """[s]."""
     arm: Literal["larm", "rarm"]
     width: float = Field(ge=0)
-    """Wanted between the fingertips [m]."""
+    """Wanted distance between the fingertips [m]."""
     force: float = Field(gt=0)
-    """At most [N]."""
+    """Largest force [N]."""
     duration: float = Field(ge=0)
     """Time that the plan allows for it [s]."""
 
 
 class Segment(OpenRecord):
-    """A part of the motion from rest to rest; a player may pause after it for any time."""
+    """A part of the motion from rest to rest. A program that plays it may pause after it for any time."""
 
     name: Literal["approach", "fold", "leave"]
     start: float = Field(ge=0)
@@ -60,7 +60,7 @@ class Segment(OpenRecord):
     duration: float = Field(ge=0)
     """[s]."""
     then: Literal["close", "open", ""]
-    """The gripper event after it; empty if there is none."""
+    """The gripper event after this segment; empty if no event follows."""
 
     @property
     def end(self) -> float:
@@ -104,7 +104,7 @@ class JawFile(OpenRecord):
     yaw: float
     """Turn of the jaw's plane from the plane across the hem [rad]."""
     opening: float = Field(ge=0)
-    """Between the fingertips before they close and after they open [m]."""
+    """Distance between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
     """Thickness of one finger at its tip, along the opening [m]."""
     width: float = Field(0.03, gt=0, le=0.15)
@@ -164,7 +164,7 @@ class PlanFile(OpenRecord):
     gripper_commands: list[GripperCommand] = Field(default_factory=list)
     segments: list[Segment] = Field(default_factory=list)
     speed_scale: float = 1.0
-    """Speed of the motion over the fastest that the robot and the fold allow."""
+    """Ratio of the speed of the motion to the fastest that the robot and the fold allow."""
     hover: float = Field(0.0, ge=0)
     """Height of the whole motion above the one that folds [m]; above 0 the jaws stay open and there are no events."""
     stages: list[StageTime] = Field(default_factory=list)

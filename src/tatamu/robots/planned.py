@@ -19,9 +19,9 @@ FOLD = "fold"
 """Folder of the learned fold inside the plan's folder."""
 
 LONGEST = 3600.0
-"""A plan that lasts longer is none [s]."""
+"""Longest duration of a valid plan [s]."""
 FARTHEST = 100.0
-"""A joint that turns farther is none of a robot's [rad]."""
+"""Largest angle of a joint in a valid plan [rad]."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Planned:
         return found
 
     def event(self, arm: str, event: str) -> float:
-        """When an arm's fingers close or open [s]; in a plan that hovers, when they would."""
+        """Return the time at which an arm's fingers close or open [s], or would do so if the plan did not hover."""
         if self.plan.hover:
             return self.plan.segments[("close", "open").index(event)].end
         return next(found.time for found in self.plan.events if (found.arm, found.event) == (arm, event))

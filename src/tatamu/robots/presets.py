@@ -1,4 +1,6 @@
-"""Pairs of single arms by name, each mounted as it folds most: facing each other across the cloth, or side by side.
+"""Pairs of single arms by name, mounted to face each other across the cloth, or side by side.
+
+Each mount is the one with which the pair can do most folds.
 
 The origin of B is the middle between both feet, on the table; x is the direction of the fold, y points to the left arm.
 """
@@ -21,7 +23,7 @@ from tatamu.robots.pose import from_rpy, pose, to_quaternion, turn
 CAREFUL = 0.5
 """Fraction of a joint's speed that plans keep to."""
 FASTEST = 3.0
-"""Speed that plans keep to of joints whose motors are faster than an arm should be [rad/s]."""
+"""Speed limit in plans for joints whose motors are faster than an arm should be [rad/s]."""
 
 
 @dataclass(frozen=True)

@@ -28,13 +28,13 @@ DISTANCES = {
     "to the table": (0.003, 0.012),
     "of fingers to the table": (0.0004, 0.0008),
 }
-"""Less distance than the first is not possible, more than the second counts no further [m]."""
+"""Distances of each kind [m]: below the first a motion is impossible, above the second more distance is no better."""
 ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
 """Kinds of distances that one arm alone decides."""
 TABLE_ROOM = 0.01
 """Least distance of a table below the robot at its initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Fractions of the way from the initial pose to the first point, and back from the last, that are also tested."""
+"""Points between the initial pose and the first or last point that are also tested, as fractions of the way."""
 REFINED = 2
 """Placements, the best first, whose neighbourhoods are searched too."""
 ASKED = 80
@@ -49,11 +49,11 @@ class PlacementRanking:
 
     placements: list[Placement]
     holds: list[tuple[Hold, ...]]
-    """Of each arm that folds."""
+    """Hold of each arm that folds."""
     quality: np.ndarray
-    """The worse arm's, shape (n,)."""
+    """Quality of the worse arm, shape (n,)."""
     reached: np.ndarray
-    """Points that each arm reached in a row, shape (arms, n)."""
+    """Number of points that each arm reached in a row, shape (arms, n)."""
     times: np.ndarray
     """Simulated time of each point [s]; the first and the last are approach and retreat."""
 
@@ -126,7 +126,7 @@ def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: b
 def _keep_clear(
     robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Ask the most promising placements for distances.
+    """Compute the distances of the most promising placements.
 
     Returns:
         Quality with distances counted (n,), and the number of each arm's hold (arms, n).
@@ -153,7 +153,8 @@ def _alone(
 ) -> None:
     """Lower the quality of holds (h,) by the distances of the arm from the trunk, itself and the table.
 
-    The best holds are tested first. Once enough are clear, or too many are not, it stops; the rest count as impossible.
+    The best holds are tested first. The test stops when enough holds are clear, or too many are not; the rest count as
+    impossible.
     """
     clear = 0
     for rank, hold in enumerate(np.argsort(-quality, kind="stable")):

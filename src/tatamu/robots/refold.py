@@ -1,7 +1,8 @@
-"""The learned fold made again in a simulator, by the robot's hands as they moved and by hands that float.
+"""The learned fold simulated again: by the robot's hands as they moved, and by floating hands.
 
-Both run on the learned fold's mesh, or on a finer one where the simulator needs it: a vertex of the learned mesh stays
-a vertex, so that shapes are compared and scored on the learned mesh all the same.
+Floating hands move exactly as learned, without a robot. Both simulations use the learned fold's mesh, or a finer mesh
+if the simulator needs one. Vertices of the learned mesh are also vertices of the finer one, so shapes are always
+compared and scored on the learned mesh.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from tatamu.subdivision import on_coarse_mesh, subdivided
 from tatamu.topology import Topology, edge_lengths
 
 MOST_HALVINGS = 2
-"""The edges of a mesh are halved at most this many times; each makes four triangles of one."""
+"""Largest number of times that the edges of a mesh are halved; each halving makes four triangles of one."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +40,11 @@ class Refold:
     floating: Rollout
     """The fold by floating hands, which move as fast as learned, perhaps faster than the robot."""
     target: np.ndarray | None
-    """The wanted shape [m], shape (n, 3), where the plan carries it."""
+    """The wanted shape [m], shape (n, 3); None if the plan does not contain it."""
     learned: Result | None = None
     """The learned fold with its task; None if it cannot be scored."""
     unscored: str | None = None
-    """Why not."""
+    """Why the fold cannot be scored; None if it can."""
 
     @property
     def apart(self) -> np.ndarray:
@@ -76,11 +77,11 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
 
     Args:
         rehearsal: Motion of the robot.
-        simulator: Which one folds.
+        simulator: Name of the simulator.
         halvings: Number of halvings of the mesh's edges; None for as many as the simulator needs.
 
     Raises:
-        InputError: No such simulator, or a file of the fold is broken.
+        InputError: If there is no such simulator, or a file of the fold is broken.
         SimulationError: If the simulation failed.
     """
     folder = rehearsal.planned.fold

@@ -30,7 +30,7 @@ def table_too_high(robot: Robot) -> Refused:
 
 
 def out_of_reach(robot: Robot, hands: HandMotion, reach: PlacementRanking) -> Refused:
-    """Why not even the best placement can be followed."""
+    """Return why the robot cannot follow the fold even from the best placement."""
     placement, reached = reach.placements[0], reach.reached[:, 0]
     last = len(reach.times) - 1
     if reached.min() > last:

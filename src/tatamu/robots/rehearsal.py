@@ -1,4 +1,4 @@
-"""A plan rehearsed: the robot's joints driven through it in MuJoCo, under gravity and with contacts.
+"""A rehearsal of a plan: the robot's joints are driven through it in MuJoCo, with gravity and contacts.
 
 Each joint has position and velocity control like a robot's drives. Links have their masses, and gravity is compensated
 as by the robot's own controller. Contacts act between every pair that the plan checked, so that unwanted contacts show.
@@ -92,7 +92,7 @@ class Rehearsal:
         )
 
     def holding(self, arm: str) -> np.ndarray:
-        """Which samples are from an arm's closing to its opening, shape (n,)."""
+        """Whether each sample is between an arm's closing and its opening, shape (n,)."""
         closes, opens = self.planned.event(arm, "close"), self.planned.event(arm, "open")
         return (self.times >= closes) & (self.times <= opens)
 

@@ -1,7 +1,8 @@
 """The scene of a learned fold with the hands of a rehearsed robot in place of the learned ones.
 
 Time 0 is when the fingers close. Each gripper follows the actual motion of its tool, and cloth that a jaw takes is
-lifted to the fingertips. If hands have fingers in the learned fold, the robot's fingers are bodies.
+lifted to the fingertips. If the hands of the learned fold have fingers, the robot's fingers are rigid bodies in the
+scene.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
             the fingers close, and the others are pressed onto it.
 
     Raises:
-        InputError: If the scene has not one hand for each arm that folds.
+        InputError: If the scene does not have one hand for each arm that folds.
     """
     hands = grippers_by_hand(learned)
     arms = rehearsal.planned.arms
@@ -80,7 +81,7 @@ class _HandOfRobot:
         )
 
     def fingers(self, name: Hand, learned: Scene, grippers: list[Gripper]) -> list[Body]:
-        """Both fingers as bodies, with the robot's sizes and tilt; none if the learned hand has none."""
+        """Return both fingers as bodies, with the robot's sizes and tilt; none if the learned hand has no fingers."""
         known = [body for body in learned.bodies if body.hand == name]
         if not known or self._jaw is None:
             return []

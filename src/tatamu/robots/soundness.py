@@ -1,7 +1,8 @@
 """Requirements of a robot for correct plans, which are checked when it is loaded.
 
-Names that the model has, joints that move on their own and reach every direction, one kinematics. Figures come from the
-arms' whole ranges: configurations are drawn evenly from them, with a fixed seed.
+The names in the description must exist in the model. The joints must move independently, and reach every direction. The
+chain of a plan and MuJoCo must have the same kinematics. Configurations for these checks are drawn evenly from the
+joints' whole ranges, with a fixed seed.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from tatamu.robots.pose import inverse, pose
 
 DRAWS = 32
 LARGEST = 1e4
-"""Numbers of a model that are larger are none of a robot's [m, rad, kg, kg m^2]."""
+"""Largest number in a valid model of a robot [m, rad, kg, kg m^2]."""
 NUMBERS = (
     *("body_pos", "body_quat", "body_mass", "body_inertia", "geom_pos", "geom_size"),
     *("jnt_pos", "jnt_axis", "jnt_range", "qpos0"),
 )
-"""Fields of a mujoco.MjModel that are held to this."""
+"""Fields of a mujoco.MjModel whose numbers are limited by `LARGEST`."""
 SAME_POSE = 1e-6
 """Chain and MuJoCo put a tool in one place to within this [m, and as an entry of the rotation]."""
 FOLLOWS = 1e-3
@@ -160,7 +161,7 @@ def _check_joints(path: Path, model: Any) -> None:
 
 
 def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
-    """Refuse joints that are no hinges with limits, or do not lead to the wrist in this order."""
+    """Refuse joints that are not hinges with limits, or that do not lead to the wrist in the given order."""
     model, where = robot.model, f"{path}: {arm.name}.joints:"
     for joint, angle in zip(arm.joints, arm.initial, strict=True):
         if model.joint(joint).type[0] != needed("mujoco").mjtJoint.mjJNT_HINGE:

@@ -67,7 +67,7 @@ def load_stage(folder: Path) -> Any:
     """Read the model of a plan's folder as a mujoco.MjSpec.
 
     Raises:
-        InputError: If there is none, or MuJoCo cannot read it.
+        InputError: If the model does not exist, or MuJoCo cannot read it.
     """
     path = folder / MODEL
     if not path.is_file():

@@ -15,7 +15,7 @@ from tatamu.robots.planfile import GripperCommand
 
 DECIMALS = 9
 POINT_EVERY = 4
-"""Samples from one trajectory point of ROS and hrpsys to the next: 50 points a second."""
+"""Number of samples from one trajectory point of ROS and hrpsys to the next: 50 points a second."""
 
 
 class Group(NamedTuple):
@@ -64,8 +64,8 @@ def groups(plan: RobotPlan) -> list[Group]:
 def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Trajectory points of some joints: times from the start [s] (n,), and angles [rad] (n, k).
 
-    The first point is the initial pose after the lead time. A bridge that moves from the robot's present pose to the
-    first point then has that time and does not jump.
+    The first point is the initial pose, at the end of the lead time. A bridge that moves from the robot's present pose
+    to the first point then has the lead time for it, and does not jump.
     """
     motion = plan.motion
     first = int(np.ceil(motion.part("approach").start / motion.times[1] - 1e-6))

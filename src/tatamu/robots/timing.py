@@ -1,7 +1,7 @@
 """Time-optimal path parameterisation (Pham and Pham 2018) by toppra.
 
-A path is q(s). Beside the joints' limits on speed and acceleration, the rate ds/dt is bounded too: with s the
-simulated time and a rate of 1 the robot is never faster than the cloth motion that was simulated, anywhere.
+A path is q(s). Its timing keeps the joints' limits on speed and acceleration, and a bound on the rate ds/dt. If s is
+the simulated time and the bound is 1, the robot is nowhere faster than the simulated motion.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""URDF as far as MuJoCo does not read it: where its mesh files are, and how fast its joints may move.
+"""The parts of URDF that MuJoCo does not read: the places of mesh files, and the speed limits of joints.
 
-MuJoCo reads all else: links, joints, limits, shapes, and mimic joints as equalities.
+MuJoCo reads everything else: links, joints, limits, shapes, and mimic joints as equalities.
 """
 
 from __future__ import annotations

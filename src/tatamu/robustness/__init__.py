@@ -1,4 +1,8 @@
-"""Robustness: in which disturbed worlds a fold still succeeds, judged on one mesh or on two."""
+"""Robustness: in which disturbed worlds a fold still succeeds, judged on one mesh or on two.
+
+A world is one random draw of the disturbances. The nominal world has no disturbances. A verdict is the result of a fold
+in one world.
+"""
 
 from tatamu.robustness.cache import VerdictCache
 from tatamu.robustness.judge import Judge, Judged, Progress, WorldSearch, simulate_missing

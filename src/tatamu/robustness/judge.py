@@ -39,7 +39,7 @@ class _Mesh:
 
     fold: FoldOnMesh
     requested: set[str] = field(default_factory=set)
-    """Keys of the simulations that were needed."""
+    """Keys of the simulations that were needed, whether new or from the cache."""
 
     def __post_init__(self) -> None:
         self.name = self.fold.key
@@ -49,7 +49,7 @@ class _Mesh:
 
 
 class Judge:
-    """Simulates worlds on the coarse mesh, and on the fine one those whose verdict it could change."""
+    """Simulates worlds on the coarse mesh, and again on the fine mesh if it could change the verdict."""
 
     def __init__(
         self,
@@ -63,9 +63,9 @@ class Judge:
 
         Args:
             fine: The fold on the fine mesh.
-            coarse: The same fold on a coarser mesh; None if there is none.
+            coarse: The same fold on a coarser mesh; None to simulate on the fine mesh only.
             workers: Executor of the simulations.
-            cache: Earlier simulations, and where new ones are kept.
+            cache: Results of earlier simulations, to which new results are added.
             progress: Called after every simulation.
         """
         self._fine = _Mesh(fine)
@@ -118,7 +118,7 @@ class Judge:
     def _follow(
         self, searches: Sequence[WorldSearch], slack: SlackRange
     ) -> tuple[list[float | None], list[MeshVerdict]]:
-        """Follow searches to their ends, one world of each at a time; return their findings and all verdicts."""
+        """Run searches to their ends, one world of each at a time; return their results and all verdicts."""
         findings: list[float | None] = [None] * len(searches)
         seen: list[MeshVerdict] = []
         wanted = {number: next(search) for number, search in enumerate(searches)}
@@ -188,7 +188,7 @@ def simulate_missing(
 
 
 def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
-    """Simulate a manipulation in a world, unless a hand fails there whatever the cloth does."""
+    """Simulate a manipulation in a world, unless a hand misses the cloth or must stop there."""
     task = evaluator.task
     failure = hand_failure(task.fold, task.manipulation(parameters), world)
     if failure is not None:

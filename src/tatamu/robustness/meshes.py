@@ -1,8 +1,11 @@
-"""Two meshes of one fold: final verdicts of the coarse mesh, and estimates of distances on the fine mesh.
+"""Decides which verdicts of a coarse mesh are final, and estimates distances on the fine mesh from it.
 
-All worlds are simulated on the coarse mesh, some of them, and the nominal one, on the fine mesh as well. The largest
-differences between both show which other verdicts the fine mesh could change. Those worlds are simulated there too, and
-count as pairs in turn, until nothing changes.
+A world is one random draw of the disturbances; the nominal world has no disturbances. All worlds are simulated on the
+coarse mesh. The nominal world and some others are simulated on the fine mesh too: these are the pairs. The slack of a
+fold (`Limits.slack`) differs between the two meshes of a pair. If differences as large as those of the pairs could turn
+success into failure in another world, or failure into success, the fine mesh could change its verdict. That world is
+then simulated on the fine mesh too, and becomes a pair. This is repeated until the coarse verdicts of all other worlds
+are final.
 """
 
 from __future__ import annotations
@@ -20,17 +23,17 @@ from tatamu.robustness.verdict import Verdict
 from tatamu.simulators.source import source_digest
 
 PAIRS = 12
-"""Largest number of draws that are simulated on both meshes in any case, evenly from best to worst."""
+"""Largest number of draws that are always simulated on both meshes, spread evenly from the best to the worst."""
 DRAWS_PER_PAIR = 8
-"""One draw in this many runs on both meshes, if that is fewer."""
+"""One draw in this many is simulated on both meshes, if this gives fewer draws than `PAIRS`."""
 VERSION = 2
 """Version of the contents of a verdict; verdicts of other versions are not reused."""
 FEWEST = 3
-"""Least number of pairs, and of pairs for the fit of a line."""
+"""Least number of pairs, also for the fit of a line."""
 
 
 DistanceOf = Callable[[Verdict], float | None]
-"""A mean distance of a verdict [m]; None if it has none."""
+"""Function that returns a mean distance of a verdict [m], or None if the simulation failed."""
 
 
 def whole_distance(verdict: Verdict) -> float | None:
@@ -52,7 +55,7 @@ class FoldOnMesh:
 
     @property
     def key(self) -> str:
-        """A name that differs if a simulation does, also of another version of the simulator."""
+        """A name of the simulations, which changes with the scene and with the version of the simulator."""
         task = self.evaluator.task
         scene = disturbed_scene(task.fold, task.manipulation(self.parameters), NOMINAL)
         known = f"{VERSION} {task.simulator} {source_digest()} {scene.model_dump_json()}"
@@ -71,13 +74,13 @@ class MeshVerdict:
 
     @property
     def pair(self) -> tuple[Verdict, Verdict] | None:
-        """Verdicts on the fine and the coarse mesh; None if it was simulated on one of them only."""
+        """Verdicts on the fine and the coarse mesh; None if the world was simulated on one of them only."""
         return (self.verdict, self.coarse) if self.fine and self.coarse is not None else None
 
 
 @dataclass(frozen=True)
 class SlackRange:
-    """The range of the slack on the fine mesh less that on the coarse one; see `Limits.slack`."""
+    """The range of differences in slack, that on the fine mesh minus that on the coarse one; see `Limits.slack`."""
 
     limits: Limits
     low: float = 0.0

@@ -26,9 +26,11 @@ class AloneMargin(OpenRecord):
     unit: str
     """m, rad or s; 1 for a relative change."""
     low: float | None
-    """Farthest below zero at which the fold still succeeded; None if it did as far as was tried."""
+    """Lowest value, below zero, at which the fold still succeeded; None if it succeeded at all values tried below
+    zero."""
     high: float | None
-    """Farthest above zero; None if it succeeded as far as was tried."""
+    """Highest value, above zero, at which the fold still succeeded; None if it succeeded at all values tried above
+    zero."""
     deviation: float
     """Standard deviation of the disturbance, in the same unit; of the logarithm, if it is a relative change."""
     tried: tuple[float, float]
@@ -139,7 +141,8 @@ class MeshUsed(OpenRecord):
     """Spacing of the mesh on which all worlds were simulated [m]."""
     vertices: int
     coarser: bool
-    """Whether this mesh is coarser than the fold's own, from which all uncertain verdicts then come."""
+    """Whether this mesh is coarser than the fold's own mesh. If so, all uncertain verdicts are from the fold's own
+    mesh."""
     own_spacing: float | None = None
     """Spacing of the fold's own mesh [m]; None in files of earlier versions."""
     own_simulations: int | None = None
@@ -147,9 +150,9 @@ class MeshUsed(OpenRecord):
     checked: int = 0
     """Number of worlds simulated on both meshes."""
     same: int = 0
-    """Number of these in which both meshes agree whether the fold holds."""
+    """Number of worlds simulated on both meshes in which both agree whether the fold succeeds."""
     apart: float = 0.0
-    """Largest difference of the mean vertex distance in these [m]."""
+    """Largest difference of the mean vertex distance between both meshes in the worlds simulated on both [m]."""
 
 
 class MarginsResult(OpenRecord):

@@ -16,19 +16,19 @@ class Verdict:
     """The result of a fold in one world."""
 
     mean_vertex_distance: FiniteFloat | None
-    """[m]; None if the simulation failed."""
+    """Mean of e_i, Eq. (12) [m]; None if the simulation failed."""
     mask_iou: FiniteFloat | None
-    """[-]; None if the simulation failed."""
+    """Overlap of the views from above [-]; None if the simulation failed."""
     error: str | None = None
     """Reason of the failure."""
     moving_vertex_distance: FiniteFloat | None = None
-    """Mean over the part that moves [m]; None if the simulation failed."""
+    """Mean of e_i over the part that moves [m]; None if the simulation failed."""
     marks: dict[str, FiniteFloat] | None = None
     """Marks of the fold by the names of `folding.marks.MARKS` [m]; None without a rollout, and in older verdicts."""
 
     @classmethod
     def of(cls, evaluation: Evaluation, fold: Fold | None = None) -> Verdict:
-        """Return the verdict on an evaluation, with the marks of a fold if that is given."""
+        """Return the verdict on an evaluation, with the marks of the fold if `fold` is given."""
         score = evaluation.score
         if score is None:
             return cls(None, None, evaluation.error)

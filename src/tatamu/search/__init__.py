@@ -1,4 +1,7 @@
-"""Searches with the methods ask and tell. They use only vectors, and do not depend on cloth or simulators."""
+"""Searches: `ask` returns the parameters of the next trial, and `tell` reports its result.
+
+Searches use only vectors. They do not depend on cloth or simulators.
+"""
 
 from tatamu.search.registry import check_search, find_search, register_search, search_names
 from tatamu.search.schedule import Schedule, Trials

@@ -11,11 +11,11 @@ from tatamu.search.search import Observation, Search
 from tatamu.search.space import Parameters, Space
 
 FIRST_SPREAD = 1.0 / 6.0
-"""Standard deviation of the first generation, about the middle, in sides of the unit cube; as Optuna's."""
+"""Standard deviation of the first generation about the middle, in sides of the unit cube; the same as Optuna's."""
 
 
 class CMASearch(Search):
-    """Draws each proposal from the normal distribution that the generations before it have led to.
+    """Draws each proposal from a normal distribution, which is adapted to the results of earlier generations.
 
     The strategy is replayed from the observations, so that a proposal depends on them, its number and the seed only.
     The first proposal is random, as with Optuna's sampler.

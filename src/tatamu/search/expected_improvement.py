@@ -1,13 +1,15 @@
-"""Expected improvement (Jones et al. 1998), as a logarithm: far from the best it is smaller than any number.
+"""The logarithm of expected improvement (Jones et al. 1998).
 
-With b the lowest objective so far, and the objective at a point either a normal variable or a known part plus a
-log-normal one,
+Far from the best point, expected improvement itself is smaller than the smallest floating-point number.
+
+Let b be the lowest objective so far. The objective at a point is either a normal variable, or a known part plus a
+log-normal variable:
 
     C = Y,          Y ~ N(m, s^2):      EI = s (z Phi(z) + phi(z)),                      z = (b - m) / s
     C = l + e^Y,    Y ~ N(m, s^2):      EI = (b - l) Phi(d) - e^(m + s^2/2) Phi(d - s),  d = (log(b - l) - m) / s
 
-the second being the price of a put option (Black and Scholes 1973). It serves Eq. (10), C = l_x + alpha D, whose l_x is
-known before a trial runs and whose D is positive.
+The second formula is the price of a put option (Black and Scholes 1973). It is used for Eq. (10), C = l_x + alpha D:
+l_x is known before a trial runs, and D is positive.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarra
 def log_expected_improvement_beyond(
     best: float, known: np.ndarray, mean: np.ndarray, deviation: np.ndarray
 ) -> np.ndarray:
-    """Return log EI of a known part plus a log-normal one; minus infinity if the known part is not below `best`.
+    """Return log EI of a known part plus a log-normal part; minus infinity if the known part is not below `best`.
 
     Args:
         best: Lowest objective so far.

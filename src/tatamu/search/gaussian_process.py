@@ -3,13 +3,13 @@
     k(x, x') = s^2 (1 + sqrt(5) r + 5/3 r^2) exp(-sqrt(5) r),   r^2 = sum_k ((x_k - x'_k) / l_k)^2      Matern 5/2
     f(x)     ~ GP(mu, k)
 
-The lengths l_k are those of largest posterior density, under a log-normal prior; for given lengths, mu (generalised
-least squares) and s^2 have closed forms, so that only the lengths are searched. With R = k / s^2, r = y - mu and the
-prior of s^2 worth PRIOR_OBSERVATIONS observations of unit variance,
+The lengths l_k are those of largest posterior density, under a log-normal prior. For given lengths, mu (generalised
+least squares) and s^2 have closed forms, so only the lengths are searched. The prior of s^2 is worth n0 =
+PRIOR_OBSERVATIONS observations of unit variance. Let R = k / s^2 and r = y - mu:
 
     -log p = (n + n0)/2 log s^2 + 1/2 log |R| + sum_k (log l_k - m)^2 / (2 v^2),    s^2 = (r' R^-1 r + n0) / (n + n0)
 
-Observations are to be standardised by the caller: zero mean, unit variance.
+The caller must standardise the observations to zero mean and unit variance.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SHORTEST, LONGEST = 0.03, 30.0
 START = 0.5
 """Length at which the search begins."""
 IMPOSSIBLE = 1e25
-"""Loss of lengths whose R cannot be factorised."""
+"""Loss returned for lengths with which the correlation matrix R cannot be factorised."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ class GaussianProcess:
     def believing(self, points: np.ndarray) -> GaussianProcess:
         """Return the process after observing its own mean at some points, shape (p, d).
 
-        The "kriging believer" (Ginsbourger et al. 2010): the mean stays, the deviation near the points shrinks, so that
-        a search keeps away from trials that are still running.
+        This is the "kriging believer" (Ginsbourger et al. 2010). The mean stays, and the deviation near the points
+        shrinks. A search therefore keeps away from trials that are still running.
         """
         if not len(points):
             return self

@@ -1,8 +1,9 @@
 """The paper's search: Gaussian process, Matern kernel, expected improvement, no noise (beta = 0).
 
 This search differs from the paper's in two ways. The kernel has its own length for each parameter. And if a part of the
-objective is known before a trial runs, such as l_x of Eq. (10), the process models the logarithm of the rest.
-Objectives of good folds differ by hundredths and those of bad ones by ones, and a known part need not be learned.
+objective is known before a trial runs, such as l_x of Eq. (10), the process models the logarithm of the rest. The
+logarithm is used because objectives of good folds differ by hundredths, and those of bad folds by ones. The known part
+need not be learned.
 
 A proposal takes a few milliseconds.
 """
@@ -21,33 +22,35 @@ from tatamu.search.search import Search
 from tatamu.search.space import KnownPart, Parameters, Space
 
 THREADS = ThreadpoolController()
-"""Number of threads of linear algebra; for small matrices more threads take ten times as long."""
+"""Controls the number of threads of linear algebra; with more threads, small matrices take ten times as long."""
 LEAST_UNKNOWN = 1e-6
 """Least value of an objective minus its known part, if rounding leaves nothing."""
 LEAST_DEVIATION = 0.1
 """Least standard deviation of the observed logarithms, so that nearly equal ones are not scaled to unit variance."""
 APART = 0.03
-"""Least difference of a proposal from every known and pending point, in at least one parameter, as part of a side."""
+"""Least difference of a proposal from every known and pending point, in at least one parameter, as a fraction of a
+side."""
 TAKEN = 1e9
-"""Taken from log expected improvement nearer than that: such a point is proposed only where no other may win."""
+"""Amount by which log expected improvement is lowered at points nearer than `APART`. Such a point is proposed only if
+no other point may improve on the best trial."""
 
 
 @dataclass(frozen=True)
 class Maximisation:
-    """The search of the maximum of an acquisition function: scattered points, then narrower and narrower clouds."""
+    """Settings of the search for the maximum of an acquisition function: scattered points, then narrowing clouds."""
 
     scattered: int = 1024
     """Points all over the cube."""
     around_best: int = 512
     """Points around the best trials."""
     best_trials: int = 4
-    """Number of these trials."""
+    """Number of best trials with points around them."""
     spreads: tuple[float, ...] = (0.02, 0.1, 0.3)
     """Spreads of the points around the best trials, in sides of the cube."""
     kept: int = 6
     """Points around which each round looks more closely."""
     per_kept: int = 21
-    """Number of points around each of these in a round."""
+    """Number of new points around each kept point in a round."""
     rounds: int = 8
     first_spread: float = 0.15
     """Spread of the first round, in sides of the cube."""
@@ -63,7 +66,7 @@ class GPSearch(Search):
     maximisation = Maximisation()
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters and their expected improvement as a part of the best objective."""
+        """Return the next parameters and their expected improvement as a fraction of the best objective."""
         seed = self.sub_seed()
         if not self.known:
             return self.space.random(seed), None
@@ -101,7 +104,7 @@ def _acquisition(
 
 
 def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return an acquisition that is lower at points nearer than `APART` to one of those taken, shape (n, d)."""
+    """Return an acquisition that is lower within `APART` of points that are taken, shape (n, d)."""
 
     def lowered(at: np.ndarray) -> np.ndarray:
         near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)

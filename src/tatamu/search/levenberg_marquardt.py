@@ -2,9 +2,9 @@
 
     minimise  |r(p)|^2,   (J'J + lambda diag(J'J)) step = -J'r,   J_k = (r(p + h e_k) - r(p)) / h
 
-within the unit cube. Nothing is evaluated here. A search yields the points that it needs, several if they do not depend
-on each other, and is sent their residuals. `next_point` runs such searches on known residuals, so the whole state of a
-search is the set of evaluated points.
+within the unit cube. The module evaluates nothing itself. A search is a generator: it yields the points that it needs,
+and is sent their residuals. It yields several points at once if they do not depend on each other. `next_point` runs
+such searches on known residuals, so the whole state of a search is the set of evaluated points.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def key_of(point: np.ndarray) -> Key:
 def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pending: Set[Key]) -> np.ndarray:
     """Return the next point that the searches need, shape (d,).
 
-    The searches are run one after the other. While all points that one needs are pending, the neighbours of its trial
-    step follow, because it needs them if the step succeeds; then the next search starts.
+    The searches are run one after the other. If all points that a search needs are pending, the neighbours of its trial
+    step are returned next, because the search needs them if the step succeeds. Then the next search starts.
 
     Args:
         starts: Starting points of the searches in the unit cube, shape (d,) each; enough for all searches.

@@ -1,9 +1,10 @@
 """The method of Li et al. (2015), with which the paper compares itself.
 
-Levenberg-Marquardt on the inner control points P1 and P2 of the Bezier curve, over the vector of errors e_i, Eq. (12);
-derivatives by finite differences, each of which is a trial; hands at the corners; from three starting curves. Their
-paper does not state steps, damping and curves. Here one curve is that shipped with their code, the others are a high
-and a low arch. When all three have converged, further searches start from the points of a Halton sequence.
+The method minimises the vector of errors e_i, Eq. (12), by Levenberg-Marquardt. It varies the inner control points P1
+and P2 of the Bezier curve, with the hands at the corners. Derivatives are finite differences, and each difference takes
+a trial. Their paper does not state the steps, the damping and the starting curves. Here searches start from three
+curves: the one shipped with their code, a high arch and a low arch. When all three have converged, further searches
+start from the points of a Halton sequence.
 
 The squares of the residuals sum to the objective. Observations are the only state: each proposal runs the searches
 again on them.
@@ -33,7 +34,7 @@ FURTHER = 1000
 
 
 class LMSearch(Search):
-    """Proposes the next evaluation of Levenberg-Marquardt; it has no use for a seed, since nothing is drawn."""
+    """Proposes the next evaluation of Levenberg-Marquardt; the seed has no effect, because nothing is random."""
 
     needs_residuals = True
 

@@ -17,7 +17,7 @@ optuna.logging.set_verbosity(optuna.logging.ERROR)
 
 
 def distributions(space: Space) -> dict[str, BaseDistribution]:
-    """Return the bounds of a space as Optuna has them."""
+    """Return the bounds of a space in Optuna's form."""
     return {
         name: IntDistribution(int(each.low), int(each.high)) if each.whole else FloatDistribution(each.low, each.high)
         for name, each in space.bounds.items()

@@ -21,11 +21,11 @@ class Schedule:
     fidelities: int = 1
     """1, or 2 if a search starts at low fidelity."""
     high_share: float = 0.12
-    """With two fidelities, the part of the trials that runs at high fidelity, after those at low fidelity."""
+    """With two fidelities, the fraction of the trials that runs at high fidelity, after the trials at low fidelity."""
     least_high: int = 5
-    """Least number of these trials."""
+    """Least number of trials at high fidelity."""
     least_gain: float = 0.001
-    """With "auto": a search has converged if the expected gain is below this part of the best objective ..."""
+    """With "auto": a search has converged if the expected gain is below this fraction of the best objective ..."""
     in_a_row: int = 3
     """... by this many proposals in a row."""
     most_auto: int = 100
@@ -47,7 +47,7 @@ class Schedule:
         """Return the fidelity of the next trial; None if there is no next one.
 
         Args:
-            before: The proposals of all trials before it in order, those of pending ones as well.
+            before: The proposals of all earlier trials in order, pending trials included.
         """
         if len(before) >= self.most:
             return None

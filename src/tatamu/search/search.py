@@ -34,7 +34,7 @@ class Proposal(Mapping[str, int | float]):
     fidelity: int = HIGH
     """Fidelity of the model to be evaluated."""
     gain: float | None = None
-    """Expected improvement as a part of the best objective; None if the search does not estimate it."""
+    """Expected improvement as a fraction of the best objective; None if the search does not estimate it."""
 
     def __getitem__(self, name: str) -> int | float:
         return self.parameters[name]
@@ -82,8 +82,9 @@ class Search(ABC):
         Args:
             space: Bounds of the parameters.
             seed: Random seed of the search.
-            first: Parameters of the first proposals; repeated ones are proposed once. The next one is random, because
-                from given points that all fail a search would learn only the known part of the objective.
+            first: Parameters of the first proposals; repeated ones are proposed once. The proposal after them is
+                random, because given points may all fail, and would then teach the search only the known part of the
+                objective.
         """
         self.space = space
         self.seed = seed
@@ -103,7 +104,7 @@ class Search(ABC):
 
     @abstractmethod
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters, and the expected improvement as a part of the best objective if estimated."""
+        """Return the next parameters, and the expected improvement as a fraction of the best objective if estimated."""
 
     def ask(self, fidelity: int = HIGH) -> Proposal:
         """Return the next proposal; it is pending until it is told.

@@ -17,7 +17,7 @@ Parameters = dict[str, int | float]
 KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 """Function for the part of an objective that needs no simulation, from parameters by name, (p,) each, to (p,)."""
 ROUNDING = 1e-9
-"""Part of a range by which rounding may take a value beyond a bound."""
+"""Distance beyond a bound that counts as rounding, as a fraction of the range."""
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,13 @@
-"""A search over two fidelities: most trials evaluate a cheap model, the last ones the model itself.
+"""A search over two fidelities: most trials evaluate a cheap model, and the last trials the model itself.
 
-With y the logarithm of the part of the objective that is not known beforehand (alpha D of Eq. (10)), or the objective
-itself if no part is known,
+Let y be the logarithm of the unknown part of the objective (alpha D of Eq. (10)), or the objective itself if no part is
+known beforehand:
 
     y_high(x) = y_low(x) + d(x)                    co-kriging (Kennedy and O'Hagan 2000)
 
-and y_low and d each a Gaussian process. The first proposals at high fidelity are the best trials of low fidelity, each
-at some distance from those before it. Once a few of them are known, the largest expected improvement over the best
-trial of high fidelity is proposed.
+y_low and d are Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity, each at
+some distance from the earlier ones. Once a few trials of high fidelity are known, the point with the largest expected
+improvement over the best of them is proposed.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ class CoKriging:
     """Settings of the model of both fidelities."""
 
     handful: int = 3
-    """Number of known trials of high fidelity from which on the difference d is modelled."""
+    """Least number of known trials of high fidelity with which the difference d is modelled."""
     different: float = 0.1
-    """Least difference of two trials in one parameter, as part of its range, that makes them different."""
+    """Least difference in one parameter, as a fraction of its range, by which two trials count as different."""
     least_difference: float = 1.0
     """Least standard deviation of d: without data, alpha D may differ by a factor of three."""
 
 
 class TwoFidelitySearch(Search):
-    """A search over two fidelities: another search proposes at low fidelity, co-kriging of both at high fidelity."""
+    """Proposes with another search at low fidelity, and with a co-kriging model of both fidelities at high fidelity."""
 
     settings = CoKriging()
     maximisation = Maximisation()
@@ -63,7 +63,7 @@ class TwoFidelitySearch(Search):
             make: Makes the search of low fidelity from a space, a seed and first parameters.
             space: Bounds of the parameters, with the part of the objective that is known.
             seed: Random seed of the search.
-            first: Parameters of the first proposals; the last of them are those of the first one at high fidelity.
+            first: Parameters of the first proposals; the last of these is the first proposal at high fidelity.
         """
         super().__init__(space, seed, first[-1:])
         self.low = make(space, seed, first[:-1])
@@ -96,7 +96,7 @@ class TwoFidelitySearch(Search):
             super().tell(proposal, found)
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters at high fidelity, and their expected improvement as a part of the best."""
+        """Return the next parameters at high fidelity, and their expected improvement as a fraction of the best."""
         if not self.low.told:
             return self.space.random(self.sub_seed()), None
         if len(self.told) < self.settings.handful:

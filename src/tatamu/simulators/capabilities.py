@@ -16,7 +16,7 @@ class Capabilities:
     parallel: bool = False
     """Whether `simulate` may be called in several threads of one process, with the same results."""
     coarse_search: bool = False
-    """Whether a coarser mesh ranks folds nearly as the default one does, so that a search may start there."""
+    """Whether a coarser mesh ranks folds nearly as the default mesh does, so that a search may start on it."""
     compression: bool = False
     """Whether cloth may resist compression less than tension (`Material.compression`); otherwise equally."""
     orthotropy: bool = False

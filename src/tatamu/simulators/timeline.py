@@ -1,4 +1,4 @@
-"""The time of a scene as segments: between two instants nothing opens or closes, and hands move on straight lines."""
+"""The time of a scene in segments: within a segment no gripper opens or closes, and hands move on straight lines."""
 
 from __future__ import annotations
 

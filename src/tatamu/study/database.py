@@ -1,8 +1,8 @@
-"""Studies in a shared PostgreSQL database, through Optuna's `RDBStorage`, which several clients may use at a time.
+"""Studies in a shared PostgreSQL database, which several clients may use at a time through Optuna's `RDBStorage`.
 
-Passwords come from PGPASSWORD or ~/.pgpass, which libpq reads; none is in an address, a message or a file of tatamu.
-A connection that is lost is opened again for a stated time. A study is held by one client at a time, with an advisory
-lock that ends with the client, however it ends.
+Passwords come from PGPASSWORD or ~/.pgpass, which libpq reads. No address, message or file of tatamu contains a
+password. A lost connection is opened again for a limited time. Only one client uses a study at a time: it has an
+advisory lock, which the server releases however the client ends.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ OPENING_SECONDS = 10.0
 RETRY_SECONDS = 120.0
 """Time for which a lost connection is tried again [s]."""
 HOLD_SECONDS = 15.0
-"""Time for which another client that held the study may take to end [s]."""
+"""Time that another client with a lock on the study has to end [s]."""
 PAUSE = 0.25
 """Seconds between two tries."""
 CONNECTIONS = 4
@@ -41,7 +41,7 @@ SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp
 LOST_STATES = ("08", "57P", "53300")
 """SQLSTATEs, or their beginnings, of a connection that is not available now: lost, shutdown, too many clients."""
 PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
-"""The same for temporary errors, which include conflicts and another client that creates the tables."""
+"""SQLSTATEs of temporary errors, which include conflicts and another client that creates the tables."""
 PASSING_WORDS = (
     "refused",
     "starting up",
@@ -60,14 +60,17 @@ PASSING_WORDS = (
 
 
 class ConnectionLostError(Exception):
-    """The database went away; no error of SQLAlchemy, so that Optuna does not try again without looking first."""
+    """The connection to the database was lost.
+
+    This is no error of SQLAlchemy, so that Optuna does not repeat the operation without a check whether it was done.
+    """
 
 
 def parse_storage(given: str) -> str:
     """Read the address of a database: `postgresql://USER@HOST/DB`.
 
     Raises:
-        InputError: If it is none, or has a password in it; the message never repeats it.
+        InputError: If it is no such address, or contains a password; the message never repeats the password.
     """
     wanted = "must be postgresql://USER@HOST/DB"
     try:
@@ -135,7 +138,7 @@ class SharedDatabase:
         """Lock a study until `release` or the end of this process.
 
         Raises:
-            UnavailableError: Another client holds it.
+            UnavailableError: If another client uses the study.
         """
         deadline = monotonic() + HOLD_SECONDS
         while not self.run(lambda: self._try_hold(name)):
@@ -198,7 +201,7 @@ class SharedDatabase:
 
         Raises:
             InputError: If the database refuses.
-            UnavailableError: If it did not answer for so long, or its disk is full.
+            UnavailableError: If the database did not answer within the time, or its disk is full.
         """
         deadline = monotonic() + seconds
         while True:
@@ -240,7 +243,7 @@ def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
         address: `postgresql://USER@HOST/DB`.
 
     Raises:
-        InputError: If the address is none, its driver is not installed, or the database refuses.
+        InputError: If the address is invalid, its driver is not installed, or the database refuses.
         UnavailableError: If it does not answer.
     """
     if address is None:

@@ -31,7 +31,7 @@ REPORT = "report.html"
 STUDY = "study.db"
 SHARED_STUDY = "study.json"
 MARGINS = "margins"
-"""The folder of its margins."""
+"""Name of the folder with the margins of the fold."""
 
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """All files of a study except its database."""
@@ -46,7 +46,7 @@ def step_name(number: int) -> str:
 
 @dataclass(frozen=True)
 class ResultFolder:
-    """A folder whose files are read when they are first asked for, validated, and written in one piece."""
+    """A folder whose files are read and validated at the first use, and written in one piece."""
 
     path: Path
 
@@ -92,7 +92,7 @@ class ResultFolder:
 
     @property
     def margins(self) -> MarginsResult | None:
-        """Its margins; None if they were not measured.
+        """The margins of the fold; None if they were not measured.
 
         Raises:
             InputError: If the file cannot be read, or a field is wrong; the message names both.
@@ -231,7 +231,7 @@ class ResultFolder:
         self._forget("rollout")
 
     def _forget(self, *names: str) -> None:
-        """Read a file again when it is next asked for."""
+        """Read a file again at its next use."""
         for name in names:
             self.__dict__.pop(name, None)
 

@@ -1,6 +1,6 @@
 """Copies of the user's files that a fold was learned from, in its folder: garment, plan, material, robot.
 
-So the folder can be moved, and the files can be changed, without its losing what it was made of.
+The folder can therefore be moved, and the original files can be changed, without any loss.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ INPUTS = "inputs"
 INDEX = "files.json"
 """The file that names the copy of each kind."""
 LARGEST_INPUT = 256 * MIB
-"""Files that are copied are no larger [bytes]: meshes of a robot's links may be large."""
+"""Largest size of a copied file [bytes]; meshes of a robot's links may be large."""
 
 
 @dataclass(frozen=True)
 class Sources:
-    """The files of one input, first the one that names the others; or its text, if it has no file."""
+    """The files of one input, or its text if it has no file. The first file names the others."""
 
     files: Sequence[Path] = ()
     text: str = ""
@@ -34,10 +34,10 @@ class Sources:
 def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:
     """Copy the sources of a learned fold into its folder, each kind to `inputs/KIND`.
 
-    Files keep their places relative to one another, so that one that names another by a relative path still does.
+    Files keep their places relative to one another, so relative paths in them remain valid.
 
     Raises:
-        InputError: One cannot be read, or the folder cannot be written.
+        InputError: If a source cannot be read, or the folder cannot be written.
     """
     kept = {kind: _keep(folder / INPUTS / kind, source) for kind, source in sources.items()}
     if kept:
@@ -45,7 +45,7 @@ def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:
 
 
 def _keep(folder: Path, source: Sources) -> str:
-    """Copy one input; the place of its first file in the folder."""
+    """Copy one input, and return the place of its first file in the folder."""
     if not source.files:
         write_text(folder / source.name, source.text)
         return source.name
@@ -62,7 +62,7 @@ def kept_input(folder: Path, kind: str) -> Path | None:
     """Return the copy of an input of a learned fold or of its plan; None if none was kept.
 
     Raises:
-        InputError: If the index is no index.
+        InputError: If the index of the copies is invalid.
     """
     for place in (folder, Path(os.path.abspath(folder)).parent):
         index = place / INPUTS / INDEX

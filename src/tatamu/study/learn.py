@@ -72,13 +72,14 @@ def learn(
 ) -> Result | PlanResult:
     """Learn a task, or resume where it stopped.
 
-    The first step of a plan of several learns all of them, each from the final state of the one before it. Each search
-    starts with the best folds of the earlier steps. Cloth that no hand carries is reported by an `UncarriedWarning`.
+    If `task` is the first of several steps of a plan, all of them are learned, each from the final state of the
+    previous step. Each search starts with the best folds of the earlier steps. Cloth that no hand carries is reported
+    by an `UncarriedWarning`.
 
     Args:
         task: The fold, the garment and the simulator.
-        options: Options of the study; None for the defaults.
-        places: Its executor, store and reports; None for this machine and memory.
+        options: Options of the study; None to use the defaults.
+        places: The executor, the store and the callbacks of the study; None to use this machine and memory.
         evaluate: Evaluates manipulations in place of the evaluator of the options.
         first: Further parameters with which the search of the first step starts; the last is the first on the fine
             mesh.
@@ -272,7 +273,7 @@ def _all_failed(study: Study, folder: ResultFolder | None) -> str:
 
 
 def _sources(task: Task, options: LearnOptions) -> dict[str, Sources]:
-    """Return the user's files that a task was made from, and the plan that was found for the user's own garment."""
+    """Return the user's files that a task was made from, with any plan that was found for the user's own garment."""
     asked = task.asked
     if asked is None:
         return {}
@@ -301,9 +302,9 @@ def _refuse_other(folder: ResultFolder, count: int) -> None:
 
 
 def _delete_outdated_step(task: Task, folder: ResultFolder | None, database: SharedDatabase | None) -> None:
-    """Delete the study of a step that started from a state that the step before it no longer leaves.
+    """Delete the study of a step if the previous step now ends in another state.
 
-    It happens if a plan is resumed with more trials: a better first fold makes the second another task.
+    This happens if a plan is resumed with more trials, because a better first fold changes the task of the second step.
     """
     from tatamu.study.store import load_settings
 

@@ -1,4 +1,7 @@
-"""The loop of a study: ask, evaluate, tell; trials are evaluated anywhere, and recorded in order."""
+"""The loop of a study: the search proposes a trial, the trial is evaluated, and the search receives its result.
+
+Trials are evaluated on any executor, and recorded in order.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,8 @@ if TYPE_CHECKING:
 Stage = Literal["trials", "baselines", "validation", "report"]
 """Stages of a study: trials, fixed trajectories, held-out validation of the best fold, files and page."""
 VALIDATION_WORLDS = 36
-"""Number of worlds in which the best fold is validated; if it holds in all, the interval starts at 90 %."""
+"""Number of disturbed worlds in which the best fold is validated. If the fold holds in all of them, the 95 % interval
+of its success rate starts at 90 %."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +75,9 @@ class Study:
 
         Args:
             evaluator: Evaluates the proposals.
-            search: Proposes.
+            search: Proposes the parameters of the trials.
             store: Keeps the trials.
-            record: Settings of the study.
+            record: Task and settings of the study.
             executor: Executor of the evaluations.
 
         Raises:
@@ -110,16 +114,16 @@ class Study:
     def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
         """Run the trials that are left, and the fixed trajectories.
 
-        A proposal uses all trials before it except the last `parallel` - 1, even if some of these have ended; the first
-        one after the scouts uses all of them. So a study does not depend on the number of processors, and a resumed
-        study repeats the same asks and tells.
+        A proposal uses all earlier trials except the last `parallel` - 1, whether these have ended or not. The first
+        proposal after the scouts (`Evaluator.scouts`) uses all of the scouts. A study therefore does not depend on the
+        number of processors, and a resumed study repeats the same proposals.
 
         Args:
             schedule: Number of trials, and their fidelities.
             baselines: Also score the fixed trajectories, unless they were scored before.
 
         Yields:
-            The stage, after each new trial and when the fixed trajectories are left.
+            The stage, after each new trial and when only the fixed trajectories are left.
         """
         proposals: list[Proposal] = []
         known: list[Evaluation] = []
@@ -180,7 +184,10 @@ class Study:
         return proposal, self.evaluator.submit(self._executor, proposal, NOTHING if keep else beat, keep=keep)
 
     def _finish(self, known: list[Evaluation], proposal: Proposal, future: Future[Evaluation]) -> bool:
-        """Wait for a trial, record it and tell the search; return whether it was new."""
+        """Wait for a trial, and report its result to the search.
+
+        A trial that the store does not have yet is recorded there.
+        """
         number = len(known)
         found = self._result(proposal, future, f"trial {number}")
         new = number >= self._stored

@@ -1,4 +1,4 @@
-"""The result of learning a plan of several steps, each from the final state of the one before."""
+"""The result of learning a plan of several steps; each step starts from the final state of the previous one."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def _step(number: int, task: Task, result: Result, whole: FromFlat) -> StepRecor
 
 
 def from_flat(faces: np.ndarray, ideal: np.ndarray, state: np.ndarray) -> FromFlat:
-    """Return how far a state is from the flat garment's ideal, both of shape (n, 3) [m]."""
+    """Return the deviation of a state from the ideally folded flat garment, both of shape (n, 3) [m]."""
     reached, wanted = top_views(faces, state, ideal)
     return FromFlat(
         mean_vertex_distance=float(vertex_distances(ideal, state).mean()),

@@ -16,11 +16,11 @@ class FromFlat(OpenRecord):
     """Deviation of a state from the flat garment folded ideally in all steps so far."""
 
     mean_vertex_distance: float
-    """[m]."""
+    """Mean distance of the vertices [m]."""
     mask_iou: float
     """Overlap of the two top views, intersection over union [-]."""
     area_error: float
-    """[%]."""
+    """Deviation of the covered area from that of the ideal [%]."""
 
     @property
     def moving_vertex_distance(self) -> None:
@@ -29,10 +29,10 @@ class FromFlat(OpenRecord):
 
 
 class StepRecord(Scored):
-    """A step: the error of its own fold, and the distance of the garment from the ideal of all folds so far."""
+    """A step: the error of its own fold, and the deviation of the garment from the ideal of all folds so far."""
 
     folder: str
-    """Its name within the plan's folder."""
+    """Name of the step's folder within the plan's folder."""
     title: str
     """The fold in a few words."""
     hands: int

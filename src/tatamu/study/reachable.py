@@ -1,4 +1,4 @@
-"""Whether a robot can do a task at all, checked before the first trial: out of reach, a search learns nothing."""
+"""Checks before the first trial whether a robot can do a task at all; otherwise a search would learn nothing."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ HEIGHTS = (0.2, 0.5)
 
 
 def check_reach(task: Task) -> None:
-    """Refuse a plan with a step that its robot cannot do, each step after the ideal result of the one before.
+    """Refuse a plan with a step that its robot cannot do; each step starts from the ideal result of the previous one.
 
-    Typical folds are tried, easy ones first: with grasps at the corners, at the last candidates and half-way, on a low
-    curve and a high one. One within reach is enough.
+    Typical folds are tried, the easiest first: with grasps at the corners, at the last candidates and half-way, on a
+    low curve and a high one. The task is accepted if one of these folds is within reach.
 
     Raises:
         InputError: If none of them is within reach, or the fold is pressed; the message has the reason.

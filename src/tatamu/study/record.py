@@ -117,7 +117,7 @@ def _digest(task: Task) -> str:
 
 
 class SharedStudyRecord(OpenRecord):
-    """The file `study.json`: where the study of a folder is that is in a shared database."""
+    """The file `study.json`: the place of a folder's study in a shared database."""
 
     version: Literal[1]
     storage: str
@@ -139,8 +139,8 @@ class StudyRecord(OpenRecord):
     parallel: int = 1
     """Number of trials pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the first trials that are not the search's. With `coarse`, the last of them are those of the first
-    trial on the task's own mesh."""
+    """Parameters of the first trials, if the search does not propose them itself. If `coarse` is given, the last of
+    these parameters are those of the first trial on the task's own mesh."""
     coarse: float | None = None
     """Spacing of the coarser mesh that the search starts on [m]; None if all trials are on the task's own."""
     disturbances: dict[str, Any] | None = None
@@ -175,7 +175,8 @@ class ResultRecord(StudyRecord):
     tatamu: str = ""
     """The version that wrote it."""
     until_gain: float | None = None
-    """Expected gain below which the search ended, as part of the best objective; None for a fixed number of trials."""
+    """Expected gain below which the search ended, as a fraction of the best objective; None for a fixed number of
+    trials."""
     bounds: dict[str, list[float]] = Field(default_factory=dict)
     """Lowest and highest value of each parameter of the search; empty in files of older versions."""
     judged: SuccessRate | None = None

@@ -29,7 +29,7 @@ MOMENTS = {
 }
 """Arrays of `rollout.npz` with e_i [m], shape (n,), of the best of the first trials: how many, and a title."""
 SAME = 1e-6
-"""A target that is made again may differ by this much from the one in the folder [m]: rounding of another version."""
+"""Largest difference by rounding, in another version, of a target made again from the one in the folder [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ class Result:
         """The task, made again from the record if the result was loaded.
 
         Raises:
-            InputError: If it cannot be made again, or has another target today.
+            InputError: If it cannot be made again, or this version gives it another target.
         """
         if self.made_from is not None:
             return self.made_from

@@ -17,9 +17,9 @@ from tatamu.simulators import SIMULATORS, capabilities
 from tatamu.study.record import StudyRecord, describe_task
 
 ROBUST_SHARE = 0.24
-"""Part of the trials at high fidelity with disturbances; a coarser mesh predicts failures less surely."""
+"""Fraction of the trials at high fidelity with disturbances, because a coarser mesh predicts failures less surely."""
 LATER_SHARE = 0.3
-"""The same in later steps of plans, which coarser meshes rank worst."""
+"""Fraction of the trials at high fidelity in later steps of plans, which coarser meshes rank worst."""
 
 
 def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> LearnOptions:
@@ -28,7 +28,7 @@ def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> Lear
     Args:
         options: As given.
         task: The fold.
-        held: Settings of the study if it is resumed; they count where the options leave a choice.
+        held: Settings of the study if it is resumed; they are used for options that are not given.
     """
     disturbances, quantile = _disturbances(task, options, held)
     return options.model_copy(
@@ -95,7 +95,7 @@ def check_pending(options: LearnOptions, simulator: str) -> None:
 
 
 def usual_pending(simulator: str) -> int:
-    """Return how many trials are pending in a study that starts, unless another number is given."""
+    """Return the number of pending trials of a new study, unless another number is given."""
     return USUAL_PENDING if capabilities(simulator).parallel else 1
 
 

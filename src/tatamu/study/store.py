@@ -187,7 +187,7 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
 
 
 def _file_error(label: str, error: BaseException) -> Exception:
-    """Return the error of tatamu for one of Optuna or SQLite, whose last cause tells most."""
+    """Return the error of tatamu for one of Optuna or SQLite, with the text of its last cause."""
     cause = error
     while cause.__cause__ is not None:
         cause = cause.__cause__
@@ -200,7 +200,7 @@ def _file_error(label: str, error: BaseException) -> Exception:
 
 @contextmanager
 def memory_store() -> Iterator[StudyStore]:
-    """A store that ends with the process."""
+    """A store in memory, which ends with the process."""
     storage = InMemoryStorage()
     yield StudyStore("study", lambda operation, done=None: operation(), lambda: storage, KEY)
 
@@ -289,7 +289,7 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
 
 
 def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
-    """Return a name that this folder and this task have alone, on every machine that has the folder at this path."""
+    """Return a name that only this folder and task have, the same on every machine with the folder at this path."""
     task = record["task"]
     fixed = {name: value for name, value in record.items() if name != "parallel"}
     whole = json.dumps([str(folder.path.absolute()), fixed], sort_keys=True)

@@ -18,7 +18,7 @@ from tatamu.scene import Index, Points
 from tatamu.search import HIGH, LOW, Parameters, Proposal
 
 OWN_VALUES = ("objective", "trajectory_length")
-"""Measures that a failed trial has, too."""
+"""Measures that a failed trial has as well."""
 
 
 class Scored(OpenRecord):
@@ -67,19 +67,21 @@ class Trial(Scored):
     """Spacing of the mesh that it ran on [m]; None for the task's. D on a coarser mesh is multiplied by the ratio of
     the numbers of vertices."""
     ended: Literal["arrival"] | None = None
-    """"arrival" if it ended when the hands arrived, because it could not win; None if it ran to its end."""
+    """"arrival" if it ended when the hands arrived, because it could not become the best; None if it ran to its end."""
     expected_gain: float | None = None
-    """Expected improvement, as a part of the best objective; None if the search did not estimate it."""
+    """Expected improvement, as a fraction of the best objective; None if the search did not estimate it."""
     worlds: int | None = None
     """Number of simulated worlds, the nominal one included; None without disturbances."""
     expected_objective: float | None = None
-    """The minimised value, or a bound of it if the trial could not win.
+    """The minimised value, or a bound of it if the trial was stopped early because it could not become the best.
 
-    None if it is `objective`. With disturbances it is C if the fold holds in most worlds, otherwise more, or the mean
-    over the worlds. With a user's evaluator it is the value of that evaluator.
+    None if `objective` is minimised. If disturbances are given, it is C for a fold that holds in most worlds, and more
+    for other folds; or it is the mean over the worlds. If the user gave an evaluator, it is the value of that
+    evaluator.
     """
     hardest: list[Index] = Field(default_factory=list, exclude=True)
-    """Numbers of the disturbed worlds that were simulated, hardest first; empty if it could not win."""
+    """Numbers of the disturbed worlds in which the trial was simulated, hardest first. A disturbed world is one random
+    draw of the disturbances. The list is empty if the trial was stopped early because it could not become the best."""
     packed_errors: str | None = Field(None, exclude=True)
     """e_i of Eq. (12), packed; None if the search does not need them."""
 
@@ -98,7 +100,7 @@ class Trial(Scored):
             number: Number of the trial.
             proposal: Its parameters.
             found: The evaluation.
-            disturbed: Whether the objective is one over disturbed worlds.
+            disturbed: Whether the objective is taken over disturbed worlds.
             spacing: Spacing of the mesh that it ran on [m]; None in studies with one mesh.
         """
         other = disturbed or found.objective != found.nominal

@@ -1,6 +1,6 @@
 """Sweeps: many learned folds from one file, each in a folder, and the page and table that compare them.
 
-The caller provides the function that learns a task; a sweep only uses names, options and results.
+The caller provides the function that learns a task. The package uses only names, options and results.
 """
 
 from tatamu.sweep.description import SweepTask, read_sweep

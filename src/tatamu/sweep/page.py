@@ -17,7 +17,7 @@ from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
 LEAST = 1e-5
-"""Smallest distance that is drawn, because the axis is logarithmic [m]; smaller ones are drawn here."""
+"""Smallest distance on the logarithmic axis [m]; smaller distances are drawn at this place."""
 MOST_POINTS = 5000
 """Largest number of tasks in a chart; the table has all."""
 
@@ -59,7 +59,7 @@ def page(records: Sequence[TaskRecord]) -> str:
 
 
 def grouped(records: Sequence[TaskRecord], names: Sequence[str]) -> dict[str, list[TaskRecord]]:
-    """Return the tasks grouped by these options, as text; seeds of the same task are in one group."""
+    """Group tasks by the values of some options, given as text. Tasks that differ only in their seed share a group."""
     groups: dict[str, list[TaskRecord]] = {}
     for record in records:
         words = ", ".join(_shown(record.options[name]) for name in names if name in record.options)

@@ -67,7 +67,7 @@ class SweepFolder:
 
     @property
     def table_file(self) -> Path:
-        """File with the same as a table: `sweep.parquet`."""
+        """File with the records as a table: `sweep.parquet`."""
         return self.path / "sweep.parquet"
 
     @property

@@ -85,7 +85,7 @@ class _Sweep:
         """Run the tasks that are not complete.
 
         Raises:
-            UnavailableError: If a task meets one; the first is raised.
+            UnavailableError: If one is raised by a task; the first is raised again.
         """
         with ThreadPoolExecutor(at_a_time, thread_name_prefix="sweep") as pool:
             numbers = [k for k, record in enumerate(self.records) if record.state != "complete"]

@@ -1,4 +1,4 @@
-"""A check: a question to a simulator, split in cases that run on their own."""
+"""A check of a simulator, divided into cases that run independently."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Case:
     label: str
     run: Callable[[Subject], Findings]
     quick: bool = True
-    """Whether `--quick` runs it."""
+    """Whether `--quick` runs the case."""
 
 
 @dataclass(frozen=True)

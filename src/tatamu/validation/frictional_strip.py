@@ -1,4 +1,6 @@
-"""A strip whose bending has friction, in one dimension: moment against curvature, and a heavy one whose clamp turns.
+"""A strip whose bending has friction, in one dimension.
+
+The module computes its moment against curvature, and the shape of a heavy strip whose clamp turns.
 
 The friction of bending is a few elements side by side, each a spring that slips beyond a yield curvature
 (`Material.friction_elements`); the strip is a chain of rigid links with a moment at every joint.

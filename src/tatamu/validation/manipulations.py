@@ -17,7 +17,7 @@ LENGTH, WIDTH = 0.28, 0.20
 PATCH = 0.025
 """Side of the corner that a hand holds [m]."""
 EDGE = 1e-9
-"""Depth from the edge to which a hand holds cloth that holds the edge alone [m]."""
+"""Depth to which a hand that holds only the edge holds cloth [m]."""
 KNOTS = 41
 REST = 0.6
 """Time from letting go to the end of the scene [s]."""

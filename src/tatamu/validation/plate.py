@@ -1,4 +1,4 @@
-"""Rigid plates in air, solved from first principles: one that falls without turning, one that hangs and swings.
+"""Rigid plates in air, solved from first principles: a plate that falls without turning, and one that swings.
 
 Symbols: rho areal density and m_a added mass [kg/m^2], c linear [N s/m^3] and q quadratic drag [kg/m^3].
 """

@@ -27,7 +27,8 @@ CAPABILITIES = Capabilities(
     friction_table=MOST_FRICTION / TABLE_FRICTION,
     friction_cloth=MOST_FRICTION / SELF_FRICTION,
 )
-"""Blender folds on any mesh, but its friction is limited. Each rollout is a process with its own threads."""
+"""Capabilities of Blender: it folds on any mesh, but its friction is limited. Each rollout is a process with its own
+threads."""
 
 
 def require() -> None:

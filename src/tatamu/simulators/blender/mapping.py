@@ -23,10 +23,11 @@ THICKNESS = 0.01
 REACH = 2e-3
 """Least distance of cloth and of the table [m]; the table's plane is lowered by as much.
 
-With less, cloth that falls 1 m passes through.
+If it were less, cloth that falls 1 m would pass through the table.
 """
 REST = 0.93
-"""Fraction of those distances that cloth on a table keeps: 1 under no load, 8/9 under load [measured]."""
+"""Fraction of the distances of cloth and table that cloth on the table keeps: 1 without load, 8/9 under load
+[measured]."""
 LAYERS = 1.125
 """Layers rest 8/9 of twice `self_distance_min` apart [measured]."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
@@ -36,15 +37,17 @@ MOST_FRICTION = 80.0
 COLLISION_LOOPS = 12
 """Rounds of contact in each substep.
 
-With fewer, the table's friction does not hold a layer in proportion to its load: with 4, a sheet under another slides
-at 21 degrees instead of 39 degrees [measured]."""
+If there are fewer rounds, the table's friction does not hold a layer in proportion to its load. For example, with 4
+rounds a sheet under another slides at 21 degrees instead of 39 degrees [measured].
+"""
 LARGEST_STIFFNESS = 1e4
 LONGEST_STEP = 1.0 / 300.0
 """Longest substep [s]: cloth at 1 m/s moves 1.7 mm."""
 STABLE = 1.4
 """Largest substep times the largest bending frequency; explicit bending is lost at 2."""
 BENDING_DAMPING = 5e-4
-"""Bending damping over bending stiffness, in Blender's time: without any, a hanging strip shivers by 1 mm."""
+"""Ratio of bending damping to bending stiffness, in Blender's time; without damping, a hanging strip shivers by 1
+mm."""
 QUALITY = 5
 """Blender's default number of substeps in a frame of one unit of its time."""
 DAMPING_RATIO = 0.1
@@ -79,7 +82,7 @@ class Mapping:
 
 
 def mapped(scene: Scene, longest: float) -> Mapping:
-    """Blender's numbers for a scene whose longest segment lasts `longest` [s]."""
+    """Return Blender's numbers for a scene; `longest` is the duration of its longest segment [s]."""
     if scene.material.blender is not None:
         return _raw(scene, longest)
     springs = Springs(scene.cloth)
@@ -192,10 +195,10 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:
-    """Raw numbers of a material, converted to the enlarged scene.
+    """Return the raw numbers of a material, converted to the enlarged scene.
 
-    Properties of the cloth that it leaves out keep Blender's defaults, quality counted per unit of Blender's time;
-    contacts that it leaves out come from the SI fields.
+    If the material leaves out a property of the cloth, Blender's default is used. The default of the quality depends on
+    the unit of Blender's time. If it leaves out a property of contacts, this is derived from the material's SI fields.
     """
     raw = DEFAULTS | checked(scene.material.blender or {})
     growing = [name for name in raw if _grows(name, raw.get("bending_model") == "LINEAR")]
@@ -212,10 +215,11 @@ def _raw(scene: Scene, longest: float) -> Mapping:
 
 
 def _grows(name: str, linear: bool) -> bool:
-    """Whether a number must be scaled with the scene for the same motion, enlarged.
+    """Return whether a number must be scaled with the scene for the same motion at a larger size.
 
-    Lengths and speeds must. So must springs, whose stiffness is a force per relative stretch; dampers, which are a
-    force per speed, and hinges, whose force is already in proportion to the edge, must not.
+    Lengths and speeds are scaled. Springs are scaled too, because their stiffness is a force per relative stretch.
+    Dampers are not scaled, because theirs is a force per speed. Hinges are not scaled, because their force is already
+    in proportion to the edge.
     """
     kind, _, what = name.partition("_")
     spring = kind in ("tension", "compression", "shear") or (linear and kind == "bending")
@@ -223,5 +227,5 @@ def _grows(name: str, linear: bool) -> bool:
 
 
 def _substeps_by_default(frame: float) -> int:
-    """Substeps of a frame that lasts `frame` in Blender's time: no fewer than its default has in the same time."""
+    """Return the substeps of a frame of `frame` in Blender's time: at least Blender's default for this time."""
     return int(np.clip(np.ceil(QUALITY * frame - 1e-6), 1, 1000))

@@ -1,7 +1,7 @@
 """Blender as a separate process: started when first needed, restarted if it dies, ended with tatamu.
 
-Blender is GPL and has global state, so it is never imported here; a recipe goes in and positions come out by pipes.
-The worker ends when its standard input closes, so it ends even if tatamu is killed.
+Blender is GPL and has global state, so it is never imported here. Pipes carry a recipe to it and positions back. The
+worker ends when its standard input closes, and therefore also if tatamu is killed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MARK = b"\x00\xfftatamu\xff\x00"
 START_LIMIT = 120.0
 """Longest time to wait for a started Blender's first message [s]."""
 ATTEMPTS = 3
-"""Attempts at one recipe before it is blamed for Blender's crashes."""
+"""Number of attempts at one recipe, after which the recipe counts as the cause of Blender's crashes."""
 
 
 class WorkerDied(Exception):

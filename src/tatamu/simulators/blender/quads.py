@@ -1,7 +1,7 @@
 """Triangles joined to quadrilaterals, for Blender's linear bending model.
 
-That model, the only one when the paper was written, needs quadrilaterals. On triangles a strip hangs over an edge as if
-it had no bending stiffness, and stretches up to ten times as far [measured, 5.0.1].
+The linear bending model was the only one when the paper was written, and it needs quadrilaterals. On triangles, a strip
+hangs over an edge as if it had no bending stiffness, and stretches up to ten times as far [measured, 5.0.1].
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from tatamu.topology import Topology
 
 ROWS = 0.2
-"""Penalty for joining over an edge along y, as a cosine; it decides between equals."""
+"""Penalty for joining over an edge along y, as a cosine; it decides between equally rectangular pairs."""
 
 
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:

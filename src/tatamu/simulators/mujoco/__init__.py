@@ -22,9 +22,10 @@ from tatamu.topology import Topology, edge_lengths
 LONGEST_STEP = 2e-3
 """Longest time step [s]."""
 CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
-"""Bending is quadratic: on large cells a fold collapses into a flat crease. Up to 0.37 bending lengths it has the loop
-that it should have, and a rollout on larger ones warns. A rehearsal compares two folds on the same mesh, and takes
-cells up to 0.45 rather than four times as many vertices (docs/theory/robot-planning.md)."""
+"""Capabilities of MuJoCo. Its bending is quadratic, so on large cells a fold collapses into a flat crease. On cells up
+to 0.37 bending lengths the fold has the right loop; rollouts on larger cells warn. A rehearsal compares two folds on
+the same mesh. It accepts cells up to 0.45 bending lengths, because smaller ones would need four times as many vertices
+(docs/theory/robot-planning.md)."""
 
 
 def require() -> None:

@@ -1,4 +1,4 @@
-"""Grippers in MuJoCo, which has none for cloth: held vertices are made very heavy and put on their path."""
+"""Grippers in MuJoCo: it has no grippers for cloth, so held vertices are made very heavy and put on their path."""
 
 from __future__ import annotations
 

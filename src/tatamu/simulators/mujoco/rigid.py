@@ -1,6 +1,6 @@
 """Rigid bodies in MuJoCo: free bodies, very heavy, that are put on their path with its velocity before every step.
 
-MuJoCo's mocap bodies have no velocity, so that nothing would be dragged by them.
+MuJoCo's mocap bodies are not used: they have no velocity, so they would not drag the cloth.
 """
 
 from __future__ import annotations

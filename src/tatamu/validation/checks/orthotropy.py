@@ -32,7 +32,7 @@ ANGLES = (0, 15, 30, 45, 60, 90)
 """Angles of strips to the warp [degrees]."""
 LENGTH = 0.10
 BENT = {"bending_rigidity_weft": 0.5, "bending_rigidity_bias": 0.6}
-"""Parts of the rigidity along the warp."""
+"""Bending rigidities along the weft and on the bias, as fractions of the rigidity along the warp."""
 
 
 def direction(degrees: float) -> list[list[float]]:

@@ -1,7 +1,7 @@
 """Stretch: hanging strain, shear, contraction and the catenary.
 
-Waves in a membrane die slowly by themselves, so these static scenes carry air drag near critical damping
-of their slowest wave; it does not change where the cloth comes to rest.
+Waves in a membrane die slowly by themselves, so these static scenes have air drag near critical damping of their
+slowest wave. The drag does not change where the cloth comes to rest.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FABRICS = {
     "woven": Material(areal_density=0.2, stretch_stiffness=1000.0, poisson_ratio=0.0, bending_rigidity=2e-5),
     "jersey": Material(areal_density=0.15, stretch_stiffness=150.0, poisson_ratio=0.0, bending_rigidity=5e-6),
 }
-"""Without Poisson ratio, so that the held edge does not disturb the uniaxial reference."""
+"""A material without Poisson ratio, so that the held edge does not disturb the uniaxial reference."""
 PLANE = Material(areal_density=0.2, stretch_stiffness=100.0, poisson_ratio=0.3, bending_rigidity=2e-5)
 MESHES = ("right triangles", "staggered", "irregular")
 

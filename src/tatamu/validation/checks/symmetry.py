@@ -1,8 +1,8 @@
 """Symmetry: a scene turned and shifted, mirrored or renumbered has a rollout turned, mirrored or renumbered.
 
-Before contact the answer must agree to rounding; after contact rounding grows with every impact, so the difference is
-stated only, next to the difference of a scene that is a billionth larger. The scene is a towel carried up by two hands
-of one side, and the same towel carried over a table.
+Before contact the results must agree to rounding. After contact, rounding errors grow with every impact. The difference
+is then only stated, next to that of a scene that is a billionth larger. The scene is a towel carried up by two hands of
+one side, and the same towel carried over a table.
 """
 
 from __future__ import annotations
