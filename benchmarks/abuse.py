@@ -27,12 +27,12 @@ from tatamu import simulate
 from tatamu.files import write_json
 
 PATIENCE = 60.0
-"""A scene that takes longer hangs [s]."""
+"""Time after which a scene counts as hanging [s]."""
 CHUNK = 250
 
 
 def worker(seeds: range) -> None:
-    """Print a line for each seed; die where a scene hangs."""
+    """Print a line for each seed; end the process if a scene hangs."""
     simulate(towel(0.05).scene.model_copy(update={"duration": 0.05}))  # compiles, which is no scene's time
     for seed in seeds:
         dump_traceback_later(PATIENCE, exit=True)
@@ -44,7 +44,7 @@ def worker(seeds: range) -> None:
 
 
 def outcomes(seeds: range) -> dict[int, str]:
-    """Outcome of each seed, from a process of its own, and from another after each that crashes."""
+    """Return the outcome of each seed; a process that crashes is replaced."""
     found: dict[int, str] = {}
     while len(found) < len(seeds):
         rest = seeds[len(found) :]
@@ -58,7 +58,7 @@ def outcomes(seeds: range) -> dict[int, str]:
 
 
 def table(found: dict[int, str]) -> list[dict[str, object]]:
-    """One row for each kind of outcome, the most frequent first; `seed` is the first that had it."""
+    """Return one row for each kind of outcome, the most frequent first; `seed` is the first seed with this outcome."""
     first = {kind: seed for seed, kind in sorted(found.items(), reverse=True)}
     return [{"outcome": k, "scenes": n, "first seed": first[k]} for k, n in Counter(found.values()).most_common()]
 

@@ -37,7 +37,7 @@ from tatamu.presets import load_preset
 from tatamu.simulators import capabilities
 
 SPACING, FINE = 0.02, 0.012
-"""Of the sheets' meshes [m]: of cloth in numbers per spring, and of fabrics, which are limper."""
+"""Spacings of the sheets' meshes [m]: for cloth in numbers per spring, and for fabrics, which are limper."""
 SHEET, LONG_SHEET = (0.24, 0.38), (0.24, 0.69)
 """Sizes of sheets [m]: whole cells, as numbers of springs mean another cloth on other cells."""
 ROW = float(np.sqrt(0.75)) * SPACING
@@ -46,9 +46,12 @@ FREE_LENGTHS = [round((rows + 0.5) * ROW, 3) for rows in range(3, 8)]
 SHORTER = [0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06]
 """Free lengths that a person tries for the sag of a fabric [m]."""
 CONTACT_ROUNDS = 12
-"""With Blender's own 2, the table does not hold cloth that bears cloth (docs/notes/second-opinion.md)."""
+"""Rounds of contact in Blender; with 2, the table does not support cloth under other cloth.
+
+See docs/notes/second-opinion.md.
+"""
 READINGS = {"three": (), "four": ("loop",), "five": ("loop", "push")}
-"""Readings beside the paper's three."""
+"""Readings in addition to the paper's three."""
 TITLES = {
     "preset": "with the preset",
     "three": "three readings",
@@ -62,24 +65,24 @@ DRAWN = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_tab
 
 @dataclass(frozen=True)
 class Case:
-    """A cloth, where it is real, and which simulator is calibrated to it."""
+    """A cloth, the simulator in which it is real, and the simulator that is calibrated to it."""
 
     name: str
     real: Material
     of: str
     learner: str
     preset: str
-    """Of that kind of cloth: what calibration begins with, and is compared with."""
+    """Preset of that kind of cloth: calibration starts from it and is compared with it."""
     size: tuple[float, float] = SHEET
 
     @property
     def title(self) -> str:
-        """As file names have it."""
+        """Name in file names."""
         return f"{self.name}-{self.of}-{self.learner}"
 
     @property
     def spacing(self) -> float:
-        """Of the sheet's mesh [m]."""
+        """Spacing of the sheet's mesh [m]."""
         return FINE if self.real.blender is None else SPACING
 
     @property
@@ -125,7 +128,7 @@ def sag_length(case: Case) -> float:
 
 
 def task_of(case: Case, material: Material, simulator: str) -> Task:
-    """The half fold of the sheet."""
+    """Return the half fold of the sheet."""
     return make_task("towel", size=case.size, material=material, spacing=case.spacing, simulator=simulator)
 
 
@@ -139,7 +142,7 @@ def final_shapes(task: Task, count: int) -> list[np.ndarray | None]:
 
 
 def apart(first: list[np.ndarray | None], second: list[np.ndarray | None]) -> list[float | None]:
-    """Mean vertex distances [m] between two outcomes of each manipulation."""
+    """Return the mean vertex distances [m] between two outcomes of each manipulation."""
     return [
         None if a is None or b is None else float(np.linalg.norm(a - b, axis=1).mean())
         for a, b in zip(first, second, strict=True)
@@ -185,12 +188,12 @@ def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]
 
 
 def columns(row: dict[str, Any]) -> list[str]:
-    """Of `TITLES`, the materials that a row has."""
+    """Return the materials of `TITLES` that a row has."""
     return [name for name in TITLES if name in row]
 
 
 def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
-    """Readings of a cloth, and the calibration from them."""
+    """Return the readings of a cloth, and the calibration from them."""
     true, three, four = row["readings"], row["three"]["material"], row["four"]["material"]
     five = row.get("five", {}).get("material", {})
     return {
@@ -211,7 +214,7 @@ def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
 
 
 def compared_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
-    """How far preset and calibrations are from the real cloth after the random manipulations."""
+    """Return the distances of preset and calibrations from the real cloth after the random manipulations."""
     told = {"cloth": f"{case.name} in {case.of}", "calibrated": case.learner, "preset": case.preset}
     names, middles = columns(row), {}
     folds = zip(*(row[name]["apart"] for name in names), strict=True)
@@ -229,7 +232,7 @@ def compared_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
 
 
 def replayed_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
-    """Learned folds on the real cloth."""
+    """Return the results of learned folds on the real cloth."""
 
     def words(fold: dict[str, float | None]) -> str:
         lengths = ["failed" if fold[key] is None else f"{1e3 * (fold[key] or 0.0):.1f}" for key in fold]

@@ -36,7 +36,7 @@ from tatamu.study import ResultFolder
 
 TWO_LAYERS = ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0))
 LATER = ((1.3, 1.69), (1.5, 2.25), (1.7, 2.89))
-"""Meshes of later steps."""
+"""Meshes for later steps of a plan."""
 
 
 class Case(NamedTuple):
@@ -45,11 +45,11 @@ class Case(NamedTuple):
     garment: str
     fold: str
     step: int
-    """Number of the fold in its plan, the first being 0."""
+    """Number of the fold in its plan, counted from 0."""
     trials: int
-    """Of the study of each step."""
+    """Number of trials in the study of each step."""
     meshes: tuple[tuple[float, float], ...]
-    """Times the spacing, and times softer to stretch."""
+    """Factor of the spacing, and factor by which the cloth is softer to stretch."""
 
 
 CASES = {
@@ -73,19 +73,19 @@ class Simulated:
     objective: float
     """C in the numbers of the default mesh."""
     seconds: float
-    """Processor seconds."""
+    """Processor time [s]."""
 
 
 class Kept:
-    """Simulations of one garment that are there."""
+    """Kept simulations of one garment."""
 
     def __init__(self, file: Path) -> None:
-        """Read what is there."""
+        """Read the kept simulations."""
         self._file = file
         self._known = {tuple(key): Simulated(*held) for key, held in read_json(file)} if file.exists() else {}
 
     def simulated(self, key: tuple[str, int], objective_of: Callable[[], float]) -> Simulated:
-        """A fold on a mesh; run only if it is not there."""
+        """Return a fold on a mesh; it is simulated only if it is not kept."""
         if key not in self._known:
             begin = thread_time()
             objective = objective_of()
@@ -96,13 +96,13 @@ class Kept:
 
 @dataclass(frozen=True)
 class OnMesh(CoarseFirst):
-    """Evaluates proposals of low fidelity on a given mesh."""
+    """Evaluator of proposals of low fidelity on a given mesh."""
 
     mesh: Task | None = None
 
     @cached_property
     def coarse(self) -> Nominal | None:
-        """The evaluator of the given mesh."""
+        """Return the evaluator of the given mesh."""
         return None if self.mesh is None else Nominal(self.mesh)
 
 
@@ -118,7 +118,7 @@ def _on_arrival(fine: Task, parameters: Parameters) -> float:
 
 
 def learned(task: Task, folder: ResultFolder, case: Case) -> ResultFolder:
-    """The folder of a step of a study, which is learned if it is not there."""
+    """Return the folder of a step of a study, which is learned if it does not exist."""
     if not folder.complete:
         learn(task, LearnOptions(trials=case.trials, disturbances="none", baselines=False), out=folder.path)
     return folder.step(case.step) if len(task.plan.steps) > 1 else folder
@@ -133,7 +133,7 @@ def manipulations(study: ResultFolder, count: int) -> list[Parameters]:
 
 
 def rows(name: str, out: Path, count: int) -> Iterator[dict[str, str]]:
-    """The rows of a case, the default mesh first."""
+    """Return the rows of a case, the default mesh first."""
     case = CASES[name]
     first = make_task(case.garment, fold=case.fold)
     plan = len(first.plan.steps) > 1

@@ -39,15 +39,15 @@ from tatamu.validation.checks.friction import layers
 
 PARTS = ("friction", "rounds", "small", "towel")
 SMALL_SIZE, SMALL_SPACING = (0.20, 0.40), 0.015
-"""Of the small towel [m]: its cells are fine enough for MuJoCo's bending."""
+"""Size of the small towel, and spacing of its mesh [m], which is fine enough for MuJoCo's bending."""
 Row = dict[str, object]
 ROUNDS = (2, 4, 8, 12, 48)
-"""Blender's rounds of contact in each substep; its own default is 2, ours 12."""
+"""Blender's rounds of contact in each substep; Blender's default is 2, tatamu's is 12."""
 FRICTION, TILT, DURATION = 0.5, 21.5, 0.6
 """Between layers; of the table [degrees], under which nothing should move up to 26.6; how long [s]."""
 ON = ("2 layers: on the table [mm]", "on 1st", "4 layers: on the table [mm]", "on the 1st", "on the 2nd", "on the 3rd")
 START = 0.05
-"""When the upper sheet begins to be drawn [s]."""
+"""Time at which the upper sheet starts to move [s]."""
 
 
 def drawn(mu: float, speed: float) -> tuple[Scene, int, float]:
@@ -87,7 +87,7 @@ def carried(simulator: str, mu: float, speed: float) -> float:
 
 
 def friction(simulators: list[str]) -> list[Row]:
-    """Friction of moving layers over Coulomb's."""
+    """Return the friction of moving layers over Coulomb's."""
     cases = [(mu, speed) for mu in (0.2, 0.5) for speed in (0.3, 1.0)]
     return [
         {
@@ -119,12 +119,12 @@ def slips(simulator: str, count: int) -> list[float]:
 
 
 def pairs(agreement: Agreement) -> list[Row]:
-    """Each pair of simulators."""
+    """Return a row for each pair of simulators."""
     return [dict(zip(HEAD, pair_cells(pair), strict=True)) for pair in agreement.pairs]
 
 
 def distances(agreement: Agreement) -> list[Row]:
-    """Mean vertex distance of each manipulation in each simulator."""
+    """Return the mean vertex distance of each manipulation in each simulator."""
     return [{"manipulation": name, **_distances(agreement, name)} for name in agreement.manipulations]
 
 

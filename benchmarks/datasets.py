@@ -38,15 +38,15 @@ from tatamu.simulators import simulate
 SIZES: dict[str, Any] = {"width": {"low": 0.24, "high": 0.40}, "length": {"low": 0.40, "high": 0.70}, "spacing": 0.04}
 """Towels of varied size on a coarse mesh."""
 RATE = 10
-"""Steps per second of the episodes, the default."""
+"""Steps per second of the episodes; this is the default."""
 FOLDS, HELD_OUT = 200, 50
 """Folds to learn from, and sizes to be tried on."""
 TIMED = 10
-"""Episodes of a timing."""
+"""Number of episodes in a timing."""
 PICTURES = 20
-"""Pictures of a timing, of which the fastest counts."""
+"""Number of pictures in a timing; the fastest counts."""
 WANTED = 10_000
-"""Folds that an hour on two processors has to do."""
+"""Number of folds that two processors must record in an hour."""
 
 Policy = Callable[[Any, Any, int], np.ndarray]
 """From the first observation, the present one and the number of the step to an action."""
@@ -185,12 +185,12 @@ def _row(name: str, distances: Sequence[float], successes: Sequence[bool]) -> di
 
 
 def _places(hands: np.ndarray) -> np.ndarray:
-    """Where hands are [m], shape (n, 6), of the observation `hands`, shape (n, 8)."""
+    """Return the places of the hands [m], shape (n, 6), from the observation `hands`, shape (n, 8)."""
     return hands.reshape(-1, 2, 4)[:, :, :3].reshape(-1, 6)
 
 
 def _jaws(numbers: np.ndarray) -> np.ndarray:
-    """What is said of jaws, shape (n, 2), in the observation `hands` or in actions, shape (n, 8)."""
+    """Return the values of the jaws, shape (n, 2), in the observation `hands` or in actions, shape (n, 8)."""
     return numbers.reshape(-1, 2, 4)[:, :, 3]
 
 

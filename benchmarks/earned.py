@@ -43,12 +43,12 @@ from tatamu.study import Result
 
 DRAWS = 100
 UNUSED_SEED = 1000
-"""Of the worlds in which folds are judged, the same for all."""
+"""Random seed of the worlds in which folds are judged, the same for all."""
 GIVEN, LEAST, ROBUST = "given", "least C", "in disturbed worlds"
 SHORTER = 0.97
-"""A fold is earned if its path is at most this part of the best given curve's."""
+"""Largest length of an earned fold's path, as a fraction of the best given curve's."""
 ENOUGH = 0.99
-"""A fold holds if it does in this share of the worlds in which any does."""
+"""Smallest share of the worlds, of those in which any fold holds, in which a fold must hold."""
 LEAST_SEEDS = 1
 """A study of least C says what holding costs; one seed does."""
 CURVES = 3
@@ -85,7 +85,7 @@ class Job:
     """The seed of a study, or the number of a curve."""
 
     def file(self, out: Path) -> Path:
-        """Where its finding is kept."""
+        """File in which its result is kept."""
         return out / f"{self.case}-{self.kind.replace(' ', '-')}-{self.number}.json"
 
 
@@ -98,7 +98,7 @@ def jobs(seeds: Mapping[str, int]) -> list[Job]:
 
 
 def load() -> float:
-    """Processor seconds of a load."""
+    """Processor time of a load [s]."""
     matrix = np.random.default_rng(0).random((300, 300))
     with threadpool_limits(1):
         begin = process_time()
@@ -118,7 +118,7 @@ def judged(task: Task, parameters: Parameters, workers: ThreadPoolExecutor) -> t
 
 
 def measure(job: Job, out: Path) -> None:
-    """Learn and judge, unless it is there."""
+    """Learn and judge the fold, unless its result is kept."""
     file = job.file(out)
     if file.exists():
         return
@@ -186,7 +186,7 @@ def best_given(found: Sequence[Mapping[str, Any]], case: str) -> Mapping[str, An
 
 
 def rows(found: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
-    """One row of each case and way to a fold."""
+    """Return one row for each case and way to a fold."""
     table = []
     for case in [name for name in reversed(CASES) if any(each["case"] == name for each in found)]:
         given = best_given(found, case)
@@ -218,7 +218,7 @@ def _row(here: Sequence[Mapping[str, Any]], given: Mapping[str, Any], studied: b
 
 
 def short(found: Sequence[Mapping[str, Any]], case: str) -> list[dict[str, str]]:
-    """What a newcomer wants to know of one case: medians over the seeds."""
+    """Return the medians over the seeds of one case, for the README."""
     given = best_given(found, case)
     table = []
     for kind, title in (

@@ -22,7 +22,7 @@ VARIABLE = "TATAMU_NEWTON"
 INSTALLED = Path(__file__).parent.parent / ".venv-newton" / "bin" / "python"
 WORKER = Path(__file__).with_name("newton_worker.py")
 SUBSTEPS, ITERATIONS = 10, 10
-"""Of Newton per frame and per substep, as in its own cloth examples."""
+"""Substeps of Newton per frame and iterations per substep, as in its own cloth examples."""
 
 
 def run(engine: str, scene: Scene) -> Rollout:

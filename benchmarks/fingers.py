@@ -52,11 +52,11 @@ LEARNED = ("bare", "15.2 mm")
 TRIALS, DRAWS = 12, 12
 """Trials of a study, and draws that judge its fold."""
 REPEATS = 3
-"""Times that a simulation is timed; the fastest counts."""
+"""Number of times that a simulation is timed; the fastest counts."""
 
 
 def learned(name: str, hand: str, robust: bool, out: Path) -> Result:
-    """Learn a fold, or take it from the folder."""
+    """Learn a fold, or read it from the folder."""
     task = make_task(**GARMENTS[name], fingers=HANDS[hand])
     options = LearnOptions(
         trials=TRIALS,
@@ -83,7 +83,7 @@ def outcome(task: Task, result: Result) -> str:
 
 
 def rows(name: str, out: Path) -> Iterator[dict[str, str]]:
-    """The folds of a garment."""
+    """Return the folds of a garment."""
     for robust in (False, True):
         for hand in LEARNED:
             result = learned(name, hand, robust, out)

@@ -37,7 +37,7 @@ FOLDS = {
     "trousers-thirds": ("trousers", "thirds", 1, 20),
     "towel-quarters": ("towel", "quarters", 1, 20),
 }
-"""Garment, fold, at most how many seeds, and trials a step. The first step of both trousers plans is their `leg`."""
+"""Garment, fold, largest number of seeds, and trials for each step. Both plans of the trousers start with `leg`."""
 COLUMNS = {
     "fold": lambda row: row["fold"],
     "seed": lambda row: row["seed"],
@@ -126,7 +126,7 @@ def _single(result: ResultRecord) -> dict[str, Any]:
 
 
 def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
-    """The columns of learned folds as text."""
+    """Return the columns of learned folds as text."""
     return [{name: str(show(row)) for name, show in COLUMNS.items()} for row in rows]
 
 

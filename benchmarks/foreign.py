@@ -51,7 +51,7 @@ def fold(kind: str, out: Path, trials: int) -> dict[str, Any]:
 
 
 def shown(row: dict[str, Any]) -> dict[str, Any]:
-    """A row of the table."""
+    """Return a row of the table."""
     columns = {"garment": row["garment"], "vertices": "-", "mean distance [mm]": "-", "mask IoU": "-", "crossings": "-"}
     if "refused" in row:
         return {**columns, "folded": f"refused: {row['refused']}"}

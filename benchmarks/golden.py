@@ -80,12 +80,12 @@ CHANGED: dict[str, tuple[dict[str, float], dict[str, float] | None, float]] = {
 
 
 def environment(tree: Path) -> dict[str, str]:
-    """So that `tatamu` is the tree's."""
+    """Return the environment in which `tatamu` is that of the tree."""
     return {**os.environ, "PYTHONPATH": str(tree.resolve() / "src"), "COLUMNS": "150", "PYTHONHASHSEED": "0"}
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run every case that is not there yet."""
+    """Run every case that has no result yet."""
     out = options.out.resolve()
     out.mkdir(parents=True, exist_ok=True)
     scenes = (options.scenes or out).resolve()
@@ -173,7 +173,7 @@ def _digest(data: bytes) -> str:
 
 
 def compare(options: argparse.Namespace) -> int:
-    """Say what differs."""
+    """Print the differences."""
     old, new = digests(options.old), digests(options.new)
     different = [key for key in old.keys() | new.keys() if old.get(key) != new.get(key)]
     for key in sorted(different)[: options.most]:

@@ -32,7 +32,7 @@ from tatamu.robots.report import save as save_rehearsal
 from tatamu.study.folder import MANIPULATION
 
 SPACING = 0.03
-"""Of the meshes [m]."""
+"""Spacing of the meshes [m]."""
 LIMP = "polyester"
 """Material of towels that are too small to be creased in terry."""
 
@@ -49,11 +49,11 @@ class Trial(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The garment in words."""
+        """Return the garment as text."""
         return f"{self.garment} {self.size[0]:.2f} x {self.size[1]:.2f}{', one hand' if self.hands == 1 else ''}"
 
     def task(self) -> Task:
-        """The task within the robot's reach."""
+        """Return the task within the robot's reach."""
         spacing = min(SPACING, self.size[1] / 8)
         return make_task(
             self.garment,

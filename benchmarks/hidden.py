@@ -49,7 +49,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Case:
-    """A fold, and in how many set-ups it is carried out."""
+    """A fold, and the number of set-ups in which it is carried out."""
 
     name: str
     garment: str
@@ -60,13 +60,13 @@ class Case:
     reality: str = "native"
     """Simulator that plays reality."""
     by_photo: bool = False
-    """Whether folds are read from photographs; with a ruler if not."""
+    """Whether folds are read from photographs instead of measured with a ruler."""
     learned: str = ""
-    """Case whose learned fold is taken; empty for its own."""
+    """Case whose learned fold is used; empty for its own."""
 
     @property
     def file_name(self) -> str:
-        """Its name in names of files."""
+        """Name of the case in file names."""
         return self.name.replace(", ", "-").replace(" ", "-")
 
 
@@ -101,7 +101,7 @@ class SetUp:
 
     @property
     def parts(self) -> Split:
-        """Usual disturbances."""
+        """The usual disturbances."""
         return split(self.evidence.disturbances)
 
     def _normal(self, number: int, part: int = 0) -> np.ndarray:

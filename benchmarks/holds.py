@@ -39,7 +39,7 @@ SPACINGS = (0.013, 0.020, 0.026, 0.030)
 WORLDS = 16
 LIMIT = 0.0125
 JUDGING_SEED = 1
-"""Of the draws in which folds are compared."""
+"""Random seed of the draws in which folds are compared."""
 MARGINS_SEED = 0
 """Of those in which one mesh is compared with two, as `tatamu margins` has it."""
 OBJECTIVES = {"least C": ["--disturbances", "none"], "in disturbed worlds": []}
@@ -59,7 +59,7 @@ class Case:
     """For those of least C, whose share needs no such precision."""
 
     def folder(self, out: Path, seed: int, objective: str) -> Path:
-        """Where a fold is learned."""
+        """Folder in which a fold is learned."""
         ending = "least" if objective == "least C" else "holds"
         return out / f"{self.name.replace(' ', '-')}-{seed}-{ending}"
 
@@ -73,7 +73,7 @@ CASES = (
     Case("tshirt shop", ("tshirt", "--fold", "shop"), (100,), (60,)),
 )
 ELSEWHERE = Case("towel half at 26 mm", ("towel", "--spacing", "0.026"), (48,), (48,))
-"""The towel that other simulators are asked about, on a mesh on which they take seconds for a fold."""
+"""The towel for other simulators, on a mesh on which they take seconds for a fold."""
 
 
 def meshes(write: bool) -> None:
@@ -140,7 +140,7 @@ def judged(
 
 
 def row(name: str, objective: str, measured: Measured) -> dict[str, str]:
-    """A row of the table of folds."""
+    """Return a row of the table of folds."""
     result = measured.result
     spread = result.joint.mean_vertex_distance
     low, high = result.joint.interval

@@ -34,11 +34,11 @@ from tatamu.study import Progress, ResultFolder
 TRIALS = 50
 ROUNDS = 5
 ALLOWED = 30.0
-"""Milliseconds for a trial at most, with its proposal."""
+"""Largest time of a trial with its proposal [ms]."""
 
 
 class AtOnce(Executor):
-    """Ends every call at once, with the same evaluation."""
+    """Evaluator whose calls end at once with the same evaluation."""
 
     def __init__(self, evaluation: Evaluation) -> None:
         self._evaluation = evaluation

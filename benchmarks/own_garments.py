@@ -22,7 +22,7 @@ from tatamu.options import LearnOptions
 
 GARMENTS = Path("examples/garments")
 FULL = 50
-"""Trials of a step unless fewer are asked for."""
+"""Default number of trials of a step."""
 SUCCESS = 0.0125
 """Mean vertex distance that counts as folded [m] (BiFold 2025)."""
 SEEN = 0.80
@@ -30,7 +30,7 @@ SEEN = 0.80
 
 
 def fold(name: str, out: Path, trials: int) -> list[dict[str, Any]]:
-    """Learn the best plan of one garment; a row for each of its steps."""
+    """Learn the best plan of one garment; return a row for each of its steps."""
     task = make_task(str(GARMENTS / f"{name}.toml"), fold="auto")
     options = LearnOptions(trials=trials, disturbances="none", baselines=False)
     result = learn(task, options, out=out)
@@ -61,7 +61,7 @@ def fold(name: str, out: Path, trials: int) -> list[dict[str, Any]]:
 
 
 def shown(row: dict[str, Any]) -> dict[str, Any]:
-    """A row of the table."""
+    """Return a row of the table."""
     own = row["own"]
     whole = row["whole"]
     folded = whole["mean_vertex_distance"] < SUCCESS and whole["mask_iou"] >= SEEN

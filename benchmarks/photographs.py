@@ -43,7 +43,7 @@ BOARD = Board(pages=2)
 PIXELS = (1600, 1200)
 """Width and height of photos."""
 FOLD_PIXELS = (1200, 900)
-"""Those of folds, which are taken from nearer."""
+"""Width and height of photos of folds, which are taken from nearer."""
 SHEET = Pose(0.10, 0.62, 0.15)
 SIZE = (0.34, 0.60)
 """Width and length of the towel [m]."""
@@ -57,12 +57,12 @@ TILTS = (0.0, 20.0, 40.0)
 SCALES = ("two pages", "one page, lens known", "one page", "sheet of paper")
 SEEDS = (1,)
 FOLDS = 8
-"""Folds that are simulated and read."""
+"""Number of folds that are simulated and read."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """How cloth and light look."""
+    """The appearance of cloth and light."""
 
     name: str
     shot: dict[str, Any]
@@ -93,9 +93,9 @@ class Found:
     outline: np.ndarray
     """Distances of the outline that was found from the true one [m]."""
     off: np.ndarray
-    """x, y [m], yaw [rad]."""
+    """Errors of x, y [m] and yaw [rad]."""
     stated: np.ndarray
-    """Standard deviations of the same."""
+    """Standard deviations of x, y [m] and yaw [rad]."""
 
 
 def scene(garment: Garment, tilt: float, look: Look, seed: int) -> tuple[Shot, Cloth, Pose, tuple[Paper, ...]]:
@@ -172,7 +172,7 @@ def located(folder: Path) -> list[Found]:
 
 
 def row(found: list[Found], **names: str) -> dict[str, str]:
-    """One row of the table."""
+    """Return one row of the table."""
     outline = np.concatenate([one.outline for one in found])
     place = [float(np.hypot(*one.off[:2])) for one in found]
     stated = [float(np.hypot(*one.stated[:2])) for one in found]

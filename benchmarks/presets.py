@@ -23,9 +23,9 @@ from tatamu.robots.presets import PAIRS
 from tatamu.study.reachable import check_reach
 
 MATERIAL = "polyester"
-"""Limp enough that the smallest towel has room for a crease."""
+"""Material so limp that the smallest towel has room for a crease."""
 SPACING = 0.04
-"""Of the meshes [m]: grasps lie on vertices."""
+"""Spacing of the meshes [m]; grasps lie on vertices."""
 SIZES = {
     "towel": ("half", ((0.30, 0.20), (0.30, 0.24), (0.34, 0.40), (0.50, 0.70), (0.50, 1.00))),
     "tshirt": ("half", ((0.40, 0.34), (0.54, 0.46), (0.72, 0.56))),
@@ -47,7 +47,7 @@ def reaches(robot: Robot, garment: str, fold: str, size: tuple[float, float]) ->
 
 
 def largest(robot: Robot, garment: str) -> str:
-    """The sizes of a garment that a robot reaches, as text."""
+    """Return the sizes of a garment that a robot reaches, as text."""
     fold, sizes = SIZES[garment]
     reached = []
     for size in sizes:

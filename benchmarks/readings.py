@@ -32,11 +32,11 @@ from tatamu.material import GRAVITY, Material, load_material
 from tatamu.simulators import simulate
 
 SIZE = (0.24, 0.36)
-"""Of the cloth [m]."""
+"""Size of the cloth [m]."""
 LARGE = (0.6, 0.9)
-"""Of the cloth that is hung by an edge and of which a strip on the bias is cut [m]."""
+"""Size of the cloth that is hung by an edge and from which a strip on the bias is cut [m]."""
 STRIP = (0.7, 0.08)
-"""That strip, length and width [m]."""
+"""Length and width of the strip on the bias [m]."""
 OTHER = 0.7
 """Largest difference of the logarithm of a rigidity that nothing measures from the preset's."""
 FINER = 0.014
@@ -46,7 +46,7 @@ FINER_COLUMNS = 9
 FINER_ROWS = 16
 """Cells along the strip whose sag is read."""
 COVERING = 2.0
-"""Standard uncertainties of an interval."""
+"""Half width of an interval, in standard uncertainties."""
 ERRORS = Errors()
 TERRY = load_material(Path("terry"))
 Tables = dict[str, dict[str, Any]]
@@ -130,7 +130,7 @@ READINGS: dict[str, tuple[str, Callable[[np.random.Generator], tuple[Material, T
     "bias": ("shear_stiffness", bias),
     "crease": ("bending_hysteresis", crease),
 }
-"""Test to its parameter, and how it is read."""
+"""Parameter of each test, and the function that reads it."""
 
 
 def _terry(**changed: float) -> Material:
@@ -151,7 +151,7 @@ def _swinging(aside: float) -> Swinging:
 
 
 def _read(length: float, random: np.random.Generator) -> float:
-    """A length that a person read [m]."""
+    """Return a length as a person reads it [m]."""
     return float(length + ERRORS.length * random.standard_normal())
 
 

@@ -30,7 +30,7 @@ from tatamu.robots.report import save as save_rehearsal
 
 SPACING = 0.02
 SIMULATORS = ("native", "mujoco")
-"""That may rehearse."""
+"""Simulators that may rehearse."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """Of its folders."""
+        """Name of its folders."""
         return f"{self.garment}-{self.fold}-{self.size[0]:.2f}x{self.size[1]:.2f}"
 
 
@@ -73,7 +73,7 @@ class Setting:
     out: Path
     trials: int
     simulators: tuple[str, ...]
-    """Those that rehearse."""
+    """Simulators that rehearse."""
     halvings: int | None
 
 
@@ -113,7 +113,7 @@ def planned(result: Result, setting: Setting, plans: Path) -> dict[str, Any]:
 
 
 def described(folder: Path, robot: str, plan: Path) -> str:
-    """The plan of a fold in a few words."""
+    """Return the plan of a fold in a few words."""
     note = plan.parent / f"{plan.name}.json"
     if not note.is_file():
         begun = time.process_time()
@@ -146,7 +146,7 @@ def rehearsed(plan: Path, setting: Setting, simulator: str) -> str:
 def row(
     answer: str, step: str = "-", span: str = "-", within: str = "-", distance: str = "-", **more: Any
 ) -> dict[str, Any]:
-    """The columns after garment, size and fold."""
+    """Return the columns after garment, size and fold."""
     rehearsals = more.get("rehearsed", {})
     return {
         "step": step,

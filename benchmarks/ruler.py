@@ -21,11 +21,11 @@ from tatamu.material import Material
 BOARD = 0.8
 """Length of the board [m]."""
 PUSHED = 0.05
-"""How far a ruler pushes the cloth [m]."""
+"""Distance by which a ruler pushes the cloth [m]."""
 MARK = 1e-3
 """Marks of the ruler [m] and of the scale [kg]."""
 HUMAN = {"length": 1e-3, "mass": 1e-3, "H_s": 5e-3}
-"""Errors of readings that calibration expects where nothing else is said."""
+"""Errors of readings that calibration expects by default."""
 FINE_HANG, FINE_SAG, FINE_LOOP = 0.014, 18, 7
 """Hidden cloth is simulated on finer meshes than calibration's: edge length [m], rows, edges over the loop's height."""
 

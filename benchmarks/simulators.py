@@ -28,11 +28,11 @@ from tatamu.validation.checks import CHECKS
 WHOLE = ("incline", "layers")
 """Checks of which every case is run, and has rows of its own."""
 Found = dict[str, dict[str, Any]]
-"""Findings of each check."""
+"""Results of each check."""
 
 
 def checked(name: str, folder: Path, long: bool) -> Found:
-    """Every check of a simulator, from its file where there is one."""
+    """Return every check of a simulator, from its file if there is one."""
     subject, found = Subject.named(name), {}
     for check in CHECKS:
         path = folder / name / f"{check}.json"

@@ -42,15 +42,15 @@ ANSWER = (0.02, 0.014, 0.01, 0.007)
 HELD_OPEN, *ANSWER_FABRICS = FABRICS
 """All simulators hold the loop of the first open on a 2 cm mesh, or nearly; `answer` takes the others."""
 RIGHT = 0.003
-"""A shape within this of the finest mesh's is a right answer, root mean square [m]."""
+"""Largest distance of a correct shape from that of the finest mesh, root mean square [m]."""
 CONTROL = (10, 60, 200)
 """Rates at which a controller gives targets [Hz]."""
 PIECE = 0.1
 """Length of a piece of a rollout that is timed by itself [s]."""
 TURNS = 8
-"""Rollouts at each rate, at least: differences are of a few per cent."""
+"""Smallest number of rollouts at each rate; differences are a few per cent."""
 BATCH = {"native": 16, "blender": 4, "mujoco": 2}
-"""Scenes that `simulate_many` is given."""
+"""Number of scenes given to `simulate_many`."""
 
 
 def compared(cases: Sequence[Case], options: argparse.Namespace) -> list[Row]:
@@ -165,7 +165,7 @@ def stepping(options: argparse.Namespace) -> list[Row]:
 
 
 def _in_one_go(fold: Fold) -> np.ndarray:
-    """Seconds of the processor for each piece of a rollout."""
+    """Return the processor time of each piece of a rollout [s]."""
     simulation = Simulation(fold.scene)
     marks = [process_time()]
     while not simulation.done:
@@ -216,7 +216,7 @@ def throughput(options: argparse.Namespace) -> list[Row]:
 
 
 def _rate(engine: str, folds: Sequence[Fold], together: bool) -> float:
-    """Rollouts per second, each checked to have folded."""
+    """Return rollouts per second; each is checked to have folded."""
     scenes = [fold.scene for fold in folds]
     simulate_many(scenes[:2], simulator=engine)  # starts processes
     begin = perf_counter()
@@ -228,7 +228,7 @@ def _rate(engine: str, folds: Sequence[Fold], together: bool) -> float:
 
 
 def startup(options: argparse.Namespace) -> list[Row]:
-    """Seconds to import, each time in a new process."""
+    """Return the time of an import in a new process [s]."""
     statements = ("import tatamu", "from tatamu import Scene, simulate", "import tatamu.simulators.native")
     return [{"statement": f"`{s}`", "seconds": _short(_import(s, max(options.runs, 5)))} for s in statements]
 

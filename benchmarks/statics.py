@@ -23,7 +23,7 @@ from tatamu.validation.scenes import raised
 LENGTH, WIDTH = 0.10, 0.06
 SPACINGS = (0.02, 0.01, 0.005)
 PARTS = {"R^-1": 0.0, "C": 1.0, "Q": ElasticOptions().angle_sum_part}
-"""The part of C in the operator that finds curvatures."""
+"""Fraction of C in the operator that gives curvatures."""
 OTHERS: dict[str, list[Layout]] = {
     "8 more irregular": [partial(irregular, seed=seed) for seed in range(2, 10)],
     "6 more angles": [partial(turned, degrees=angle) for angle in (7.0, 13.0, 20.0, 26.0, 35.0, 41.0)],

@@ -10,9 +10,9 @@ from typing import Any
 from tatamu.files import read_text, write_text
 
 NOTES = Path("docs/notes")
-"""Where pages with measured tables are."""
+"""Folder of the pages with measured tables."""
 IMAGES = Path("docs/images")
-"""Where pictures and drawings of the docs are."""
+"""Folder of the pictures and drawings of the docs."""
 README = Path("README.md")
 PLACES = {
     "earned: short": README,
@@ -101,14 +101,14 @@ PLACES = {
 
 
 def markdown(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows with the same keys as a Markdown table."""
+    """Return rows with the same keys as a Markdown table."""
     lines = ["| " + " | ".join(rows[0]) + " |", "|" + "---|" * len(rows[0])]
     cells = ([str(value).replace("|", "\\|") for value in row.values()] for row in rows)
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in cells])
 
 
 def published(name: str) -> list[dict[str, str]]:
-    """Rows of the table that the docs have between the marks of that name; none where there is no table."""
+    """Return the rows of the table between the marks of that name in the docs; none if there is no table."""
     found = re.search(rf"<!-- {re.escape(name)} -->\n(.*?)<!-- end -->", read_text(PLACES[name]), flags=re.S)
     lines = [line for line in found[1].splitlines() if line.startswith("| ")] if found else []
     head, *rows = ([cell.strip() for cell in line[1:-1].split("|")] for line in lines) if lines else [[]]
@@ -128,7 +128,7 @@ def merged(before: Sequence[dict[str, str]], rows: Sequence[dict[str, str]], *na
 
 
 def publish(name: str, text: str) -> None:
-    """Put a text where the docs have the marks of that name."""
+    """Put a text between the marks of that name in the docs."""
     insert(name, text, PLACES[name])
 
 

@@ -21,7 +21,7 @@ FIRST = 300
 
 
 def line(fast: bool, count: int) -> dict[str, object]:
-    """Outcome of `count` folds."""
+    """Return the outcome of `count` folds."""
     found = [crossings_of_fold(simulate, seed, fast) for seed in range(FIRST, FIRST + count)]
     frames = [each for each in found if each is not None]
     passed = [each for each in frames if each.any()]
@@ -35,7 +35,7 @@ def line(fast: bool, count: int) -> dict[str, object]:
 
 
 def pokes(count: int) -> dict[str, object]:
-    """Outcome of `count` scenes in which a thin finger flies into a limp cloth at 0.6 m/s."""
+    """Return the outcome of `count` scenes in which a thin finger flies into a limp cloth at 0.6 m/s."""
     found = [deepest_poke(simulate, seed) for seed in range(FIRST, FIRST + count)]
     depths = [depth for depth in found if depth is not None]
     return {

@@ -40,7 +40,7 @@ SWING_RATE = 0.9
 
 
 def variants(garment: str, today: Material) -> dict[str, Material]:
-    """The fabric with each term, and with all."""
+    """Return the fabric with each term, and with all."""
     air = {
         "air_drag": 0.0,
         "air_added_mass": plate_in_air.rectangle_added_mass(SIDE, SIDE),
@@ -55,14 +55,14 @@ def variants(garment: str, today: Material) -> dict[str, Material]:
 
 
 def of_fabric(task: Task, material: Material) -> Task:
-    """The same fold of another fabric, to the same target."""
+    """Return the same fold of another fabric, to the same target."""
     other = replace(task, garment=replace(task.garment, material=material))
     assert np.array_equal(other.fold.target, task.fold.target), "no term bends the target"
     return other
 
 
 def replayed(step: Path, count: int, kept: Path) -> dict[str, Any]:
-    """Distances of the replays of a step."""
+    """Return the distances of the replays of a step."""
     if kept.exists():
         found: dict[str, Any] = read_json(kept)
         return found
@@ -88,12 +88,12 @@ def replayed(step: Path, count: int, kept: Path) -> dict[str, Any]:
 
 
 def share(held: list[bool]) -> str:
-    """In how many worlds a fold holds."""
+    """Return the number of worlds in which a fold holds."""
     return f"{sum(held)} of {len(held)}" if held else "–"
 
 
 def steps_of(folder: Path) -> dict[str, Path]:
-    """The folders of what was learned, by what the table calls them."""
+    """Return the folders of learned folds, by their names in the table."""
     results = ResultFolder(folder)
     if not results.holds_plan:
         return {folder.name: folder}
@@ -101,7 +101,7 @@ def steps_of(folder: Path) -> dict[str, Path]:
 
 
 def rows(out: Path, worlds: int, folders: list[Path]) -> Iterator[dict[str, str]]:
-    """A line of the table for each step of each fold."""
+    """Return a line of the table for each step of each fold."""
     for folder in folders:
         for label, step in steps_of(folder).items():
             found = replayed(step, worlds, out / f"{label}.json")

@@ -21,23 +21,23 @@ from tatamu.scene import Scene
 from tatamu.simulators import simulate
 
 ASKED = 1.3
-"""With all terms, over today: at most."""
+"""Largest ratio of the time with all terms to the present time."""
 
 
 def folds() -> dict[str, Fold]:
-    """What is timed, by the garment whose terms it gets."""
+    """Return the timed folds, by the garment whose terms they get."""
     return {"towel": towel(0.015, load_preset("terry").material), "tshirt": shirt(0.02)}
 
 
 def seconds(scene: Scene) -> float:
-    """Of the processor, for a rollout."""
+    """Return the processor time of a rollout [s]."""
     begun = process_time()
     simulate(scene)
     return process_time() - begun
 
 
 def row(garment: str, fold: Fold, rounds: int) -> dict[str, str]:
-    """A line of the table."""
+    """Return a line of the table."""
     scenes = {
         name: fold.scene.model_copy(update={"material": material})
         for name, material in variants(garment, fold.scene.material).items()

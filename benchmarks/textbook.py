@@ -50,7 +50,7 @@ def rows(report: Report) -> list[dict[str, str]]:
 
 
 def _part(row: Row) -> float:
-    """The error as a part of its limit; one that is not a number comes first."""
+    """Return the error as a fraction of its limit; one that is not a number comes first."""
     if not np.isfinite(row.error):
         return np.inf
     return row.error / row.limit if row.limit else np.inf * np.sign(row.error) if row.error else 0.0

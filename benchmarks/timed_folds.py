@@ -19,7 +19,7 @@ from tatamu.scene import Scene
 SIZE = (0.34, 0.80)
 """Width and length of the towel [m]."""
 CLOTH = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4, thickness=0.001)
-"""Bending length 3.7 cm."""
+"""A fabric with a bending length of 3.7 cm."""
 JERSEY = Material(
     areal_density=0.15, stretch_stiffness=200.0, bending_rigidity=0.15 * GRAVITY * 0.02**3, thickness=0.001
 )
@@ -36,12 +36,12 @@ counts for nothing. De Gusseme and wyffels 2022 call 20 mm a failed fold."""
 
 @dataclass(frozen=True)
 class Fold:
-    """A scene, and where its vertices should end."""
+    """A scene, and the places where its vertices should end."""
 
     name: str
     scene: Scene
     target: np.ndarray
-    """[m], shape (n, 3)."""
+    """Places where the vertices should end [m], shape (n, 3)."""
 
     def distance(self, rollout: Rollout) -> float:
         """Mean distance of the vertices to their target at the end [m]."""

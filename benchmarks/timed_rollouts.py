@@ -30,19 +30,19 @@ class Case:
 
     engine: str
     kind: str
-    """towel or T-shirt."""
+    """Kind of garment: towel or T-shirt."""
     fabric: str
-    """Of the towel, a key of FABRICS."""
+    """Fabric of the towel: a key of FABRICS."""
     spacing: float
-    """Of the mesh [m]."""
+    """Spacing of the mesh [m]."""
 
     @property
     def fold(self) -> Fold:
-        """The scene, and where its vertices should end."""
+        """Return the scene, and the places where its vertices should end."""
         return towel(self.spacing, FABRICS[self.fabric]) if self.kind == "towel" else shirt(self.spacing)
 
     def file(self, turn: int) -> str:
-        """Name of the file of the turn-th run."""
+        """Return the file name of run number `turn`."""
         words = (self.engine, self.kind, self.fabric.split(",")[0], f"{1e3 * self.spacing:g}mm", str(turn))
         return "-".join(word.replace(" ", "-") for word in words) + ".npz"
 
@@ -53,11 +53,11 @@ class Timing:
 
     vertices: int
     seconds: float
-    """Of the simulation alone, without compiling and starting."""
+    """Time of the simulation alone, without compiling and starting [s]."""
     peak: float
     """Memory of the process [MB]."""
     shape: np.ndarray
-    """Where a towel's material points of one fixed grid end [m], so that meshes can be compared, shape (k, 3)."""
+    """Final places of a fixed grid of material points of a towel [m], shape (k, 3), by which meshes are compared."""
     note: str
 
 
@@ -102,7 +102,7 @@ def keep(file: Path, timing: Timing) -> None:
 
 
 def measure(case: Case) -> Timing:
-    """Run a case here and now."""
+    """Run a case in this process."""
     fold = case.fold
     try:
         if case.engine in SIMULATORS:  # load what is compiled, start what is started; Newton's worker does so itself
@@ -128,7 +128,7 @@ def check_folded(fold: Fold, rollout: Rollout) -> None:
 
 
 def shape_of(fold: Fold, rollout: Rollout) -> np.ndarray:
-    """Where the material points of a grid end [m], shape (k, 3)."""
+    """Return the final places of the material points of a grid [m], shape (k, 3)."""
     width, length = SIZE
     x, y = np.meshgrid(np.linspace(-0.499, 0.499, 81) * length, np.linspace(-0.499, 0.499, 35) * width)
     flat = fold.scene.cloth.rest[:, :2]

@@ -46,7 +46,7 @@ COMMAND = [sys.executable, "-c", "from tatamu.cli import main; main()"]
 
 
 class Used(NamedTuple):
-    """What a process took [s]."""
+    """Times of a process [s]."""
 
     wall: float
     processor: float
@@ -61,7 +61,7 @@ class Measured(NamedTuple):
 
     @property
     def found(self) -> ResultRecord | PlanRecord:
-        """What the command found."""
+        """Return the result of the command."""
         return self.folder.plan_record if self.folder.holds_plan else self.folder.record
 
 
@@ -76,7 +76,7 @@ def timed(words: list[str]) -> Used:
 
 
 def reference() -> Used:
-    """One fold of the default towel, alone."""
+    """Simulate one fold of the default towel, alone."""
     task = make_task("towel")
     begin = resource.getrusage(resource.RUSAGE_THREAD)
     outcome = Nominal(task).fixed(triangle(task.fold))
@@ -86,7 +86,7 @@ def reference() -> Used:
 
 
 def folder_of(words: list[str], seed: int, out: Path) -> Path:
-    """Where a command is measured."""
+    """Folder in which a command is measured."""
     return out / "-".join([*(word.strip("-") for word in words), str(seed)])
 
 

@@ -27,7 +27,7 @@ from tatamu.observation.posterior import Fold, posterior
 NEXT = 2
 """Next folds of each set-up."""
 FEWEST_EFFECTIVE = 20
-"""Effective draws that importance weights are tempered to."""
+"""Number of effective draws to which importance weights are tempered."""
 
 
 def tempered(evidence: Evidence, fold: Fold) -> Shifts:

@@ -108,7 +108,7 @@ class Cluster:
     """A scheduler and workers, all as processes; workers that end are restarted, as by Slurm and Kubernetes."""
 
     def __init__(self, folder: Path, workers: int, together: int | None = None) -> None:
-        """Start all.
+        """Start the scheduler and all workers.
 
         Args:
             folder: Folder of their files.
@@ -156,7 +156,7 @@ class Cluster:
         self._workers = [self._worker() if worker.poll() is not None else worker for worker in self._workers]
 
     def stop(self) -> None:
-        """End all."""
+        """End the scheduler and all workers."""
         for process in [*self._workers, self._scheduler]:
             process.terminate()
         for process in [*self._workers, self._scheduler]:

@@ -80,7 +80,7 @@ class Pairs:
         return cls(place, seen, float(plain["squares"]), products)
 
     def plain(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return the means as plain data."""
         arrays = {"place": self.place, "seen": self.seen, "products": self.products}
         return {"squares": self.squares, **{name: array.tolist() for name, array in arrays.items()}}
 

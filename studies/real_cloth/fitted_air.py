@@ -20,7 +20,7 @@ START_TURNING = (0.5, 0.3, 4.0)
 START_SIZE = (0.3,)
 """Density [kg/m^2] with which a fit of the density alone starts."""
 STEP = 0.1
-"""Step of the differences in a fit, as a part of its start."""
+"""Step of the differences in a fit, as a fraction of the starting value."""
 EVALUATIONS = 3
 """Largest number of evaluations of the residuals' derivatives in a fit."""
 RECTANGLE = rectangle_added_mass(SIDE, SIDE)

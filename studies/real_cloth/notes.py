@@ -10,14 +10,14 @@ from tatamu import __version__
 
 
 def markdown(lines: Sequence[Line]) -> str:
-    """A table."""
+    """Return a table as Markdown."""
     head = list(lines[0])
     rows = [[line[name].replace("|", "\\|") for name in head] for line in lines]
     return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows])
 
 
 def text(section: Section) -> str:
-    """Method, tables, the number to beat, goal and what it cannot show."""
+    """Return a section as Markdown: method, tables, the best published number, goal and limits."""
     parts = [
         section.method,
         *(markdown(table.lines) for table in section.tables),
@@ -29,13 +29,13 @@ def text(section: Section) -> str:
 
 
 def page(sections: Sequence[Section], simulator: str) -> str:
-    """The whole file."""
+    """Return the whole Markdown file."""
     head = f"# Real cloth, simulated by {simulator}\n\nMade by tatamu {__version__} from published measurements.\n"
     return "\n".join([head, *(f"## {section.title}\n\n{text(section)}\n" for section in sections)])
 
 
 def data(sections: Sequence[Section], simulator: str) -> dict[str, Any]:
-    """For programs."""
+    """Return the sections as plain data for programs."""
     return {
         "version": 1,
         "tatamu": __version__,

@@ -10,7 +10,7 @@ from tatamu.presentation.page import render
 
 
 def page(sections: Sequence[Section], simulator: str) -> str:
-    """The whole page as HTML."""
+    """Return the whole page as HTML."""
     return render(
         Path(__file__).with_name("page.html"),
         charts={section.name: list(section.charts) for section in sections},

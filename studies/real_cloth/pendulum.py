@@ -28,13 +28,13 @@ class AirLaw:
     """Effects of air, over the cloth's areal density."""
 
     added_mass: float = 0.0
-    """kappa [-]"""
+    """Added mass kappa [-]."""
     linear: float = 0.0
-    """c1 [1/s]"""
+    """Linear drag c1 [1/s]."""
     quadratic: float = 0.0
-    """c2 [1/m]"""
+    """Quadratic drag c2 [1/m]."""
     turning: float = 0.0
-    """c3 [m^(-2/3)]"""
+    """Turning drag c3 [m^(-2/3)]."""
 
 
 def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:

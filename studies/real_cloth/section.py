@@ -41,7 +41,7 @@ class Section:
     """The simulation and its assumptions, in a few sentences."""
     tables: Sequence[Tabulated]
     beat: str
-    """The number to beat, and its source."""
+    """The best published number, and its source."""
     goal: str
     """The goal, and whether it was reached."""
     silent: str

@@ -22,9 +22,9 @@ SPACING = 0.02
 DENSITY = 0.2
 """Assumed areal density [kg/m^2]; only ratios to it matter."""
 STRETCH, BENDING = 200.0, 2e-5
-"""[N/m], [N m]; neither shows in the swing."""
+"""Stretch stiffness [N/m] and bending rigidity [N m]; neither affects the swing."""
 FRAMES = 50.0
-"""Per second."""
+"""Frames per second."""
 KNOT = 2
 """Steps of the recording's path between knots of a hand's path."""
 
@@ -37,7 +37,7 @@ class Sheet:
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return places on the sheet as parts of its side, along the bar and down, shape (n, 2), and triangles."""
+        """Return places on the sheet as fractions of its side, along the bar and down, shape (n, 2), and triangles."""
         flat, faces = staggered_rectangle(SIDE, SIDE, SPACING)
         return np.column_stack([flat[:, 1] / SIDE + 0.5, 0.5 - flat[:, 0] / SIDE]), faces
 
@@ -77,7 +77,7 @@ class Sheet:
 
 
 def material(air: AirLaw) -> Material:
-    """The cloth in that air."""
+    """Return the material of the cloth in that air."""
     return Material(
         areal_density=DENSITY,
         stretch_stiffness=STRETCH,

@@ -1,4 +1,4 @@
-"""Running the tests on real cloth."""
+"""Loads and runs the tests on real cloth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from studies.real_cloth.test import RealTest
 from tatamu.errors import InputError
 
 Loaded = list[tuple[RealTest, Any]]
-"""Tests with their measurements."""
+"""The chosen tests with their measurements."""
 
 
 def load(data: Path, only: Sequence[str] = ()) -> Loaded:

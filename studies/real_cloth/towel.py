@@ -123,7 +123,7 @@ class Tried:
 
     @property
     def lines(self) -> list[Line]:
-        """Two lines of the table."""
+        """Return two lines of the table."""
         return [
             _line(f"learned by {self.objective}, undisturbed", len(self.calm), self.calm),
             _line("the same, disturbed", len(self.disturbed), self.held),

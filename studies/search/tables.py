@@ -36,7 +36,7 @@ def _seeds(counts: Mapping[int, Sequence[Course]]) -> str:
 
 
 def _spread(values: Sequence[float], digits: str) -> str:
-    """Median and worst."""
+    """Return the median and the worst as text."""
     if not values:
         return "-"
     if len(values) == 1:
