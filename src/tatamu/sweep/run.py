@@ -139,8 +139,9 @@ def _first_error(futures: Sequence[Future[None]]) -> None:
     waiting = set(futures)
     while waiting:
         ended, waiting = wait(waiting, return_when="FIRST_COMPLETED")
-        for future in ended:
-            future.result()
+        for future in futures:  # a set has no order, and several may have ended meanwhile
+            if future in ended:
+                future.result()
 
 
 def _said(error: Exception) -> str:
