@@ -168,6 +168,19 @@ def test_a_fold_need_hold_only_where_the_yardstick_does() -> None:
     assert lost(lost.yardstick).objective == 1.0
 
 
+class Lost(Known):
+    """One that holds in no disturbed world, whatever the manipulation."""
+
+    def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
+        return replace(super().in_world(parameters, world), score=None)
+
+
+def test_the_yardstick_is_simulated_once_in_each_world() -> None:
+    evaluator = disturbed(Lost(towel()), quantile=0.9)
+    evaluator(evaluator.yardstick)
+    assert asked(evaluator) == list(evaluator.sample)
+
+
 def test_a_yardstick_that_fails_without_disturbances_says_nothing() -> None:
     class Torn(Beaten):
         def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:

@@ -149,6 +149,8 @@ class Disturbed(Wrapper):
         for number in beat.hardest or range(self.worlds):
             found = self._in_world(parameters, number)
             holds = self._holds(found)
+            if dict(parameters) == self.yardstick:
+                self._yardstick_holds[number] = holds
             decides = self.quantile is None or holds or not self._is_lost_to_all(number)
             errors[number] = self._penalise(found) if decides else floor
             counted[number] = floor if holds and self.quantile is not None else errors[number]

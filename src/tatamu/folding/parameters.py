@@ -46,7 +46,7 @@ def robust_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start a search in disturbed worlds with.
 
     The first two are an arched and a low curve, which fail in different disturbed worlds. The last is the arched curve
-    again, because the task's own mesh starts with the last one, and its fold usually holds. A search on one mesh tries
+    again, because the fine mesh starts with the last one, and its fold usually holds. A search on one mesh tries
     this curve once.
     """
     return [arched_inwards(fold), *low_curves(fold), arched_inwards(fold)]

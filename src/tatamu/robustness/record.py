@@ -141,12 +141,11 @@ class MeshUsed(OpenRecord):
     """Spacing of the mesh on which all worlds were simulated [m]."""
     vertices: int
     coarser: bool
-    """Whether this mesh is coarser than the fold's own mesh. If so, all uncertain verdicts are from the fold's own
-    mesh."""
+    """Whether this mesh is coarser than the fine mesh. If so, all uncertain verdicts are from the fine mesh."""
     own_spacing: float | None = None
-    """Spacing of the fold's own mesh [m]; None in files of earlier versions."""
+    """Spacing of the fine mesh [m]; None in files of earlier versions."""
     own_simulations: int | None = None
-    """Number of simulations on the fold's own mesh; None in files of earlier versions."""
+    """Number of simulations on the fine mesh; None in files of earlier versions."""
     checked: int = 0
     """Number of worlds simulated on both meshes."""
     same: int = 0

@@ -44,7 +44,7 @@ class Progress:
     trials: int
     """Largest number of trials."""
     best: float | None = None
-    """Lowest objective so far, on the task's own mesh if there are trials on it, otherwise on the coarser one."""
+    """Lowest objective so far, on the fine mesh if there are trials on it, otherwise on the coarser one."""
     best_distance: float | None = None
     """Mean vertex distance of the best trial [m]."""
     coarse: bool = False
@@ -240,7 +240,7 @@ class Study:
 
     @property
     def succeeded(self) -> bool:
-        """Whether any trial on the task's own mesh is complete."""
+        """Whether any trial on the fine mesh is complete."""
         best = self.best()
         return best is not None and self.trials[best].proposal(self.record.coarse).fidelity == HIGH
 

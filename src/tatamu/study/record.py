@@ -140,7 +140,7 @@ class StudyRecord(OpenRecord):
     """Number of trials pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials, if the search does not propose them itself. If `coarse` is given, the last of
-    these parameters are those of the first trial on the task's own mesh."""
+    these parameters are those of the first trial on the fine mesh."""
     coarse: float | None = None
     """Spacing of the coarser mesh that the search starts on [m]; None if all trials are on the task's own."""
     disturbances: dict[str, Any] | None = None
@@ -186,7 +186,7 @@ class ResultRecord(StudyRecord):
     wall_seconds: float | None = None
     """Sum of the trials' seconds [s]."""
     best: Index | None
-    """Number of the complete trial of lowest objective on the task's own mesh; None if all failed."""
+    """Number of the complete trial of lowest objective on the fine mesh; None if all failed."""
     crossings: Crossings | None = None
     """Crossings of the best trial; None if all failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
@@ -207,7 +207,7 @@ class ResultRecord(StudyRecord):
 
     @property
     def lowest_objective(self) -> Trial | None:
-        """The complete trial of lowest C on the task's own mesh, the paper's best; None if all failed there."""
+        """The complete trial of lowest C on the fine mesh, the paper's best; None if all failed there."""
         here = [trial for trial in self.trials if trial.state == "complete" and not self.is_coarse(trial)]
         return min(here, key=lambda trial: (trial.objective or 0.0, trial.number), default=None)
 
@@ -229,7 +229,7 @@ class ResultRecord(StudyRecord):
 
     @property
     def best_given(self) -> Trial | None:
-        """The best given first trial on the task's own mesh; None if none is complete there."""
+        """The best given first trial on the fine mesh; None if none is complete there."""
         given = [trial for trial in self.trials if trial.state == "complete" and trial.parameters in self.first]
         here = [trial for trial in given if not self.is_coarse(trial)]
         return min(here, key=lambda trial: (trial.minimised, trial.number), default=None)
