@@ -34,7 +34,7 @@ def episode_writer(robot: Robot, folder: Path) -> LeRobotWriter:
 
 
 def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
-    """Append a plan as an episode."""
+    """Append a plan to the dataset, as one episode."""
     last = float(plan.motion.times[-1])
     times = np.arange(int(np.ceil(last * FPS)) + 1) / FPS
     values = {STATE: state(plan, times), ACTION: state(plan, np.minimum(times + 1 / FPS, last))}
@@ -73,7 +73,7 @@ def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
 
 
 def _task(plan: RobotPlan) -> str:
-    """Return the task as text."""
+    """Return the task of the plan as text, for the dataset."""
     learned = ResultFolder(plan.task.source)
     if not learned.result_file.exists():
         return "Fold the cloth."

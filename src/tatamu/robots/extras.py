@@ -10,7 +10,7 @@ from functools import partial
 from tatamu import extras
 
 needed = partial(extras.needed, extra="robot")
-"""Import a package that the extra `robot` installs."""
+"""Function that imports a package. The extra `robot` installs the package."""
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 A program that plays the motion sends these goals step by step.
 
     goals/steps.json                        the steps in order: what moves, what grips, where to stop
-
     goals/1-approach/larm_controller.json   control_msgs/action/FollowJointTrajectory, the goal's fields
 
 The trajectory of a segment starts where the previous segment ended. The files also contain velocities, so that

@@ -13,7 +13,7 @@ from tatamu.robots.paths import PlacedFold
 UNDERNEATH = 0.003
 """Largest height of the lower finger above the table [m]. A higher finger would pass over the edge of the cloth."""
 ASKEW = 5e-3
-"""Amount by which the jaw's angle to the plane across the hem may exceed `Jaw.yaw` [rad]."""
+"""Amount by which the jaw's angle to the plane across the edge of the cloth may exceed `Jaw.yaw` [rad]."""
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ class HandMotion:
         return cls(FRAME_RATE, VIA_EVERY, manipulation.timing, times, curves, travelled)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Return the positions of the hands at simulated times [s] (n,), in the fold's frame F [m], shape (hands, n, 3)."""
+        """Return the positions of the hands at simulated times [s] (n,), in the fold's frame [m], (hands, n, 3)."""
         times = np.clip(times, self.times[0], self.times[-1])
         points = []
         for curve, travelled in zip(self.curves, self.travelled, strict=True):

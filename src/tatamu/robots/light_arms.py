@@ -157,7 +157,7 @@ def _openarm(side: float) -> SerialArm:
         side: 1 for the left arm, -1 for the right arm, which is the mirror image of the left arm.
     """
     facts = (
-        # position, axis of the left arm, its limits, whether the right arm's angle has the same sign, speed, mass, boxes
+        # position, axis of the left arm, its limits, whether the right arm's angle has its sign, speed, mass, boxes
         (
             (0.0, 0.0625, 0.0),
             *(_ASIDE, (-3.4907, 1.3963), False, 16.755, 1.14167),

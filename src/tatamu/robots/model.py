@@ -205,7 +205,7 @@ class Robot:
         return qpos
 
     def planned(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the largest speed [rad/s] and acceleration [rad/s^2] in plans for every value of qpos, shape (nq,) each."""
+        """Return the largest speeds [rad/s] and accelerations [rad/s^2] in plans, shape (nq,) each."""
         speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
         for arm in self.arms:
             columns = [self.columns[name] for name in arm.joints]

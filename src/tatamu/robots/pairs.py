@@ -93,7 +93,7 @@ def _at_table(robot: Robot, geom: int) -> str:
 
 
 def _kind(a: _Shape, b: _Shape) -> str | None:
-    """Return the kind of the pair of two shapes, the first of which belongs to an arm; None if they are not compared."""
+    """Return the kind of the pair of two shapes; None if the shapes are not compared."""
     if not a.arm:
         return None
     if b.arm:

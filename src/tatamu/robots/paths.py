@@ -204,7 +204,7 @@ class Paths:
         return spline
 
     def _error(self, spline: CubicSpline, times: np.ndarray) -> np.ndarray:
-        """Distance of the worse tool from its hand at simulated times [m], shape (n,)."""
+        """Return the distance of the worse tool from its simulated hand at simulated times [m], shape (n,)."""
         wanted, q = self.task.tools(times)[:, :, :3, 3], spline(times)
         reached = tool_poses(self.task.robot, self.chains, q)[:, :, :3, 3]
         return np.linalg.norm(reached - wanted, axis=2).max(axis=0)

@@ -37,7 +37,7 @@ class Planned:
 
     @classmethod
     def load(cls, folder: Path) -> Planned:
-        """Read plan.json and joint_trajectory.csv.
+        """Read the files plan.json and joint_trajectory.csv of a plan's folder.
 
         Raises:
             InputError: If a file is missing or wrong.

@@ -24,8 +24,8 @@ from tatamu.scene import Gripper, Scene
 def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
     """Return the scene of a fold by the robot's hands.
 
-    A hand may have several grippers. The first of them does not move while the fingers close; the others are pressed
-    onto the first.
+    While the fingers close, all grippers of a hand are lifted together. If a hand has several grippers, the others are
+    pressed onto the first.
 
     Args:
         rehearsal: Motion of the robot.
@@ -83,7 +83,7 @@ class _HandOfRobot:
         )
 
     def fingers(self, name: Hand, learned: Scene, grippers: list[Gripper]) -> list[Body]:
-        """Return the two fingers as bodies, with the robot's sizes and tilt; empty if the learned hand has no fingers."""
+        """Return the two fingers as bodies with the robot's sizes and tilt; none if the learned hand has no fingers."""
         known = [body for body in learned.bodies if body.hand == name]
         if not known or self._jaw is None:
             return []

@@ -88,8 +88,8 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
     moving = np.ptp(spline(np.linspace(spline.x[0], spline.x[-1], 101)), axis=0) > STILL
     path = _Path(spline, moving)
     length = path.duration
-    # The change of ds/dt is limited too. Without this limit, a path without motion would jump. The limit is so high that it
-    # costs almost no time.
+    # The change of ds/dt is limited too. Without this limit, a path without motion would jump. The limit is so high
+    # that it costs almost no time.
     sudden = 50 * rate * max(1.0, rate / length)
     bounds = np.append(KEEP * speed[moving], rate), np.append(KEEP * acceleration[moving], sudden)
     constraints = [

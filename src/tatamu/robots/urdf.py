@@ -50,7 +50,10 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
 
 
 def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
-    """Return the folder of relative mesh names, and whether the paths of mesh names are ignored (MuJoCo's extension)."""
+    """Return the folder of relative mesh names, and whether the paths in mesh names are ignored.
+
+    Both are given by MuJoCo's extension of URDF.
+    """
     folder, strip = "", False
     for compiler in root.iterfind("mujoco/compiler"):
         folder = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", folder))
