@@ -108,7 +108,7 @@ def _unused(calibration: Calibration) -> list[str]:
 
 
 def _restless(calibration: Calibration) -> list[str]:
-    """Return a note if the simulated cloth still moves by about the error of a ruler when it is read."""
+    """Return a note if the simulated cloth still moves by about the error of a ruler when its reading is taken."""
     errors = [fit.uncertainty for fit in calibration.fits if fit.unit == "m"]
     if not errors or calibration.unsettled < 0.5 * min(errors):
         return []
@@ -122,7 +122,8 @@ def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, f
     """Return the reading to repeat, and the relative uncertainties before and after more repeats.
 
     The number of further repeats is `MORE`. The best reading is the one whose repeats most lower the sum of the
-    relative variances of the parameters. None if the readings determine no parameter, or if repeats do not help.
+    relative variances of the parameters. The result is None if the readings determine no parameter, or if repeats do
+    not help.
     """
     rows = [PLACE[name] for name in calibration.known]
     variance = np.diag(calibration.covariance)[rows]

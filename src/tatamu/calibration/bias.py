@@ -53,7 +53,10 @@ SLIMMEST, WIDEST = 0.02, 0.34
 RELAXATIONS = 14.0
 """Duration of the scene, in units of 1 / rate, where rate is the frequency of its slowest motion."""
 ASIDE = 1.1
-"""Factor from the parameter that was found to a second parameter. The two give the slope of the reading."""
+"""Ratio of a second value of the parameter to the value that was found.
+
+The readings at both values give the slope.
+"""
 UNKNOWN = 1.0
 """Standard uncertainty of ln Y if the elongation test only bounds the stretch stiffness Y."""
 
@@ -134,7 +137,7 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """Points of the strip [m], shape (n, 2), and triangles.
 
-        The coordinates are the distance down and the distance across.
+        The coordinates are the distance down from the grip and the distance across the strip.
         """
         flat, faces = staggered_rectangle(self.width, self.length, self.spacing or self.width / COLUMNS)
         return flat[:, :2] + [0.5 * self.length, 0.0], faces
@@ -162,7 +165,7 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the elongation L1 - L2 of the simulated strip [m]."""
+        """Return the elongation of the simulated strip [m]: the hanging length L1 minus the lying length L2."""
         end = self.mesh[0][:, 0] > self.length - 1e-9
         return float(-rollout.positions[frame, end, 2].mean()) - self.length
 
@@ -199,8 +202,9 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         """Add this test's changes of the shear stiffness G; see `LaterTest.propagate`.
 
         The elongation e depends on Y / rho and G / rho: the stretch and shear stiffness over the areal density. It is
-        about proportional to rho. With s = -de/dln G, a change of the parameters changes e by e dln rho - s dln G - (e
-        - s) dln Y.
+        about proportional to rho. With s = -de/dln G, a change of the parameters changes e by
+
+            e dln rho - s dln G - (e - s) dln Y
         """
         slope = -fit.slope if fit.slope else max(fit.measured, fit.uncertainty)
         whole = fit.measured / slope

@@ -43,11 +43,14 @@ from tatamu.simulators import capabilities
 ARM = 0.03
 """Distance of a point from the hinge [m]. The arc of this point is matched instead of the angle."""
 CELLS = 12
-"""Number of triangle rows that count as the band. Cloth also bends at the held rows, so a row is 1 / 13 of the gap."""
+"""Number of triangle rows between the held rows.
+
+Cloth also bends at the held rows, so one more row belongs to the gap: a row is 1 / 13 of the gap.
+"""
 HELD_ROWS = 2
 COLUMNS = 6
 THIN = 0.25
-"""Largest thickness of the simulated band, in rows of the mesh. The band is so thin that it touches nothing."""
+"""Largest thickness of the simulated band, as a fraction of a row's width. So thin a band touches nothing."""
 FIRST_MODE = 3.52
 """Angular frequency of a clamped strip of length L, divided by sqrt(B / rho) / L^2.
 

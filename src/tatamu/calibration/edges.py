@@ -20,7 +20,7 @@ def named_edge(garment: Garment, name: str) -> np.ndarray:
 
 
 def longest_edge(garment: Garment) -> str:
-    """Return the name of the longest open edge; if no edge is open, of the longest edge.
+    """Return the name of the longest open edge, or of the longest edge if no edge is open.
 
     Raises:
         InputError: If the garment has no named edges.

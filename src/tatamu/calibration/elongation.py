@@ -187,7 +187,7 @@ L2 = []                  # lying
     def guess(self, elongation: float, material: Material) -> float:
         """Return the stretch stiffness of a hanging strip with this elongation e: rho g L^2 / 2 e [N/m].
 
-        rho is the areal density [kg/m^2], g the gravity, and L the length.
+        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length.
         """
         return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 
@@ -207,7 +207,7 @@ L2 = []                  # lying
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the elongation L1 - L2 of the simulated garment [m]."""
+        """Return the elongation of the simulated garment [m]: the hanging length L1 minus the lying length L2."""
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
     def target(self, readings: Readings) -> Target:

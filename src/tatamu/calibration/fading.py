@@ -1,8 +1,8 @@
 """Test *fading*: the number of swings until a hanging cloth has slowed down determines the drag of air.
 
 This test is not in the paper. The cloth is held by two corners. A plate that hangs by its edge is slowed by quadratic
-drag q_n [kg/m^3]. In each swing, the amplitude A of its lower edge falls by 2 q_n A / (rho + m_a) of itself, where rho
-is the areal density and m_a the added mass of air [kg/m^2]. After n swings from the amplitude A_0,
+drag q_n [kg/m^3]. In each swing, the amplitude A of its lower edge falls by the fraction 2 q_n A / (rho + m_a), where
+rho is the areal density and m_a the added mass of air [kg/m^2]. After n swings from the amplitude A_0,
 
     1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
 
@@ -133,7 +133,10 @@ Count its swings (optional): for cloth that hands move fast.                   [
         return float(min(numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9), MOST))
 
     def guess(self, count: float, material: Material) -> float:
-        """Return the quadratic drag of a plate that fades in `count` swings, by the formula of the module [kg/m^3]."""
+        """Return the quadratic drag of a plate that fades in `count` swings [kg/m^3].
+
+        It follows from the formula at the top of the module.
+        """
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside
         heavy = material.areal_density + material.air_added_mass
         return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))

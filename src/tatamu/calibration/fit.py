@@ -20,7 +20,8 @@ class Fit:
     aim: float
     """Value that was matched.
 
-    It is the reading. If the reading only bounds the parameter, it is shifted by its uncertainty.
+    It is the reading itself. If the reading only bounds the parameter, the value is shifted by the reading's
+    uncertainty.
     """
     simulated: float
     """The simulated reading, with the parameter that was found."""

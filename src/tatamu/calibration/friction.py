@@ -43,13 +43,13 @@ SLIDING = 5e-3
 A sheet reaches this speed if its coefficient is 1.5e-3 below tan(theta).
 """
 FIRST = 0.02
-"""Fraction of tan(theta) above and below which the first two coefficients of the search lie."""
+"""The first two coefficients of the search are tan(theta) times 1 plus and 1 minus this fraction."""
 RESOLUTION = 2e-3
 """Width of the interval of coefficients at which the search ends."""
 LARGEST = 3.0
 """Largest coefficient that is tried."""
 EFFECTIVE = 0.02
-"""Relative difference from tan(theta) above which a coefficient is reported as effective."""
+"""Relative difference from tan(theta) above which a coefficient is reported as an effective value."""
 
 
 class FrictionReadings(TestEntry):

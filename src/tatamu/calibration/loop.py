@@ -37,9 +37,9 @@ from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.settling import settling
 
 HEIGHT, LIFT = 0.906, 1.1
-"""Factors in the height of the loop: 0.906 l_b + 1.1 thickness, where l_b is the bending length.
+"""Factors in the height of the loop's top above the table: 0.906 l_b + 1.1 thickness.
 
-It is the height of the loop's top above the table, computed with a heavy chain (`heavy_strip.chain`).
+l_b is the bending length. The height was computed with a heavy chain (`heavy_strip.chain`).
 """
 LIES = 4.0
 """Length of cloth on either side of the crease, in heights of the loop.
@@ -188,7 +188,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
     def guess(self, height: float, material: Material) -> float:
         """Return the bending rigidity of an ideal strip with a loop of this height: rho g l_b^3 [N m].
 
-        rho is the areal density [kg/m^2], g the gravity, and l_b the bending length [m].
+        rho is the areal density [kg/m^2], g the acceleration of gravity, and l_b the bending length [m].
         """
         return material.areal_density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
 

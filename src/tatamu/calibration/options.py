@@ -26,7 +26,7 @@ class CalibrationOptions:
     passes_with_friction: int = 10
     """Largest number of passes if the friction of bending is measured.
 
-    More passes are needed, because friction changes the rigidity that follows from a sag by about as much again.
+    More passes are needed, because the friction changes the rigidity that follows from a sag.
     """
 
 

@@ -53,7 +53,7 @@ DISCS = 2
 APART = 2.6
 """Distance between the centres of the two discs, in radii of the discs."""
 CELL = 0.45
-"""Edge length of the mesh divided by the bending length, which follows from the formula of the module."""
+"""Edge length of the mesh divided by the bending length, which follows from the formula at the top of the module."""
 FINEST, COARSEST = 0.06, 0.2
 """Smallest and largest edge length of the mesh divided by the overhang."""
 ANGLES = 180
@@ -233,7 +233,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return (radius**2 - self.plate**2) / (self.disc**2 - self.plate**2)
 
     def guess(self, radius: float, material: Material) -> float:
-        """Return the bending rigidity for this mean radius [N m], by the formula of the module."""
+        """Return the bending rigidity for this mean radius [N m], by the formula at the top of the module."""
         return material.areal_density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
 
     def target(self, readings: Readings) -> Target:
@@ -298,6 +298,9 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
 
 def length_share(coefficient: float) -> float:
-    """Return the bending length divided by the overhang for a drape coefficient, by the formula of the module."""
+    """Return the bending length divided by the overhang, for a drape coefficient.
+
+    It follows from the formula at the top of the module.
+    """
     inside = float(np.clip(coefficient, 0.01, 0.99))
     return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))

@@ -7,7 +7,7 @@ cloth becomes shorter by
     s - p = mu rho g L^2 / (2 c Y)
 
 because the friction per area is mu rho g, so the pressure grows evenly from the far edge. Here mu is the coefficient of
-friction, rho the areal density, g the gravity, and L the length of the cloth.
+friction, rho the areal density, g the acceleration of gravity, and L the length of the cloth.
 
 The factor c is the fraction of the stretch stiffness Y that resists compression. It represents the wrinkles that a
 coarse mesh cannot show.
@@ -187,7 +187,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return along > along.max() - 1e-9
 
     def guess(self, moved: float, material: Material) -> float:
-        """Return the compression factor c for this motion of the far edge, by the formula of the module."""
+        """Return the compression factor c for this motion of the far edge, by the formula at the top of the module."""
         weight = material.friction_table * material.areal_density * GRAVITY
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
 

@@ -4,7 +4,7 @@ The grip is horizontal and parallel to the edge, and as wide as the cloth in fro
 strip that is clamped at one end. Its sag depends only on the ratio of bending rigidity to weight, and on nothing behind
 the grip.
 
-A mesh also bends behind its last held row. This row is therefore half a cell behind the front of the grip
+A mesh also bends behind its foremost held row. This row is therefore half a cell behind the front of the grip
 (docs/reference/checks.md, `clamp`).
 """
 
@@ -56,7 +56,7 @@ RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
 """Ratios of weight to bending that a ruler can distinguish: Gamma = rho g d^3 / B.
 
-rho is the areal density, g the gravity, d the free length, and B the bending rigidity.
+rho is the areal density, g the acceleration of gravity, d the free length, and B the bending rigidity.
 """
 
 STIFFEST, LIMPEST = 0.02, 0.96
@@ -73,7 +73,7 @@ SHORTEST = 0.025
 STEP = 0.005
 """Step of the free lengths that are proposed [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
-"""Edges that sag for these garments. For other garments, it is the longest edge."""
+"""Edges at which these garments sag. Other garments sag at their longest edge."""
 
 
 class SagReadings(TestEntry):
@@ -204,7 +204,7 @@ sag = []                 # from the grip vertically down to the edge
     def gamma(self, material: Material) -> float:
         """Return the ratio of weight to bending, Gamma = rho g d^3 / B.
 
-        rho is the areal density, g the gravity, d the free length, and B the bending rigidity.
+        rho is the areal density, g the acceleration of gravity, d the free length, and B the bending rigidity.
         """
         return material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
 

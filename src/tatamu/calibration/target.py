@@ -18,11 +18,11 @@ from tatamu.material import Material
 UNKNOWN = 1.0
 """Standard uncertainty of a parameter's logarithm if a reading determines only its magnitude."""
 Guess = Callable[[float, Material], float]
-"""Function from a reading and a cloth to the parameter, by a textbook formula. The cloth has the other parameters."""
+"""Function from a reading and a cloth to the parameter, by a textbook formula. The cloth gives the other parameters."""
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
-"""A cloth for relative spreads. The result does not depend on its parameters.
+"""A cloth with which relative spreads are computed.
 
-The textbook formulas are proportional to the density of the cloth, so a relative spread is the same for every cloth.
+A relative spread is the same for every cloth, because the textbook formulas are proportional to the cloth's density.
 """
 
 

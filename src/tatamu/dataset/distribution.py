@@ -35,7 +35,7 @@ class Uniform(Record):
 
 
 class Normal(Record):
-    """A normally distributed random number. A number outside two standard deviations is drawn again."""
+    """A normally distributed random number. A number more than two standard deviations from the mean is drawn again."""
 
     mean: Number
     deviation: Annotated[Number, Field(ge=0.0)]

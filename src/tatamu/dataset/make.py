@@ -138,7 +138,7 @@ class _Overview:
     records: list[EpisodeRecord]
     extents: dict[str, Extent]
     key_points: set[int]
-    """Numbers of key points that occur."""
+    """Numbers of key points that occur in the episodes."""
 
     @classmethod
     def of(cls, folder: DatasetFolder, count: int) -> _Overview:

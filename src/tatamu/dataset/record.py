@@ -74,7 +74,8 @@ class EpisodeRecord(Subject):
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:
     """Return the records with the share of disturbed simulations in which each fold succeeds.
 
-    The simulations are the additional ones that the specification requests, otherwise the episodes of the same fold.
+    These are the additional simulations that the specification requests. If it requests none, they are the episodes of
+    the same fold.
 
     Args:
         records: Records of all episodes.

@@ -128,7 +128,7 @@ class DatasetSpecification(Record):
     disturbances: str = "default"
     """The disturbances: `default`, `none`, or a file. They are drawn at random for every episode."""
     per_fold: Annotated[StrictInt, Field(ge=1, le=10_000)] = 1
-    """Number of episodes with the same fold. Each of them has other disturbances."""
+    """Number of episodes with the same fold. The disturbances are drawn again for each of them."""
     garment: GarmentDraw | None = None
     """Garment of randomly drawn folds; None for the towel of `tatamu learn towel`."""
     fold: FoldDraw = FoldDraw()

@@ -19,7 +19,7 @@ from tatamu.files import foreign, unwritable
 from tatamu.lerobot.extras import needed
 
 SHARD = 16 << 20
-"""Largest size of a shard before compression [bytes]. A shard contains the largest number of episodes that fits."""
+"""Largest size of a shard before compression [bytes]. A shard contains as many episodes as fit."""
 MOST_IN_SHARD = 64
 """Largest number of episodes in a shard."""
 FRAMES = 16

@@ -52,8 +52,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
             material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
             spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
             disturbances: Disturbances, "default", or the file of disturbances. They are drawn anew for each episode.
-                None
-                for no disturbances.
+                None for no disturbances.
             observation: Name of an observation, or several names.
             pixels: Height and width of masks, depths and pictures.
             render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
@@ -90,7 +89,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         """Make one fold, which ends the episode.
 
         Args:
-            action: The six numbers of Eq. (9), each scaled from its bounds to -1 and 1, shape (6,).
+            action: The six numbers of Eq. (9), each scaled so that its bounds become -1 and 1, shape (6,).
 
         Raises:
             InputError: If the action does not have this shape, or is not finite.

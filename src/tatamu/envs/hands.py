@@ -66,15 +66,13 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
 
         Args:
             garment: A garment, or the name or file of a garment. It may also be a task, which has its own fold, size,
-                material
-                and spacing.
+                material and spacing.
             fold: Name or file of a fold plan. Its first step is folded.
             size: Width and length of the garment [m]; None for the garment's own size.
             material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
             spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
             disturbances: Disturbances, "default", or the file of disturbances. They are drawn anew for each episode.
-                None
-                for no disturbances.
+                None for no disturbances.
             observation: Name of an observation, or several names.
             pixels: Height and width of masks, depths and pictures.
             reward: "dense" to reward progress towards the target and success, "sparse" to reward only success.
@@ -148,8 +146,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
 
         Args:
             action: Four numbers from -1 to 1 for each hand, shape (4 hands,). The first three are its motion along x, y
-                and z,
-                as fractions of the largest motion. The jaw closes if the fourth is above 0.
+                and z, as fractions of the largest motion. The jaw closes if the fourth is above 0.
 
         Raises:
             InputError: If the action does not have this shape, or is not finite.
@@ -176,7 +173,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Move the hands to these positions in one step. Unlike `step`, this method has no limit of the speed.
+        """Move the hands to these positions in one step. Unlike `step`, this method does not limit the speed.
 
         Args:
             places: Assumed positions of the hands at the end of the step [m], shape (hands, 3).

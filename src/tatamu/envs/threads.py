@@ -58,8 +58,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
 
         Args:
             seed: Seed of the first environment; each further environment has the next larger seed. It may also be a
-                list with
-                one seed for each environment. None to continue the random sequences.
+                list with one seed for each environment. None to continue the random sequences.
             options: Options for each environment.
         """
         seeds = [seed + number for number in range(self.num_envs)] if isinstance(seed, int) else seed

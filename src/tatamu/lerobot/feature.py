@@ -26,7 +26,7 @@ class Feature:
     """Names of the feature's numbers, or of the axes of a picture; None if the numbers have no names."""
 
     def __post_init__(self) -> None:
-        """Refuse features other than pictures whose shape does not have exactly one dimension."""
+        """Raise an error if the feature is not a picture and its shape does not have exactly one dimension."""
         if not self.is_video and len(self.shape) != 1:
             raise InputError(f"shape: must be of one dimension, given {self.shape}")
 

@@ -93,8 +93,7 @@ class LeRobotWriter:
             values: Values of each feature, shape (frames, *shape of the feature); pictures are uint8.
             task: The task as text, such as "Fold the towel in half."
             about: Additional columns of the table of episodes, with plain values or None. Every episode must have the
-                same
-                columns.
+                same columns.
 
         Raises:
             InputError: If a feature is missing or unknown, has another shape, or a file cannot be written.

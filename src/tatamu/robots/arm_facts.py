@@ -20,7 +20,7 @@ Fingertips: `tatamu.folding.fingers` has their sizes and sources
 Plans accelerate by at most 5 rad/s^2. This limit is below Franka's own limits: 7.5 for Panda, 10 for FR3. MoveIt's
 configurations of UR arms have limits from 5 to 10. UFACTORY's limit was not found.
 
-The boxes come from `python -m benchmarks.link_boxes`. Their sizes are rounded up to millimetres.
+The boxes come from `python -m benchmarks.link_boxes`. Their faces are moved outwards to whole millimetres.
 """
 
 from __future__ import annotations
@@ -199,9 +199,10 @@ FR3 = _franka(
         (-3.0159, 3.0159, 5.26),
     ),
 )
-"""Franka Research 3.
+"""The arm Franka Research 3.
 
-It lowers its speed limits towards the ends of its ranges, so plans use half of them (`presets`).
+The arm lowers its speed limits towards the ends of its joints' ranges. Plans therefore use only half of the speed
+limits (`presets`).
 """
 
 _XARM_LIMITS = (

@@ -29,7 +29,10 @@ CLEAR = 3
 
 @dataclass(frozen=True)
 class ArmReach:
-    """The motion of one arm along the path of one hand, for every placement of the fold and every hold of the hand."""
+    """The motion of one arm along the path of one hand, for every placement and hold.
+
+    A placement is a position of the fold on the table. A hold is an orientation of the hand at the grasp.
+    """
 
     quality: np.ndarray
     """Quality of the motion, shape (placements, holds): 1 is comfortable, 0 just possible, negative impossible."""
@@ -39,7 +42,7 @@ class ArmReach:
     """Joint angles [rad], shape (placements, holds, points, k) for k joints."""
 
     def best(self, placement: int) -> np.ndarray:
-        """Return the numbers of the best holds at this placement, the best first."""
+        """Return the indices of the best holds at this placement, the best first."""
         order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
         return order[self.quality[placement][order] > HOPELESS]
 
@@ -59,7 +62,7 @@ def follow(
         robot: The robot.
         arm: The arm that follows the path.
         placements: Candidate placements of the fold.
-        holds: Candidate orientations in which the hand grasps the hem.
+        holds: Candidate orientations of the hand at the grasp.
         trunk: The trunk's angle [rad] for each placement and point, shape (placements, n + 2).
         path: The hand's path in the frame F of the fold [m], shape (n, 3).
         steps: Times from point to point [s], shape (n - 1,).
@@ -99,8 +102,8 @@ def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.nda
 def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Return the quality of the motions with these joint angles (n, m, k), shape (n,).
 
-    The quality is the smallest distance from joint limits and singularities, in proportion to a good distance. It is at
-    most 1, and is reduced for folds that the arm must slow down.
+    The quality is the smallest distance from joint limits and singularities, divided by a distance that counts as good.
+    It is at most 1, and is reduced for folds that the arm must slow down.
     """
     count, points, width = angles.shape
     margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN

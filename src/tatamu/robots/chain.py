@@ -24,8 +24,11 @@ class Chain:
     """The chain of one arm with k joints from the base B to the tool T, as a product of exponentials.
 
     At rest, joint i turns about the axis w_i through the point o_i, both in B, and the pose of the tool is X_BT(0).
-    With the joint angles q and the joint angles at rest r, the pose of the tool is X_BT(q) = exp(w_1, o_1, q_1 - r_1)
-    .. exp(w_k, o_k, q_k - r_k) X_BT(0).
+    With the joint angles q and the joint angles at rest r, the pose of the tool is
+
+        X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0)
+
+    where exp(w, o, a) is the rotation by the angle a about the axis w through the point o.
 
     All these quantities are read from MuJoCo's own kinematics. They therefore include everything between two joints:
     fixed bodies, sliding joints that do not move, and the attribute `ref` of a joint.

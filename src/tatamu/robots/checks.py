@@ -48,7 +48,10 @@ PATH_ERROR = 1e-3
 TURN_ERROR = 5e-3
 """Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""Largest time scaling at full speed. A motion that is even slower would make another fold than the simulated one."""
+"""Largest ratio of the fold's duration on the robot to its simulated duration, at full speed.
+
+A motion that is even slower would make another fold than the simulated one.
+"""
 
 
 class Checks:
@@ -75,7 +78,7 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """Return the time of a sample as text, and its frame.
+        """Return the time of a sample as text, and the number of the simulation's frame.
 
         Before the fold, the frame is the fold's first frame; after the fold, the fold's last frame.
         """

@@ -98,7 +98,7 @@ class ReachConstraint:
 
 
 def find_reach(name: str) -> Reach:
-    """Return the reach of a robot for a task.
+    """Return the reach of a robot: the manipulations of the cloth that the robot can execute.
 
     Args:
         name: Name of a robot, or the path of a .toml file that describes a robot.

@@ -1,4 +1,4 @@
-"""The directions of motion that a fold needs of an arm. They are defined only in this module.
+"""The directions of motion that a fold requires from an arm. They are defined only in this module.
 
 A fold prescribes the position of a hand in three directions, and the orientation of the hand in three more. An arm with
 six or more joints can keep all six directions.
@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 FEWEST = 5
-"""Smallest number of joints of an arm."""
+"""Smallest number of joints that an arm must have."""
 ALL = 6
 """Smallest number of joints with which an arm can keep its tool's whole orientation."""
 OPENING = 1
@@ -38,7 +38,7 @@ def weights(joints: int) -> np.ndarray:
 
 
 def too_few(joints: int) -> str:
-    """Return a message why an arm with this few joints cannot fold."""
+    """Return a message that explains why an arm with this number of joints cannot fold."""
     return (
         f"joints must be at least {FEWEST}, given {joints}: three move the hand and two keep the jaw across the hem at "
         "its tilt; an arm with fewer cannot"

@@ -56,7 +56,7 @@ class ArmDescription(Record):
     tool: Frame
     """Pose X_WT of the tool T in the wrist W. T is between the ends of the closed fingertips.
 
-    z is the direction of approach; the jaw opens along y.
+    The z axis of T is the direction of approach, and the jaw opens along the y axis.
     """
     initial: Numbers
     """Joint angles at which motions start [rad]."""

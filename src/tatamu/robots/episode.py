@@ -42,7 +42,7 @@ def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
 
 
 def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
-    """Return the robot's values at these times [s] (n,), shape (n, k). The order is the order of `state_names`."""
+    """Return the robot's values at these times [s] (n,), shape (n, k), in the order of `state_names`."""
     robot, motion = plan.task.robot, plan.motion
     columns: list[np.ndarray] = []
     for arm in robot.arms:

@@ -34,7 +34,7 @@ FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
 
 
 def check_out(out: Path) -> None:
-    """Refuse an existing path that is not a plan, before any work is done.
+    """Raise an error if this path exists and is not a plan, before any work is done.
 
     Raises:
         InputError: If the path contains something else.

@@ -15,7 +15,7 @@ These sources disagree on three numbers:
   461). It is -0.040 in [H-URDF] and [H-WRL]. The offset is therefore a parameter. A wrong offset misplaces the
   fingertip by 7 mm.
 - The range of LARM_JOINT3 in [H-URDF] repeats the right arm's range; [H-WRL] and [N-WRL] mirror that range. NEXTAGE
-  Open uses the mirrored range. HIRONX uses the range that is common to both sources.
+  Open uses the mirrored range. HIRONX uses the range that is common to both ranges.
 - The fingertip is 0.093 from the wrist (JSK, hironxjsk-utils.l) or 0.097 (iv-plan). The distance is a parameter with
   the default 0.093.
 """
@@ -152,10 +152,10 @@ PLANNED_ACCELERATION = 1.0
 """MoveIt's limit for every arm joint [rad/s^2]. Kawada publishes no limit."""
 NEXTAGE_PLANNED_ACCELERATION = 1.5
 TABLE_HEIGHTS = (-0.20, 0.10)
-"""Lowest and highest table top that both arms can use, in WAIST [m].
+"""Lowest and highest table top that both arms can use, in the frame of the body WAIST [m].
 
-The range is computed from this chain, with the tool within 3 degrees of vertical. At -0.10 m, both arms reach x from
-0.10 to 0.40 m and |y| up to 0.25 m. At -0.20 m, they reach half of that.
+The range is computed from the joints of this module, with the tool within 3 degrees of vertical. At -0.10 m, both arms
+reach x from 0.10 to 0.40 m and |y| up to 0.25 m. At -0.20 m, they reach half of that.
 """
 FRONT = 0.10
-"""Smallest distance of a table from the robot's column, along x of WAIST [m]."""
+"""Smallest distance of a table from the robot's column, along x of the body WAIST [m]."""

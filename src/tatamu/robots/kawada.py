@@ -14,12 +14,15 @@ from tatamu.robots.model import Arm, Robot, StartPose
 from tatamu.robots.pose import pose, turn
 
 HAND_HALF = (0.042, 0.016)
-"""Half the width of the open hand along y and half its depth along z [m]; finger links of [H-DAE] at 30 degrees."""
+"""Half the width of the open hand along y, and half its depth along z [m].
+
+The values are those of the finger links in [H-DAE] at 30 degrees; `hironx` lists this source.
+"""
 FINGER_LENGTH = 0.030
 FINGERS = FingerShape("hironx", root=(0.0, 0.0), length=FINGER_LENGTH)
 """Shape of a finger: a single box, which contains the pad and the plate behind it."""
 WIDEST = 0.1
-"""Largest opening of the hand [m], from [CLIENT] setHandWidth."""
+"""Largest opening of the hand [m], from setHandWidth in [CLIENT]; `hironx` lists this source."""
 
 
 def kawada(
@@ -93,7 +96,8 @@ def _arm(
 def _tool(fingertip: float) -> np.ndarray:
     """Return the pose X_WT of the tool T in the wrist W.
 
-    The hand points along -x of the last link. The z axis of T points the same way, like the tip frame of [H-DAE].
+    The hand points along -x of the last link. The z axis of T points the same way, like the tip frame of [H-DAE], which
+    `hironx` lists.
     """
     return pose(turn(1, -np.pi / 2), np.array([-fingertip, 0.0, 0.0]))
 

@@ -16,7 +16,7 @@ REACHED = 2e-6
 """Error below which a tool pose counts as reached [m]. Rotations [rad] are multiplied by LENGTH."""
 STEPS = 60
 NEAR, ALIGNED = 1e-4, 1e-3
-"""Distance [m] and angle [rad] between a tool and its target pose below which messages do not report the difference."""
+"""Smallest distance [m] and angle [rad] between a tool and its target pose that messages report."""
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,7 @@ SO101 = SerialArm(
     lerobot=LeRobotNames(unit="deg", open=_so101_opening(OPENING), closed=0.0),
     lerobot_type="bi_so_follower",
 )
-"""SO-101. Its wrist turns about two axes only. It keeps the jaw's axis and tilt if each arm folds straight ahead."""
+"""The arm SO-101. Its wrist has only two axes. It keeps the jaw's axis and tilt if each arm folds straight ahead."""
 
 _VX_LIMITS = (
     (-3.14158, 3.14158),
@@ -243,7 +243,7 @@ def _mirrored_box(box: Box, side: float) -> Box:
 
 
 OPENARM = _openarm(1.0)
-"""OpenArm.
+"""The arm OpenArm.
 
 Both arms hang from a pedestal whose top is the base. The gripper's value in LeRobot is assumed to be linear.
 """

@@ -22,7 +22,10 @@ from tatamu.robots.urdf import read_urdf
 MESHES = (".stl", ".obj", ".msh")
 """Formats of meshes that MuJoCo reads. Of the two .stl formats, it reads only the binary format."""
 CONVERTED = (".ply", ".off")
-"""Formats of meshes that are converted to binary STL. ASCII STL is converted too. Their lengths have no unit."""
+"""Formats of meshes that are converted to binary STL. ASCII STL is converted too.
+
+The lengths in these files have no unit.
+"""
 LARGEST_FILE = 64 * MIB
 """Largest size of a model file, and of each file that the model names [bytes]."""
 

@@ -15,14 +15,14 @@ from tatamu.robots.planfile import FingerEvent
 from tatamu.robots.timing import Timed, timed
 
 PERIOD = 0.005
-"""Time between samples [s], because HIRONX is driven at 200 Hz."""
+"""Time between samples [s]. It is that of HIRONX, which is driven at 200 Hz."""
 ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return")
 """Names of the stages and waits in their order."""
 AT_THE_TABLE = ("lower", "enter", "raise")
 GENTLE = 0.25
 """Fraction of the joints' accelerations that is used close above the table, because drives follow with a delay."""
 JOINT_MOVE = 20.0
-"""Largest rate of stages from pose to pose [1/s], whose parameter s runs from 0 to 1.
+"""Largest rate ds/dt of stages from pose to pose [1/s]. Their parameter s runs from 0 to 1.
 
 The rate is so high that only the joints' limits slow these stages down.
 """

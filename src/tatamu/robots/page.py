@@ -66,7 +66,7 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
 
 
 def _columns(figures: dict[str, Any]) -> list[Column]:
-    """Return the scores of the fold: by the robot, by ideal floating hands, and where the fold was learned."""
+    """Return the scores of the fold by the robot, of the fold by floating hands, and of the learned fold."""
     scores = figures["fold"]["scores"] if figures["fold"] else {}
     return [Column(name, Score.model_validate(score)) for name, score in scores.items()]
 

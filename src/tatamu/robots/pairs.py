@@ -37,7 +37,7 @@ class ShapePairs:
     rows: dict[str, np.ndarray]
     """Numbers of the two shapes of each pair, the arm's shape first, shape (n, 2) for each kind."""
     untested: list[tuple[str, str]]
-    """Names of links, and of obstacles on which these links stand. The pairs are not tested."""
+    """Names of a link and of an obstacle on which the link stands. These pairs are not tested."""
 
 
 @dataclass(frozen=True)

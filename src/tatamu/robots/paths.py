@@ -31,7 +31,7 @@ ROUNDS = 4
 
 
 class Unreachable(TatamuError):
-    """An error: an arm cannot follow its path. `progress` is the fraction of the path that it reaches, from 0 to 1."""
+    """An error: an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -158,7 +158,7 @@ class Paths:
     def _beside(self, time: float, distances: np.ndarray, back: np.ndarray | float = 0.0) -> np.ndarray:
         """Return tool poses (arms, n, 4, 4) at a time, moved out from under the edge of the cloth.
 
-        `distances` [m] are the distances from under the edge. `back` [m] are distances back along the tools' axes.
+        The poses are moved horizontally by `distances` [m], and back along the tools' axes by `back` [m].
         """
         tools = self._back(time, np.broadcast_to(back, np.broadcast_shapes(np.shape(back), distances.shape)))
         ahead = np.array([ahead for _, _, ahead in self.task.grips])

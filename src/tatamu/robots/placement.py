@@ -27,7 +27,7 @@ class Placement:
     """A placement: the pose X_BF of the fold's frame F in the robot's base B."""
 
     x: float
-    """x of the origin of F in B [m]; `y` is its y."""
+    """Coordinate x of F's origin in B [m]. The field `y` is the coordinate y."""
     y: float
     z: float
     """Height of the table top in the base B [m]."""
@@ -152,8 +152,9 @@ def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: n
 def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
     """Return the orientations of a hand that are tried, within the jaw's limits.
 
-    A whole search tries few orientations; `fine` gives more of them, for the neighbourhood of a good placement. Hands
-    come from outside the cloth. If they do not go straight across the edge, they turn towards each other.
+    A whole search tries few orientations. If `fine` is true, more orientations are tried, for the neighbourhood of a
+    good placement. Hands come from outside the cloth. If they do not go straight across the edge, they turn towards
+    each other.
     """
     tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
     (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0
@@ -183,7 +184,7 @@ TURNS = [
 ]
 """Directions of the fold that are tried, as angles from straight ahead in the base B [rad].
 
-Each has the fractions by which the trunk may turn.
+Each direction has the fractions by which the trunk may turn.
 """
 
 

@@ -116,7 +116,10 @@ def _candidates(
     heights: tuple[float, float],
     refusals: list[Refused],
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
-    """Return the most promising tasks. If no placement is within reach, the reason is added to `refusals`."""
+    """Return the most promising placements of the fold, each as a task.
+
+    If no placement is within reach, the reason is added to `refusals`.
+    """
     reach = best_placements(robot, hands, heights) if place is None else _at(robot, hands, place, heights)
     count = min(CANDIDATES, reach.good)
     if count == 0:

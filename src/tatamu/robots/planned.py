@@ -100,7 +100,7 @@ def _arms(plan: PlanFile) -> tuple[str, ...]:
 
 
 def _check_events(path: Path, plan: PlanFile) -> None:
-    """Refuse a plan in which a hand does not close once and open once.
+    """Raise an error if a hand of the plan does not close exactly once and open exactly once.
 
     A plan that only hovers must have its three segments instead.
     """

@@ -24,7 +24,7 @@ from tatamu.robots.pose import from_rpy, pose, to_quaternion, turn
 CAREFUL = 0.5
 """Fraction of a joint's largest speed that plans use."""
 FASTEST = 3.0
-"""Speed limit in plans for joints whose motors are faster than is careful for an arm [rad/s]."""
+"""Speed limit in plans for joints whose motors are faster than an arm should move [rad/s]."""
 
 
 @dataclass(frozen=True)

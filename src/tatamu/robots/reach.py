@@ -42,7 +42,7 @@ ON_THE_WAY = (0.25, 0.5, 0.75)
 REFINED = 2
 """Number of the best placements whose neighbourhoods are also searched."""
 ASKED = 80
-"""Number of best placements whose distances are computed."""
+"""Number of the best placements whose distances are computed."""
 TRIED = 8
 """Largest number of hand orientations of an arm that are tested.
 
@@ -76,7 +76,7 @@ class PlacementRanking:
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
     """Return the range of table heights in the base B [m] at which the table does not touch the robot at its start.
 
-    None if every allowed height touches the robot.
+    Return None if a table at every allowed height would touch the robot.
     """
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
@@ -171,7 +171,7 @@ def _keep_clear(
 def _alone(
     robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of hand orientations (h,) by the distances of the arm from the trunk, itself and the table.
+    """Lower the quality of hand orientations (h,) if the arm comes near the trunk, itself or the table.
 
     The best orientations are tested first. The test stops when enough orientations touch nothing, or when too many have
     been tested. The remaining orientations count as impossible.

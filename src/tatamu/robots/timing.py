@@ -37,7 +37,7 @@ class Timed:
     """Function from times [s] (n,) to path parameters s (n,)."""
 
     def slowed(self, scale: float) -> Timed:
-        """Return the same motion at its speed times `scale`."""
+        """Return the same motion with its speed multiplied by `scale`."""
         return Timed(
             self.duration / scale,
             lambda times: self.angles(times * scale),
