@@ -1,6 +1,6 @@
 """Test *friction* (paper, section IV-B): cloth starts to slide on a board of the measured slope.
 
-The simulated table has the slope theta = asin(H_s / L_t), where H_s is the height of the board's lifted end and L_t the
+The simulated table has the slope theta = asin(H_s / L_t). H_s is the height of the board's lifted end, and L_t is the
 length of the board. The coefficient of friction is found by bisection, between a value at which a sheet stays and a
 value at which it slides. The search starts from the textbook's answer tan(theta), and the result is compared with it.
 

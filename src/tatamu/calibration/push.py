@@ -6,8 +6,8 @@ cloth becomes shorter by
 
     s - p = mu rho g L^2 / (2 c Y)
 
-because the friction per area is mu rho g, so the pressure grows evenly from the far edge. Here mu is the coefficient of
-friction, rho the areal density, g the acceleration of gravity, and L the length of the cloth.
+The reason is that the friction per area is mu rho g, so the pressure grows evenly from the far edge. Here mu is the
+coefficient of friction, rho the areal density, g the acceleration of gravity, and L the length of the cloth.
 
 The factor c is the fraction of the stretch stiffness Y that resists compression. It represents the wrinkles that a
 coarse mesh cannot show.

@@ -76,9 +76,9 @@ class _Prepared:
     task: Task
     parameters: Parameters
     actions: np.ndarray
-    """Actions, float32, shape (T, a). After the hands have opened, they wait for `SETTLE` seconds."""
+    """Actions, float32, shape (T, a) for T steps. After the hands have opened, they wait for `SETTLE` seconds."""
     states: np.ndarray | None
-    """States of the robot, float32, shape (T + 1, a); None for floating hands."""
+    """States of the robot, float32, shape (T + 1, a) for T steps; None for floating hands."""
 
 
 def record_episode(recorder: Recorder, number: int) -> Episode:

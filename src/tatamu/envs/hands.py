@@ -71,7 +71,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
             size: Width and length of the garment [m]; None for the garment's own size.
             material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
             spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
-            disturbances: Disturbances, "default", or the file of disturbances. They are drawn anew for each episode.
+            disturbances: Disturbances, "default", or the file of disturbances. They are drawn again for each episode.
                 None for no disturbances.
             observation: Name of an observation, or several names.
             pixels: Height and width of masks, depths and pictures.

@@ -18,7 +18,7 @@ from tatamu.robots.model import TABLE, Robot
 from tatamu.robots.pairs import FINGERS, KINDS, OBSTACLES, ON_TABLE, link_name, pairs_of
 
 FAR = 0.15
-"""Cut-off [m]; larger distances are not computed."""
+"""Largest distance that is computed [m]."""
 
 
 @dataclass(frozen=True)

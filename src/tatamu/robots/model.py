@@ -230,8 +230,8 @@ class Robot:
 class JointEquality:
     """A joint q1 that follows another joint q2, as in MuJoCo.
 
-    The joint follows q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .., where q1_0 and q2_0 are the positions in
-    the model and c0, c1, .. are the coefficients.
+    The joint follows q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .. to the fourth power. Here q1_0 and q2_0
+    are the joints' positions in the model, and c0 to c4 are the coefficients.
     """
 
     follower: int

@@ -7,9 +7,9 @@
 - *to the table*: the table of the plan with every link except the fingers.
 - *of fingers to the table*: the table with the fingers, which go under the edge of cloth that lies on the table.
 
-Shapes that are connected by one or two joints are not compared, because the joints' ranges separate these shapes. If an
-arm's first or second link touches an obstacle at the initial pose, the two are not compared either, because the arm
-stands on the obstacle.
+Shapes that are connected by one or two joints are not compared, because the joints' ranges separate these shapes. An
+arm stands on an obstacle if its first or second link touches the obstacle at the initial pose. This link and this
+obstacle are not compared either.
 """
 
 from __future__ import annotations

@@ -85,10 +85,11 @@ class PlacedFold:
 
     @cached_property
     def grips(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Grip of each arm as three values in the base B.
+        """The grip of each arm as three values in the base B.
 
-        They are the orientation R_BT of the tool T, the offset from the hand to T [m], and the direction in which the
-        lower finger moves under the cloth.
+        - the orientation R_BT of the tool T
+        - the offset from the hand to T [m]
+        - the direction in which the lower finger moves under the cloth
         """
         ends = self.hands.at(self.hands.times[[0, -1]])
         grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.folding, ends, strict=True)]

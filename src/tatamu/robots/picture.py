@@ -1,8 +1,13 @@
 """The reachability picture: the ground in front of the robot from above, as SVG.
 
-Each square is a position for the middle of the fold, at the chosen height and orientation. The square is green if both
-arms can do the whole fold easily, yellow if they can only just do the fold, and red if they cannot. The lines are the
-hands' paths at the chosen position.
+Each square is a position for the middle of the fold, at the chosen height and orientation. The
+colours mean:
+
+- green: both arms can easily do the whole fold
+- yellow: both arms can only just do the fold
+- red: the arms cannot do the fold
+
+The lines are the hands' paths at the chosen position.
 """
 
 from __future__ import annotations

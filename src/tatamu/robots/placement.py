@@ -27,17 +27,17 @@ class Placement:
     """A placement: the pose X_BF of the fold's frame F in the robot's base B."""
 
     x: float
-    """Coordinate x of F's origin in B [m]. The field `y` is the coordinate y."""
+    """Coordinate x of the fold's origin in the robot's base [m]. The field `y` is the coordinate y."""
     y: float
     z: float
     """Height of the table top in the base B [m]."""
     yaw: float
-    """Rotation of F about z [rad]."""
+    """Rotation of the fold's frame F about z [rad]."""
     turning: float = 0.0
     """How far the trunk turns towards the middle between the hands: a fraction from 0 to 1."""
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
-        """Return the trunk's angles [rad] (n,) when the hands are at `points` (arms, n, 3) in F."""
+        """Return the trunk's angles [rad] (n,) when the hands are at `points` (arms, n, 3) in the fold's frame F."""
         middle = points.mean(axis=0) @ self.matrix[:3, :3].T + self.matrix[:3, 3]
         return self.turning * np.arctan2(middle[:, 1], middle[:, 0])
 
@@ -107,7 +107,7 @@ class Grip:
 
     jaw: Jaw
     heading: float
-    """Direction in which the hand folds, as an angle about z from x of F [rad]."""
+    """Direction in which the hand folds, as an angle about z from x of the fold's frame F [rad]."""
     over: float
     """Height of the simulated hand above the table at the grasp [m]."""
 
@@ -120,8 +120,9 @@ class Grip:
     def tool(self, placement: Placement, hold: Hold) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return three values in the base B for a placement and an orientation of the hand.
 
-        They are the orientation R_BT of the tool T (3, 3), the offset from the simulated hand to T (3,) [m], and the
-        direction in which the lower finger moves under the cloth (3,).
+        - the orientation R_BT of the tool T (3, 3)
+        - the offset from the simulated hand to T (3,) [m]
+        - the direction in which the lower finger moves under the cloth (3,)
         """
         heading = placement.yaw + self.heading
         return hold.rotation(heading), hold.offset(self.jaw, heading, self.over), hold.ahead(heading)

@@ -21,9 +21,9 @@ class FoldPose(OpenRecord):
     """The pose X_BF of the fold's frame F in the robot's base frame B."""
 
     xyz: tuple[Place, Place, Place]
-    """Position of the origin of F in B [m]."""
+    """Position of the fold's origin in the robot's base [m]."""
     yaw: float = Field(ge=-100, le=100)
-    """Rotation of F about z [rad]."""
+    """Rotation of the fold's frame about z [rad]."""
 
     @property
     def matrix(self) -> np.ndarray:
