@@ -1,4 +1,4 @@
-"""Calibration: three or more measurements with a ruler give a material that behaves like the measured cloth."""
+"""Calibration: find a material that behaves like a real cloth from three or more measurements with a ruler."""
 
 from tatamu.calibration.advice import advice_on
 from tatamu.calibration.calibrate import calibrate

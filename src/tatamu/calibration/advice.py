@@ -1,4 +1,4 @@
-"""Advice on the measurements: which readings are insufficient, what would suffice, and what to repeat."""
+"""Advice on the measurements: which readings are insufficient, what would be sufficient, and what to repeat."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MORE = 3
 
 
 def _named(**described: str) -> list[str]:
-    """Return the names of the tests with this property."""
+    """Return the names of the tests whose attributes have these values."""
     return [name for name, test in TESTS.items() if all(getattr(test, key) == said for key, said in described.items())]
 
 
@@ -33,7 +33,7 @@ NAMES = {
 
 
 def advice_on(calibration: Calibration) -> list[str]:
-    """Return the advice as sentences, the most important first."""
+    """Return the advice as sentences, the most important sentence first."""
     advice = [text for fit in calibration.fits for text in _of_fit(calibration, fit)]
     advice += _disagreement(calibration) + _remarks(calibration) + _unused(calibration) + _restless(calibration)
     repeated = best_repeat(calibration)
@@ -51,7 +51,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
     if fit.alone is not None and calibration.bounding(fit.parameter) is not fit:
         return _left_out(calibration, fit) if fit.bound else []
     value = getattr(calibration.material, fit.parameter)
-    kept = fit.alone is not None and fit.alone != value  # the test's bound allows what was assumed
+    kept = fit.alone is not None and fit.alone != value  # the assumed value satisfies the bound of the test
     texts = []
     if not kept and abs(fit.simulated - fit.aim) > fit.uncertainty:
         texts.append(
@@ -59,13 +59,13 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
             f"{_shown(fit, fit.aim)} asked for: its nearest is taken, {SYMBOLS[fit.parameter]} is {fit.bound} "
             f"{value:.3g} {UNITS[fit.parameter]}. Is the reading right?"
         )
-        if fit.aim == fit.measured:  # the reading could tell, the simulator could not follow
+        if fit.aim == fit.measured:  # the simulator cannot reproduce the reading
             return texts
     return texts + test.advice(calibration, fit)
 
 
 def _shown(fit: Fit, value: float) -> str:
-    """Return a value of a fit's reading as text."""
+    """Return a value in the unit of a fit's reading as text."""
     if fit.unit == "m":
         return millimetres(value)
     factor, unit = SHOWN.get(fit.unit, (1.0, fit.unit))
@@ -73,7 +73,7 @@ def _shown(fit: Fit, value: float) -> str:
 
 
 def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
-    """Yield a note on a test that the simulator cannot reproduce, if another test determines its parameter."""
+    """Return a note on a test that the simulator cannot reproduce, if another test determines its parameter."""
     others = [each.test for each in calibration.fits if each.parameter == fit.parameter and each is not fit]
     symbol = SYMBOLS[fit.parameter]
     return [
@@ -83,7 +83,7 @@ def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
 
 
 def _disagreement(calibration: Calibration) -> list[str]:
-    """Yield a note if no single rigidity fits both sag and loop."""
+    """Return a note if no single bending rigidity fits all bending tests."""
     if "disagreement" not in calibration.contributions:
         return []
     bending = [fit for fit in calibration.fits if fit.parameter == "bending_rigidity"]
@@ -101,14 +101,14 @@ def _remarks(calibration: Calibration) -> list[str]:
 
 
 def _unused(calibration: Calibration) -> list[str]:
-    """Yield notes on tests that were made but not used."""
+    """Return notes on tests that were made but are not used."""
     setup = calibration.setup
     reasons = {name: setup.unused(test, calibration.simulator) for name, test in setup.tests.items()}
     return [f"{name}: not used, {why}." for name, why in reasons.items() if why]
 
 
 def _restless(calibration: Calibration) -> list[str]:
-    """Yield a note on each reading whose simulated cloth still creeps by about the error of a ruler."""
+    """Return a note if the simulated cloth still moves by about the error of a ruler when its reading is taken."""
     errors = [fit.uncertainty for fit in calibration.fits if fit.unit == "m"]
     if not errors or calibration.unsettled < 0.5 * min(errors):
         return []
@@ -119,9 +119,11 @@ def _restless(calibration: Calibration) -> list[str]:
 
 
 def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, float]]] | None:
-    """Return the reading to repeat, and the relative uncertainty before and after three more values of it.
+    """Return the reading to repeat, and the relative uncertainties before and after more repeats.
 
-    The gain of a reading is how much `MORE` repeats of it lower the sum of the relative variances.
+    The number of further repeats is `MORE`. The best reading is the one whose repeats most lower the sum of the
+    relative variances of the parameters. The result is None if the readings determine no parameter, or if repeats do
+    not help.
     """
     rows = [PLACE[name] for name in calibration.known]
     variance = np.diag(calibration.covariance)[rows]

@@ -1,13 +1,18 @@
 """Test *bias*: the elongation of a hanging strip that is cut at 45 degrees to the yarns gives the shear stiffness.
 
-This test is not in the paper. Woven cloth is stiff along its yarns and stretches easily on the bias. On the bias its
-stiffness is
+This test is not in the paper. Woven cloth is stiff along its yarns, and stretches easily at 45 degrees to the yarns
+("on the bias"). The stiffness on the bias is
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
-(docs/theory/membrane.md), in which 1 / G is the largest term. A hanging strip is longer by rho g L^2 / 2 Y(45). It is
-simulated because its clamped end cannot narrow. A whole cloth hung by a corner would need no cutting, but it falls into
-folds by chance, which move its end by a millimetre or two, and its elongation depends on the width of the grip.
+(docs/theory/membrane.md). Here Y and Y_weft are the stretch stiffnesses along the two yarns [N/m], nu is Poisson's
+ratio, and G is the shear stiffness [N/m]. The term 1 / G is the largest.
+
+A hanging strip of length L and areal density rho is longer by rho g L^2 / 2 Y(45). The strip is simulated, because its
+clamped end cannot narrow.
+
+A whole cloth hung by a corner would need no cutting. But such a cloth falls into random folds, which move its end by a
+millimetre or two. Its elongation also depends on the width of the grip.
 """
 
 from __future__ import annotations
@@ -42,26 +47,29 @@ from tatamu.simulators import capabilities
 from tatamu.topology import Topology
 
 COLUMNS = 6
-"""Columns of the mesh."""
+"""Number of columns of the mesh."""
 SLIMMEST, WIDEST = 0.02, 0.34
-"""Range of a strip's width over its length."""
+"""Smallest and largest ratio of a strip's width to its length."""
 RELAXATIONS = 14.0
-"""Duration of the scene in units of 1 / rate of its slowest motion."""
+"""Duration of the scene, in units of 1 / rate, where rate is the frequency of its slowest motion."""
 ASIDE = 1.1
-"""Factor from a parameter to a second one that gives the slope."""
+"""Ratio of a second value of the parameter to the value that was found.
+
+The readings at both values give the slope.
+"""
 UNKNOWN = 1.0
-"""Standard uncertainty of ln Y if the elongation only bounds it."""
+"""Standard uncertainty of ln Y if the elongation test only bounds the stretch stiffness Y."""
 
 
 class BiasReadings(TestEntry):
-    """Length of a strip cut on the bias, hanging and lying."""
+    """Lengths of a strip that is cut at 45 degrees to the yarns, hanging and lying."""
 
     width: Length
     """Width of the strip [m]."""
     L1: Lengths
-    """Distance from the grip straight down to the end, hanging [m]."""
+    """Distance from the grip straight down to the end of the hanging strip [m]."""
     L2: Lengths
-    """Distance between the same two places on the lying strip [m]."""
+    """Distance between the same two points of the lying strip [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -76,20 +84,20 @@ class BiasReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         return {"bias_L1": Reading.of(self.L1, errors.length), "bias_L2": Reading.of(self.L2, errors.length)}
 
 
 @dataclass(frozen=True)
 class Bias(LaterTest, RestTest):
-    """A strip on the bias, hung by one end."""
+    """The test of a strip that is cut at 45 degrees to the yarns and hangs by one end."""
 
     length: float
-    """L2: from the grip to the end, unstrained [m]."""
+    """Length L2 from the grip to the end of the unstrained strip [m]."""
     width: float
-    """[m]"""
+    """Width of the strip [m]."""
     spacing: float | None = None
-    """Edge length of the mesh [m]; None for a part of the width."""
+    """Edge length of the mesh [m]; None for a fixed fraction of the strip's width."""
 
     name = "bias"
     title = "Bias: shear stiffness G"
@@ -108,12 +116,12 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
 
     @classmethod
     def of(cls, entry: BiasReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         return cls(float(np.mean(entry.L2)), entry.width, specimen.spacing)
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         return """\
 # [bias]                 # optional: a strip cut at 45 degrees to the yarns; tells the shear stiffness of woven cloth
 # width = 0.08           # of the strip
@@ -122,17 +130,23 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
 """
 
     def unusable(self, simulator: str) -> str | None:
-        """See `CalibrationTest.unusable`."""
+        """Return why a simulator cannot do this test; see `CalibrationTest.unusable`."""
         return None if capabilities(simulator).orthotropy else "knows no shear stiffness of its own"
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points, down from the grip and across [m], shape (n, 2), and triangles."""
+        """Points of the strip [m], shape (n, 2), and triangles.
+
+        The coordinates are the distance down from the grip and the distance across the strip.
+        """
         flat, faces = staggered_rectangle(self.width, self.length, self.spacing or self.width / COLUMNS)
         return flat[:, :2] + [0.5 * self.length, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
-        """The strip starts unstrained, straight down from its grip, and settles."""
+        """Return the scene of this test.
+
+        The strip starts unstrained, straight down from its grip, and comes to rest.
+        """
         rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
         plan, faces = self.mesh
         nothing = np.zeros(len(plan))
@@ -151,16 +165,16 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return L1 - L2 of a rollout [m]."""
+        """Return the elongation of the simulated strip [m]: the hanging length L1 minus the lying length L2."""
         end = self.mesh[0][:, 0] > self.length - 1e-9
         return float(-rollout.positions[frame, end, 2].mean()) - self.length
 
     def guess(self, longer: float, material: Material) -> float:
-        """Return the shear stiffness of a strip of this elongation whose yarns do not stretch [N/m]."""
+        """Return the shear stiffness of a strip with this elongation whose yarns do not stretch [N/m]."""
         return material.areal_density * GRAVITY * self.length**2 / (8.0 * longer)
 
     def target(self, readings: Readings) -> Target:
-        """See `RestTest.target`."""
+        """Return the target of the simulated reading; see `RestTest.target`."""
         hung, lying = (readings[name] for name in ("bias_L1", "bias_L2"))
         longer = hung.value - lying.value
         error = float(np.hypot(hung.uncertainty, lying.uncertainty))
@@ -175,20 +189,22 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         )
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search the shear stiffness."""
+        """Search for the shear stiffness that reproduces the reading."""
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))
-        if len(found.samples) < 2:  # right at once; its slope is wanted all the same
+        if len(found.samples) < 2:  # the first value was right; a second value is needed for the slope
             beside = ASIDE * found.parameter
             also = laboratory.reading(self, material.model_copy(update={self.parameter: beside}))
             found = found.after(((beside, also),))
         return material.model_copy(update={self.parameter: found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """See `LaterTest.propagate`.
+        """Add this test's changes of the shear stiffness G; see `LaterTest.propagate`.
 
-        The elongation e depends on Y / rho and G / rho and is about in proportion to rho, so with s = -de/dln G it
-        changes by e dln rho - s dln G - (e - s) dln Y.
+        The elongation e depends on Y / rho and G / rho: the stretch and shear stiffness over the areal density. It is
+        about proportional to rho. With s = -de/dln G, a change of the parameters changes e by
+
+            e dln rho - s dln G - (e - s) dln Y
         """
         slope = -fit.slope if fit.slope else max(fit.measured, fit.uncertainty)
         whole = fit.measured / slope
@@ -204,7 +220,7 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
                 change[shear] += yarns * UNKNOWN
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         shear = getattr(estimate.material, self.parameter)
         read = f"bias: {millimetres(fit.measured)}"
         if fit.bound:
@@ -218,7 +234,7 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         )
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip hanging with its yarns, and lying next to that."""
+        """Draw the hanging strip with its yarns, and the lying strip next to it."""
         if shape is None:
             return ""
         hung = shape[:, 1:]

@@ -1,9 +1,13 @@
-"""Calibration: measurements in, the parameters of one simulator out (paper, section IV).
+"""Calibration: find the parameters of one simulator from measurements (paper, section IV).
 
-Areal density is mass over area. Stretch stiffness, bending rigidity and friction of bending are matched in turn, each
-in its own tests with the others fixed, until none changes. If several tests determine the bending rigidity, it is the
-mean of their results, weighted by the uncertainties of their readings. The tests that need these parameters follow in
-the order of the registry. Every parameter is effective: with it, this simulator on such a mesh reproduces the readings.
+- The areal density is mass divided by area.
+- Stretch stiffness, bending rigidity and friction of bending are matched in turn, until none of them changes. Each is
+  matched in its own tests, with the others fixed.
+- If several tests determine the bending rigidity, it is the mean of their results. The weights follow from the
+  uncertainties of the readings.
+- The tests that need these parameters follow in the order of the registry.
+
+Every parameter is effective: the readings are reproduced by this simulator, on a mesh like that of the tests.
 """
 
 from __future__ import annotations
@@ -29,9 +33,9 @@ from tatamu.material import Material
 from tatamu.simulators import named
 
 LIGHTEST, HEAVIEST = 0.02, 5.0
-"""Areal densities that a fabric has [kg/m^2]."""
+"""Smallest and largest areal density of a fabric [kg/m^2]."""
 Groups = dict[str, list[Target]]
-"""Tests that determine each parameter, by its name."""
+"""Tests that determine each parameter, by the name of the parameter."""
 
 
 def calibrate(
@@ -46,13 +50,14 @@ def calibrate(
     Args:
         measurements: Readings of the garment.
         simulator: Name of the simulator.
-        spacing: Mesh spacing of the tests [m]; None for a mesh so fine that it does not matter in `native`.
+        spacing: Mesh spacing of the tests [m]. If None, the mesh is so fine that its spacing does not matter in
+            `native`.
         tick: Function that is called before each simulation with the name of its test.
         options: Accuracy of the matches, and durations.
 
     Raises:
-        InputError: If the garment or the simulator does not exist, or a reading is beyond the simulator.
-        SimulationError: If the simulator fails a test for every parameter.
+        InputError: If the garment or the simulator does not exist, or the simulator cannot reproduce a reading.
+        SimulationError: If the simulator fails for every value of a test's parameter.
     """
     named(simulator)
     setup = setup_of(measurements, spacing)
@@ -96,11 +101,11 @@ class ElasticMatch:
     passes: int
 
     def telling(self, parameter: str) -> list[Target]:
-        """Return the tests that determine a parameter instead of only bounding it."""
+        """Return the tests that determine a parameter. Tests that only bound it are left out."""
         return _telling(self.groups.get(parameter, []), self.matches)
 
     def fits(self, laboratory: Laboratory, group: list[Target]) -> list[Fit]:
-        """Return the fits of the tests of one parameter, simulated with the material found."""
+        """Return the fits of the tests of one parameter, simulated with the material that was found."""
         if len(group) == 1:
             found = self.matches[group[0].test.name]
             return [group[0].fit(found, found.reading)]
@@ -111,7 +116,7 @@ class ElasticMatch:
 
 
 def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.ndarray | None:
-    """The shape of a test at rest with the material found."""
+    """Return the shape of a test at rest, with the material that was found."""
     name = target.test.name
     if laboratory.shape(name, material) is None:
         laboratory.reading(target.test, material)
@@ -119,7 +124,7 @@ def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.nda
 
 
 def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
-    """The material before the first simulation: textbook guesses for what was measured."""
+    """Return the material before the first simulation. Measured parameters have the values of textbook formulas."""
     density = readings["mass"].value / setup.area
     if not LIGHTEST <= density <= HEAVIEST:
         raise InputError(
@@ -134,7 +139,7 @@ def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
 
 
 def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> ElasticMatch:
-    """Match the tests in turn until no parameter changes."""
+    """Match the tests in turn, until no parameter changes."""
     matches: dict[str, Match] = {}
     passes = 0
     before: Material | None = None
@@ -149,7 +154,7 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
                 earlier = matches.get(target.test.name)
                 start = earlier.parameter if earlier else getattr(material, parameter)
                 found = target.matched(laboratory, material, start)
-                alike = not rubs or len(found.samples) < 2  # else of another curve
+                alike = not rubs or len(found.samples) < 2  # otherwise, earlier samples belong to another curve
                 matches[target.test.name] = found.after(earlier.samples if earlier and alike else ())
             some = _telling(group, matches) or group[-1:]
             value = _mean(some, [matches[target.test.name].parameter for target in some])
@@ -158,17 +163,17 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
 
 
 def _mean(group: list[Target], values: list[float]) -> float:
-    """Return the weighted geometric mean of a parameter's values by each of its tests; see `weights`."""
+    """Return the weighted geometric mean of the values that several tests give for a parameter; see `weights`."""
     return values[0] if len(values) == 1 else float(np.exp(weights(group) @ np.log(values)))
 
 
 def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
-    """Return the tests of a group that determine the parameter instead of only bounding it."""
+    """Return the tests of a group that determine the parameter. Tests that only bound it are left out."""
     return [target for target in group if target.bound_by(matches[target.test.name]) is None]
 
 
 def _moved(material: Material, before: Material, groups: Groups, agreement: float) -> bool:
-    """Return whether a pass changed a parameter by more than `agreement` of its logarithm."""
+    """Return whether a pass changed the logarithm of a parameter by more than `agreement`."""
     ratios = [getattr(material, parameter) / getattr(before, parameter) for parameter in groups]
     return any(abs(np.log(ratio)) > agreement for ratio in ratios)
 
@@ -181,7 +186,10 @@ def _contributions(
     fits: list[Fit],
     material: Material,
 ) -> Changes:
-    """Return the contribution of each reading to each parameter's uncertainty; none from tests that give a bound."""
+    """Return how much each reading contributes to each parameter's uncertainty.
+
+    Tests that only bound a parameter contribute nothing.
+    """
 
     def sensitivity(target: Target, weight: float) -> Sensitivity:
         def reading(*logarithms: float) -> float:
@@ -213,6 +221,6 @@ def _contributions(
 
 
 def _assumed(tests: list[CalibrationTest]) -> tuple[str, ...]:
-    """Return the fields that none of the tests determines."""
+    """Return the fields of the material that no test determines."""
     measured = {"areal_density", *(test.parameter for test in tests)}
     return (*(name for name in PARAMETERS if name not in measured and name not in OPTIONAL), *UNMEASURED)

@@ -1,14 +1,16 @@
-"""Test *crease*: the part of a fold that stays in pressed cloth determines the friction of bending.
+"""Test *crease*: the angle of a fold that remains in pressed cloth determines the friction of bending.
 
 This test is not in the paper. A band of cloth is the hinge of two light boards, like the spine of a book. The hinge is
-closed under a weight and let go. It then keeps the curvature k at which the friction HB balances the bending moment B k
-(docs/theory/hysteresis.md). The curvature is the same all along the band, so the angle is about
+closed under a weight and released. It then keeps the curvature k at which the friction of bending HB [N] balances the
+bending moment B k, where B is the bending rigidity [N m] (docs/theory/hysteresis.md). The curvature is the same along
+the whole band. The remaining angle is therefore about
 
     HB / B * gap
 
-if that is well below the half turn to which it was closed. Without boards, cloth would also bend outside its crease
-while it opens, by an amount that depends on how it is let go. The hinge stands on end, so its weight does not turn it,
-and no weight is simulated.
+if this angle is much smaller than the half turn by which the hinge was closed.
+
+Without boards, cloth would also bend outside its crease while it opens. How much it bends would depend on how it is
+released. The hinge stands upright, so its weight does not turn it, and the simulation has no gravity.
 """
 
 from __future__ import annotations
@@ -39,32 +41,44 @@ from tatamu.settling import settling
 from tatamu.simulators import capabilities
 
 ARM = 0.03
-"""Distance from the hinge of the point whose arc is matched instead of the angle [m]."""
+"""Distance of a point from the hinge [m]. The arc of this point is matched instead of the angle."""
 CELLS = 12
-"""Rows of triangles in the band. Cloth bends at the held rows too, so each of these rows is 1 / 13 of it."""
+"""Number of triangle rows between the held rows.
+
+Cloth also bends at the held rows, so one more row belongs to the gap: a row is 1 / 13 of the gap.
+"""
 HELD_ROWS = 2
 COLUMNS = 6
 THIN = 0.25
-"""Thickness of the simulated band in rows at most: it touches nothing."""
+"""Largest thickness of the simulated band, as a fraction of a row's width. So thin a band touches nothing."""
 FIRST_MODE = 3.52
-"""Angular frequency of a clamped strip of length L, over sqrt(B / rho) / L^2."""
+"""Angular frequency of a clamped strip of length L, divided by sqrt(B / rho) / L^2.
+
+B is the bending rigidity [N m] and rho the areal density [kg/m^2].
+"""
 PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
-"""Times at which the hinge is closed, let go and at rest, in units of the strip's time 1 / omega."""
+"""Times at which the hinge is closed, released and at rest, in units of 1 / omega.
+
+omega is the lowest angular frequency of the strip.
+"""
 WIDEST = 120.0
-"""Angle beyond which the reading only bounds the friction [degrees], because the fold was hardly sharper."""
+"""Largest angle that determines the friction [degrees].
+
+A larger angle only bounds the friction, because the fold was hardly sharper when it was closed.
+"""
 LEAST_GAP = 1.5
-"""Least length of the band, in thicknesses of both boards; a shorter one could not go round them."""
+"""Smallest length of the band, in thicknesses of both boards. A shorter band could not go around the boards."""
 
 
 class CreaseReadings(TestEntry):
-    """A hinge of cloth between two boards, closed under a weight and let go."""
+    """Readings of a hinge of cloth between two boards, which was closed under a weight and released."""
 
     gap: Length
     """Length of cloth between the boards [m]."""
     board: Length
     """Thickness of one board [m]."""
     angle: Angles
-    """Angle by which the hinge stays bent [degrees]; 0 if the boards lie in one plane."""
+    """Angle by which the hinge remains bent [degrees]; 0 if the boards lie in one plane."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -77,7 +91,7 @@ class CreaseReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         per_degree = ARM * np.pi / 180.0
         error = uncertainty(self.angle, errors.angle)
         return {"angle": Reading(per_degree * float(np.mean(self.angle)), per_degree * error, len(self.angle))}
@@ -90,9 +104,9 @@ class PressedCrease(ElasticTest):
     gap: float
     """Length of the band [m]."""
     apart: float
-    """Distance of the band's ends while it is closed [m]."""
+    """Distance between the band's ends while the hinge is closed [m]."""
     usual: float
-    """Bending length of the garment's usual fabric, from which the search starts [m]."""
+    """Bending length of the garment's usual fabric [m]. The search starts with this length."""
 
     name = "crease"
     title = "Crease: friction of bending HB"
@@ -114,12 +128,12 @@ Crease it (optional): shows how much of a fold remains.                         
 
     @classmethod
     def of(cls, entry: CreaseReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         return cls(entry.gap, 2.0 * entry.board + specimen.base.thickness, specimen.base.bending_length)
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         return """\
 # [crease]               # optional: a hinge of the cloth between two boards; tells how much of a fold stays
 # gap = 0.01             # of cloth between the boards
@@ -128,12 +142,12 @@ Crease it (optional): shows how much of a fold remains.                         
 """
 
     def unusable(self, simulator: str) -> str | None:
-        """See `CalibrationTest.unusable`."""
+        """Return why a simulator cannot do this test; see `CalibrationTest.unusable`."""
         return None if capabilities(simulator).hysteresis else "knows no friction of bending"
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """The band unfolded, lengthwise along x [m], shape (n, 3), and its triangles."""
+        """Points of the unfolded band [m], shape (n, 3), and its triangles. The length of the band is along x."""
         row = self.gap / (CELLS + 1)
         edge = row / ROW
         return staggered_rectangle(COLUMNS * edge, (CELLS + 2 * HELD_ROWS) * row, edge)
@@ -144,7 +158,7 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.asarray(np.unique(self.mesh[0][:, 0].round(9), return_inverse=True)[1])
 
     def _folded(self) -> np.ndarray:
-        """A half circle between two level ends [m], shape (n, 3)."""
+        """Return the positions of the folded band: a half circle between two horizontal ends [m], shape (n, 3)."""
         flat, _ = self.mesh
         links = CELLS + 2 * HELD_ROWS
         row = np.ptp(flat[:, 0]) / links
@@ -153,7 +167,7 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.column_stack([x[self._rows], flat[:, 1], z[self._rows]])
 
     def scene(self, material: Material) -> Scene:
-        """The band is closed by its ends, and let go by one of them."""
+        """Return the scene of this test. The band is closed by its ends, then one of the ends is released."""
         flat, faces = self.mesh
         folded = self._folded()
         last = int(self._rows.max())
@@ -179,25 +193,28 @@ Crease it (optional): shows how much of a fold remains.                         
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the arc of the angle at `ARM` in a rollout [m]."""
+        """Return the arc of the simulated angle, at the distance `ARM` from the hinge [m]."""
         return ARM * self.angle_of(rollout.positions[frame])
 
     def angle_of(self, positions: np.ndarray) -> float:
-        """Return the angle by which the last row of a shape [m], shape (n, 3), is bent [rad]."""
+        """Return the angle by which the last row of this shape (n, 3) [m] is bent [rad]."""
         before, end = self.side(positions)[-2:]
         along, up = end - before
         return float(np.arctan2(up, along))
 
     def side(self, positions: np.ndarray) -> np.ndarray:
-        """Return the band from the side: the mean of each row [m], shape (rows, 2)."""
+        """Return the band as seen from the side: the mean of each row [m], shape (rows, 2)."""
         return np.array([positions[self._rows == row][:, [0, 2]].mean(axis=0) for row in range(self._rows.max() + 1)])
 
     def guess(self, arc: float, material: Material) -> float:
-        """Return the friction of bending by the formula above, with the bending length of the usual fabric [N]."""
+        """Return the friction of bending for this arc, by a formula [N].
+
+        The angle of the arc is about HB / B * gap. The bending rigidity B is that of the usual fabric's bending length.
+        """
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 
     def target(self, readings: Readings) -> Target:
-        """See `RestTest.target`."""
+        """Return the target of the simulated reading; see `RestTest.target`."""
         arc = readings["angle"]
         widest = ARM * np.radians(WIDEST)
         return Target(
@@ -213,14 +230,14 @@ Crease it (optional): shows how much of a fold remains.                         
         )
 
     def sentence(self, fit: Fit) -> str:
-        """See `CalibrationTest.sentence`."""
+        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         measured, error, simulated = (
             float(np.degrees(arc / ARM)) for arc in (fit.measured, fit.uncertainty, fit.simulated)
         )
         return f"Angle that stays measured: {measured:.1f} ± {error:.1f}°; simulated: {simulated:.1f}°."
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         friction = 1e3 * estimate.material.bending_hysteresis
@@ -231,7 +248,7 @@ Crease it (optional): shows how much of a fold remains.                         
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the hinge and its two boards, from above."""
+        """Draw the hinge and its two boards, as seen from above."""
         if shape is None:
             return ""
         side = self.side(shape)

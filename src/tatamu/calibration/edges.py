@@ -1,4 +1,4 @@
-"""Edges of a garment by name, by which it is held."""
+"""The named edges of a garment, by which it is held."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tatamu.garments import Garment
 
 
 def named_edge(garment: Garment, name: str) -> np.ndarray:
-    """The path of vertices along an edge of the garment.
+    """Return the path of vertices along a named edge of the garment.
 
     Raises:
         InputError: If the garment has no such edge.
@@ -20,7 +20,7 @@ def named_edge(garment: Garment, name: str) -> np.ndarray:
 
 
 def longest_edge(garment: Garment) -> str:
-    """The longest edge that is open, or of all.
+    """Return the name of the longest open edge, or of the longest edge if no edge is open.
 
     Raises:
         InputError: If the garment has no named edges.

@@ -1,7 +1,8 @@
-"""Elongation (paper, section IV-A): how much longer the garment is hanging than lying.
+"""Test *elongation* (paper, section IV-A): how much longer the garment is when it hangs than when it lies.
 
-The simulated garment hangs from the same grasps. L1 is read straight down from the grip to the end farthest from it,
-L2 is the same distance on the unstrained garment, because simulated cloth lies unstrained.
+The simulated garment hangs from the same grips as the real one. The hanging length L1 is the distance from the grip
+straight down to the farthest end. The lying length L2 is the same distance on the unstrained garment, because simulated
+cloth that lies is unstrained.
 """
 
 from __future__ import annotations
@@ -36,43 +37,51 @@ from tatamu.settling import settling
 from tatamu.topology import Topology, areas
 
 RELAXATIONS = 14.0
-"""Duration of the scene in units of 1 / rate of its slowest motion, which then has decayed to e^-14."""
+"""Duration of the scene, in units of 1 / rate, where rate is the frequency of its slowest motion.
+
+After this time, the slowest motion has decayed to e^-14.
+"""
 LAYERS_APART = 2.0
-"""Initial distance of hanging layers, in thicknesses; closer, contact and grip would push each other."""
+"""Initial distance of hanging layers, in thicknesses.
+
+If the layers were closer, contact would push them apart while the grip holds them.
+"""
 SAME_END = 2e-3
-"""Depth of the end, from its farthest vertex [m]."""
+"""Largest distance of the end's vertices from its farthest vertex [m]."""
 
 OTHER_GARMENT = 0.25
-"""Largest difference of L2 from the garment's length, as a fraction of that length; a larger difference means another
-garment or grasp."""
+"""Largest difference between L2 and the garment's length, as a fraction of this length.
+
+A larger difference means that another garment was measured, or that it hung from another edge.
+"""
 HUNG_BY = {
     "towel": ["bottom"],
     "tshirt": ["left_shoulder", "right_shoulder"],
     "trousers": ["waist"],
 }
-"""Edges by which a garment hangs; other garments hang by their longest edge."""
+"""Edges by which these garments hang. Other garments hang by their longest edge."""
 
 
 class Grasp(Record):
     """A straight grip on an edge of the garment."""
 
     edge: str
-    """Name of the edge; `tatamu show GARMENT` draws them."""
+    """Name of the edge. `tatamu show GARMENT` draws the edges."""
     at: float = Field(0.5, ge=0.0, le=1.0)
-    """Place of the middle of the grip along the edge, from 0 to 1."""
+    """Position of the middle of the grip along the edge, from 0 to 1."""
     width: Length | None = None
     """Width of the grip along the edge [m]; None for the whole edge, which a hanger or two rulers hold."""
 
 
 class ElongationReadings(TestEntry):
-    """Hanging and lying length (paper, section IV-A, Fig. 1)."""
+    """Hanging and lying length of the garment (paper, section IV-A, Fig. 1)."""
 
     grasps: Annotated[list[Grasp], Field(min_length=1)]
     """Grips by which the garment hangs."""
     L1: Lengths
-    """Distance from the grip straight down to the lowest end, hanging [m]."""
+    """Distance from the grip straight down to the lowest end of the hanging garment [m]."""
     L2: Lengths
-    """Distance of the same two places on the lying garment [m]."""
+    """Distance between the same two points of the lying garment [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -91,7 +100,7 @@ class ElongationReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         return {
             "L1": Reading.of(self.L1, errors.length),
             "L2": Reading.of(self.L2, errors.length),
@@ -123,7 +132,7 @@ Hang it.                                                                        
 
     @classmethod
     def of(cls, entry: ElongationReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         test = cls(specimen.garment, tuple(entry.grasps))
         lying = float(np.mean(entry.L2))
         if abs(lying / test.length - 1.0) > OTHER_GARMENT:
@@ -135,7 +144,7 @@ Hang it.                                                                        
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         edges = HUNG_BY.get(garment.name) or [longest_edge(garment)]
         grasps = ", ".join(f'{{edge = "{each}"}}' for each in edges)
         return f"""\
@@ -147,7 +156,7 @@ L2 = []                  # lying
 
     @cached_property
     def held(self) -> list[np.ndarray]:
-        """Vertices in each grip."""
+        """Vertices that each grip holds."""
         held = [held_vertices(self.garment, grasp) for grasp in self.grasps]
         if len(np.unique(np.concatenate(held))) < sum(map(len, held)):
             raise InputError("elongation.grasps: two of them hold the same cloth; give each its own place or one wider")
@@ -155,7 +164,7 @@ L2 = []                  # lying
 
     @cached_property
     def plan(self) -> np.ndarray:
-        """The garment upright, in its own plane: across and below the grips [m], shape (n, 2)."""
+        """Positions of the unstrained garment across the grips and below the grips [m], shape (n, 2)."""
         flat = self.garment.cloth().rest[:, :2]
         gripped = flat[np.concatenate(self.held)]
         grip = 0.5 * (gripped.min(axis=0) + gripped.max(axis=0))
@@ -166,21 +175,24 @@ L2 = []                  # lying
 
     @cached_property
     def end(self) -> np.ndarray:
-        """Vertices of the end farthest below the grips."""
+        """Vertices of the end that is farthest below the grips."""
         below = self.plan[:, 1]
         return np.flatnonzero(below > below.max() - SAME_END)
 
     @property
     def length(self) -> float:
-        """L2: from the grip to the end, unstrained [m]."""
+        """Length L2 from the grip to the end of the unstrained garment [m]."""
         return float(self.plan[self.end, 1].mean())
 
     def guess(self, elongation: float, material: Material) -> float:
-        """Return the stretch stiffness of a hanging strip of this elongation e, rho g L^2 / 2 e [N/m]."""
+        """Return the stretch stiffness of a hanging strip with this elongation e: rho g L^2 / 2 e [N/m].
+
+        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length.
+        """
         return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 
     def scene(self, material: Material) -> Scene:
-        """The garment starts unstrained in a vertical plane and settles."""
+        """Return the scene of this test. The garment starts unstrained in a vertical plane and comes to rest."""
         rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
         apart = LAYERS_APART * self.garment.vertices[:, 2]
         cloth = self.garment.cloth()
@@ -195,11 +207,11 @@ L2 = []                  # lying
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return L1 - L2 of a rollout [m]."""
+        """Return the elongation of the simulated garment [m]: the hanging length L1 minus the lying length L2."""
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
     def target(self, readings: Readings) -> Target:
-        """See `RestTest.target`."""
+        """Return the target of the simulated reading; see `RestTest.target`."""
         longer, error = self.measured(readings)
         return Target(
             test=self,
@@ -212,7 +224,7 @@ L2 = []                  # lying
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         stiffness = estimate.material.stretch_stiffness
         read = f"elongation: {millimetres(fit.measured)}"
         if fit.bound:
@@ -229,7 +241,7 @@ L2 = []                  # lying
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the garment hanging, and lying next to that."""
+        """Draw the hanging garment, and the lying garment next to it."""
         if shape is None:
             return ""
         hung = shape[:, 1:]
@@ -254,7 +266,7 @@ L2 = []                  # lying
 
 
 def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
-    """Vertices of all layers in a grip.
+    """Return the vertices that a grip holds, in all layers.
 
     Raises:
         InputError: If the garment has no such edge.

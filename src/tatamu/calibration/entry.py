@@ -1,4 +1,4 @@
-"""The tables of a measurements file: what they have in common."""
+"""The common parts of the tables in a measurements file."""
 
 from __future__ import annotations
 
@@ -13,27 +13,33 @@ from tatamu.records import Record
 
 
 class Errors(Record):
-    """Standard deviation of one reading, all causes together: the ruler's marks, the eye, the cloth's unrest."""
+    """Standard deviations of a single reading.
+
+    Each includes all causes: the marks of the ruler, the eye, and the motion of the cloth.
+    """
 
     length: Error = 0.001
     """Standard deviation of every length except H_s [m]."""
     mass: Error = 0.001
-    """[kg]"""
+    """Standard deviation of the mass [kg]."""
     H_s: Error = 0.005
-    """[m]"""
+    """Standard deviation of the height H_s of the board's lifted end [m]."""
     time: Annotated[float, Field(ge=1e-3, le=10.0)] = 0.3
-    """Standard deviation of ten swings by a stopwatch [s]."""
+    """Standard deviation of the time of ten swings, by a stopwatch [s]."""
     swings: Annotated[float, Field(ge=1e-2, le=10.0)] = 0.3
     """Standard deviation of the number of swings until they fade [-]."""
     drape: Error = 0.03
-    """Standard deviation of a drape coefficient [-]: folds fall differently each time."""
+    """Standard deviation of a drape coefficient [-]. It is large, because cloth folds differently each time."""
     angle: Annotated[float, Field(ge=0.1, le=45.0)] = 4.0
-    """Standard deviation of the angle that stays in a crease [degrees]."""
+    """Standard deviation of the angle that remains in a crease [degrees]."""
 
 
 class TestEntry(Record):
-    """The table of one test: its readings, and how the cloth was held. Impossible readings are refused."""
+    """The table of one test in a measurements file: its readings, and how the cloth was held.
+
+    Impossible readings are refused.
+    """
 
     @abstractmethod
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """The readings by their names, which no other test uses."""
+        """Return the readings by their names. No other test uses the same names."""

@@ -1,4 +1,4 @@
-"""Parameters found from readings, with the uncertainty that each reading contributes."""
+"""Parameters that were found from readings, with the uncertainty that each reading contributes."""
 
 from __future__ import annotations
 
@@ -15,20 +15,24 @@ from tatamu.material import Material
 
 @dataclass(frozen=True)
 class Estimate:
-    """A material for one simulator, the fits that determined it, and how certain its parameters are."""
+    """A material for one simulator, the fits that determined it, and the uncertainties of its parameters."""
 
     material: Material
     simulator: str
-    """Name of the simulator; another simulator needs another material."""
+    """Name of the simulator. Another simulator needs another material."""
     fits: tuple[Fit, ...]
     contributions: Mapping[str, np.ndarray]
-    """Reading to the change of each parameter's logarithm with one standard uncertainty of the reading, shape (k,)."""
+    """Contribution of each reading to the uncertainties, by the name of the reading.
+
+    A contribution is the change of each parameter's logarithm if the reading changes by one standard uncertainty, shape
+    (k,).
+    """
     readings: Mapping[str, Reading]
     """Readings by their names in the file."""
     assumed: tuple[str, ...]
     """Fields of the material that no reading determines."""
     shapes: Mapping[str, np.ndarray | None]
-    """Test to the positions of the simulated garment or strip at rest [m], shape (n, 3)."""
+    """Positions of the simulated cloth at rest [m], shape (n, 3), by the name of the test."""
 
     @property
     def covariance(self) -> np.ndarray:
@@ -38,22 +42,22 @@ class Estimate:
 
     @property
     def listed(self) -> tuple[str, ...]:
-        """Parameters to show; optional parameters only if a test of them was made."""
+        """Names of the parameters to show. An optional parameter is shown only if it was tested."""
         made = {fit.parameter for fit in self.fits}
         return tuple(name for name in PARAMETERS if name not in OPTIONAL or name in made)
 
     @property
     def known(self) -> tuple[str, ...]:
-        """Parameters whose values the readings determine."""
+        """Names of the parameters whose values the readings determine."""
         return tuple(name for name in self.listed if name not in self.assumed and self.bounding(name) is None)
 
     def relative(self, parameter: str) -> float:
-        """Return the standard uncertainty of a parameter over its value."""
+        """Return the standard uncertainty of a parameter, divided by its value."""
         place = PLACE[parameter]
         return float(np.sqrt(self.covariance[place, place]))
 
     def uncertainty(self, parameter: str) -> float:
-        """Return the standard uncertainty of a parameter, in its unit."""
+        """Return the standard uncertainty of a parameter, in the parameter's unit."""
         return self.relative(parameter) * float(getattr(self.material, parameter))
 
     def correlation(self) -> np.ndarray:
@@ -64,7 +68,7 @@ class Estimate:
         return np.asarray(part / np.outer(scale, scale))
 
     def bounding(self, parameter: str) -> Fit | None:
-        """Return the fit that bounds a parameter; None if a test determines its value, or if no test was made."""
+        """Return the fit that only bounds a parameter; None if a test determines it, or no test of it was made."""
         fits = [fit for fit in self.fits if fit.parameter == parameter]
         return fits[-1] if fits and all(fit.bound for fit in fits) else None
 

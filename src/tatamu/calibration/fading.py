@@ -1,11 +1,12 @@
-"""Test *fading*: the number of swings until a cloth held by two corners has slowed down determines the drag of air.
+"""Test *fading*: the number of swings until a hanging cloth has slowed down determines the drag of air.
 
-This test is not in the paper. Quadratic drag q_n slows a plate that hangs by its edge by 2 q_n A / (rho + m_a) per
-swing, with A the amplitude of its lower edge, so that after n swings
+This test is not in the paper. The cloth is held by two corners. A plate that hangs by its edge is slowed by quadratic
+drag q_n [kg/m^3]. In each swing, the amplitude A of its lower edge falls by the fraction 2 q_n A / (rho + m_a), where
+rho is the areal density and m_a the added mass of air [kg/m^2]. After n swings from the amplitude A_0,
 
     1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
 
-(docs/theory/air.md). Cloth held by two corners is simulated, and q_n matched.
+(docs/theory/air.md). Cloth held by two corners is not a plate, so it is simulated, and q_n is matched.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ from tatamu.simulators import capabilities
 MORE = 1.3
 """Ratio of the simulated time to the counted time."""
 MOST = 200.0
-"""Largest simulated count; cloth that swings longer counts as cloth that does not fade."""
+"""Largest simulated number of swings. Cloth that swings longer counts as cloth that does not fade."""
 WITHIN = 5e-3
-"""Relative accuracy to which the count is matched."""
+"""Relative accuracy to which the number of swings is matched."""
 
 
 class FadingReadings(TestEntry):
@@ -51,9 +52,9 @@ class FadingReadings(TestEntry):
     aside: Lengths
     """Distance by which the far edge is pulled aside before its release [m]."""
     to: Length
-    """Counting ends when the far edge swings less than this to the side [m]."""
+    """Limit at which counting ends [m]: the far edge swings less than this distance to the side."""
     count: Annotated[tuple[Annotated[float, Field(gt=0.0, le=100.0)], ...], Field(min_length=1)]
-    """Number of swings there and back until then; halves are counted too."""
+    """Number of swings, there and back, until the limit is reached. Half swings are counted too."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -63,7 +64,7 @@ class FadingReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         return {"count": Reading.of(self.count, errors.swings, "-")}
 
 
@@ -72,9 +73,9 @@ class Fading(SwungTest):
     """The test of swings that fade."""
 
     to: float
-    """[m]"""
+    """Limit at which counting ends: distance of the far edge to the side [m]."""
     counted: float
-    """Swings that were counted: the simulation lasts a little longer."""
+    """Number of swings that were counted. The simulation lasts a little longer."""
 
     name = "fading"
     title = "Fading: drag of the air q_n"
@@ -95,14 +96,14 @@ Count its swings (optional): for cloth that hands move fast.                   [
 
     @classmethod
     def of(cls, entry: FadingReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
         swinging.check(cls.name)
         return cls(swinging, entry.to, float(np.mean(entry.count)))
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         edge = (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]
         return f"""\
 # [fading]               # optional: the same, until it swings less than `to`; tells the drag of the air
@@ -113,11 +114,11 @@ Count its swings (optional): for cloth that hands move fast.                   [
 """
 
     def unusable(self, simulator: str) -> str | None:
-        """See `CalibrationTest.unusable`."""
+        """Return why a simulator cannot do this test; see `CalibrationTest.unusable`."""
         return None if capabilities(simulator).directional_air else "knows no drag by the square of a velocity"
 
     def scene(self, material: Material) -> Scene:
-        """See `CalibrationTest.scene`."""
+        """Return the scene of this test; see `CalibrationTest.scene`."""
         return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), MORE * self.counted + 2.0)
 
     def reading(self, rollout: Rollout) -> float:
@@ -132,19 +133,26 @@ Count its swings (optional): for cloth that hands move fast.                   [
         return float(min(numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9), MOST))
 
     def guess(self, count: float, material: Material) -> float:
-        """Return the drag of a plate that fades in `count` swings, by the formula above [kg/m^3]."""
+        """Return the quadratic drag of a plate that fades in `count` swings [kg/m^3].
+
+        It follows from the formula at the top of the module.
+        """
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside
         heavy = material.areal_density + material.air_added_mass
         return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search the drag at which it fades in as many swings."""
+        """Search for the drag at which the simulated cloth fades in the counted number of swings."""
         found, fit = self.matched(laboratory, material, readings["count"], WITHIN)
-        # the drag that was assumed gives way to the one that was found
+        # the drag that was found replaces the drag that was assumed
         return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """See `LaterTest.propagate`; of q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n, the masses in equal parts."""
+        """Add this test's changes of the drag q_n; see `LaterTest.propagate`.
+
+        The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n, where n is the number of swings. The areal density rho
+        and the added mass m_a are assumed to be equally large.
+        """
         density, air = (PLACE[name] for name in ("areal_density", "air_added_mass"))
         for change in changes.values():
             change[PLACE[self.parameter]] += 0.5 * (change[density] + change[air])
@@ -153,14 +161,14 @@ Count its swings (optional): for cloth that hands move fast.                   [
         changes["count"][PLACE[self.parameter]] += by_count * measured.uncertainty
 
     def sentence(self, fit: Fit) -> str:
-        """See `CalibrationTest.sentence`."""
+        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         return (
             f"Swings counted: {fit.measured:.1f} ± {fit.uncertainty:.1f}; simulated: {fit.simulated:.2f}, from "
             f"{1e3 * self.swinging.aside:.0f} to {1e3 * self.to:.0f} mm aside."
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         does = "fades sooner even without drag" if fit.bound == "at most" else "goes on longer whatever the drag"

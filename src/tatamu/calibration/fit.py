@@ -1,4 +1,4 @@
-"""The match of a test."""
+"""The result of matching one test."""
 
 from __future__ import annotations
 
@@ -9,34 +9,41 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Fit:
-    """One test, and the parameter with which the simulation reproduces its reading."""
+    """The result of one test: the parameter with which the simulation reproduces the reading."""
 
     test: str
     parameter: str
     measured: float
-    """The reading, in `unit`."""
+    """The measured reading, in `unit`."""
     uncertainty: float
     """Standard uncertainty of the reading."""
     aim: float
-    """Value that was matched: the reading, shifted by its uncertainty if it only bounds the parameter."""
+    """Value that was matched.
+
+    It is the reading itself. If the reading only bounds the parameter, the value is shifted by the reading's
+    uncertainty.
+    """
     simulated: float
-    """The same reading, simulated with the parameter found."""
+    """The simulated reading, with the parameter that was found."""
     unit: str
     bound: str | None
-    """None if the test determines the parameter, "at least" or "at most" if it only bounds it."""
+    """None if the test determines the parameter; "at least" or "at most" if it only bounds the parameter."""
     samples: tuple[tuple[float, float], ...]
-    """Simulated (parameter, reading); of a search by halving (parameter, speed)."""
+    """Pairs of a parameter and its simulated reading. A search by bisection has pairs of a parameter and a speed."""
     alone: float | None = None
-    """The parameter by this test alone; None if the test alone determined the parameter. Otherwise the test is one of
-    several, or a bound that the assumed value satisfies."""
+    """Value of the parameter by this test alone; None if only this test determined the parameter.
+
+    A value is given if several tests determine the parameter, or if the test's bound is satisfied by the value that was
+    assumed before.
+    """
     resolution: float | None = None
-    """Standard uncertainty of the parameter's logarithm after a bisection; None if there was none."""
+    """Standard uncertainty of the parameter's logarithm due to a bisection; None if the search was no bisection."""
 
     @property
     def slope(self) -> float | None:
         """Change of the reading with the parameter's logarithm; None if there are fewer than two samples.
 
-        The slope is fitted to the three samples nearest to the aim.
+        The slope is fitted to the three samples whose readings are nearest to the aim.
         """
         nearest = sorted(self.samples, key=lambda sample: abs(sample[1] - self.aim))[:3]
         if len(nearest) < 2:

@@ -1,8 +1,10 @@
-"""Friction (paper, section IV-B): the coefficient at which cloth starts to slide on a board of the measured slope.
+"""Test *friction* (paper, section IV-B): cloth starts to slide on a board of the measured slope.
 
-The simulated table stands at theta = asin(H_s / L_t). Its friction is bisected between a value at which a sheet stays
-and a value at which it slides. The search starts from the textbook's answer, tan(theta), and the result is compared
-with it. Sliding does not depend on the sheet's shape, so a small sheet of the same material is used.
+The simulated table has the slope theta = asin(H_s / L_t). H_s is the height of the board's lifted end, and L_t is the
+length of the board. The coefficient of friction is found by bisection, between a value at which a sheet stays and a
+value at which it slides. The search starts from the textbook's answer tan(theta), and the result is compared with it.
+
+Sliding does not depend on the shape of the sheet. A small sheet of the same material is therefore used.
 """
 
 from __future__ import annotations
@@ -32,26 +34,29 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Scene, Table
 
 SIZE, SPACING = (0.10, 0.20), 0.02
-"""Width, length and mesh spacing of the sheet [m]."""
+"""Width, length and mesh spacing of the simulated sheet [m]."""
 DURATION = 0.8
 """Duration of a scene [s]."""
 SLIDING = 5e-3
-"""Mean speed over the last quarter above which the sheet slides [m/s]: it is reached 1.5e-3 below tan(theta)."""
+"""Mean speed over the last quarter of the scene above which the sheet counts as sliding [m/s].
+
+A sheet reaches this speed if its coefficient is 1.5e-3 below tan(theta).
+"""
 FIRST = 0.02
-"""The search starts with tan(theta) times 1 plus and 1 minus this."""
+"""The first two coefficients of the search are tan(theta) times 1 plus and 1 minus this fraction."""
 RESOLUTION = 2e-3
-"""Width of the coefficient's interval at which the search ends."""
+"""Width of the interval of coefficients at which the search ends."""
 LARGEST = 3.0
 """Largest coefficient that is tried."""
 EFFECTIVE = 0.02
-"""Relative difference from tan(theta) above which a coefficient is reported as an effective one."""
+"""Relative difference from tan(theta) above which a coefficient is reported as an effective value."""
 
 
 class FrictionReadings(TestEntry):
-    """The board, and how high its end is lifted when the cloth slides (paper, section IV-B)."""
+    """Length of the board, and height of its lifted end when the cloth slides (paper, section IV-B)."""
 
     L_t: Lengths
-    """Length of the board from the end that stays to the end that is lifted [m]."""
+    """Length of the board from the lower end to the lifted end [m]."""
     H_s: Lengths
     """Height of the lifted end when the cloth starts to slide [m]."""
 
@@ -72,7 +77,7 @@ class FrictionReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         return {
             "L_t": Reading.of(self.L_t, errors.length),
             "H_s": Reading.of(self.H_s, errors.H_s),
@@ -81,10 +86,10 @@ class FrictionReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Slope(LaterTest):
-    """The sliding test on a board."""
+    """The test of cloth that slides on a board."""
 
     angle: float
-    """theta [rad]."""
+    """Slope theta of the board [rad]."""
 
     name = "friction"
     title = "Friction: coefficient μ on the table"
@@ -103,12 +108,12 @@ Let it slide.                                                                   
 
     @classmethod
     def of(cls, entry: FrictionReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         return cls(float(np.arcsin(np.mean(entry.H_s) / np.mean(entry.L_t))))
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         return """\
 [friction]               # paper, section IV-B
 L_t = []                 # length of the board
@@ -117,11 +122,11 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
 
     @property
     def textbook(self) -> float:
-        """tan(theta)."""
+        """Coefficient of friction by the textbook: tan(theta)."""
         return float(np.tan(self.angle))
 
     def scene(self, material: Material) -> Scene:
-        """A sheet at rest on the tilted table."""
+        """Return the scene of this test: a sheet at rest on the tilted table."""
         flat, faces = staggered_rectangle(*SIZE, SPACING)
         down = np.array([np.cos(self.angle), 0.0, -np.sin(self.angle)])
         normal = np.array([np.sin(self.angle), 0.0, np.cos(self.angle)])
@@ -136,14 +141,14 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         )
 
     def speed(self, rollout: Rollout) -> float:
-        """Return the mean speed down the slope over the last quarter [m/s]."""
+        """Return the mean speed down the slope over the last quarter of the simulated motion [m/s]."""
         down = np.array([np.cos(self.angle), 0.0, -np.sin(self.angle)])
         late = len(rollout.times) * 3 // 4
         distance = (rollout.positions[-1] - rollout.positions[late]).mean(axis=0) @ down
         return float(distance / (rollout.times[-1] - rollout.times[late]))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search the coefficient on the simulated board."""
+        """Search for the coefficient of friction on the simulated board."""
 
         def speed(coefficient: float) -> float:
             scene = self.scene(material.model_copy(update={"friction_table": coefficient}))
@@ -168,7 +173,10 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         return material.model_copy(update={"friction_table": found.coefficient}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """See `LaterTest.propagate`; of mu = tan(theta), sin(theta) = H_s / L_t."""
+        """Add this test's changes of the coefficient; see `LaterTest.propagate`.
+
+        The coefficient is mu = tan(theta), with sin(theta) = H_s / L_t.
+        """
         board = readings["L_t"]
         height = readings["H_s"]
         per_radian = 2.0 / np.sin(2.0 * self.angle)  # d ln tan(theta) / d theta
@@ -177,25 +185,25 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         changes["L_t"][PLACE[self.parameter]] = -per_height * np.sin(self.angle) * board.uncertainty
 
     def record(self) -> dict[str, float]:
-        """See `CalibrationTest.record`."""
+        """Return tan(theta) for the material's file; see `CalibrationTest.record`."""
         return {"tan_theta": self.textbook}
 
     def sentence(self, fit: Fit) -> str:
-        """See `CalibrationTest.sentence`."""
+        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         return (
             f"θ = asin(H_s / L_t) = {np.degrees(fit.measured):.1f} ± {np.degrees(fit.uncertainty):.1f} degrees; "
             f"tan θ = {self.textbook:.3f}."
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         if not fit.bound:
             return []
         does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
         return [f"friction: {estimate.simulator} {does}; tan(theta) is taken, which it cannot follow."]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Report a coefficient that differs from the textbook's."""
+        """Return a note if the coefficient differs from the textbook's coefficient."""
         off = estimate.material.friction_table / self.textbook - 1.0
         if abs(off) < EFFECTIVE:
             return []
@@ -205,7 +213,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the board, the cloth on it, and the lengths to read; no shape is needed."""
+        """Draw the board, the cloth on the board, and the lengths to read. The shape is not needed."""
         board = 0.6
         foot = np.zeros(2)
         top = board * np.array([np.cos(self.angle), np.sin(self.angle)])
@@ -231,24 +239,26 @@ class Sliding:
     slides: float
     """Largest coefficient at which the sheet slid."""
     sticks: float
-    """Smallest coefficient at which it stuck."""
+    """Smallest coefficient at which the sheet did not slide."""
     samples: tuple[tuple[float, float], ...]
-    """All (coefficient, speed [m/s]) that were simulated."""
+    """All simulated pairs of a coefficient and the resulting speed [m/s]."""
     bound: str | None = None
-    """"at least" if the sheet slides at any coefficient, "at most" if it sticks without friction; None otherwise."""
+    """"at least" if the sheet slides at every coefficient, "at most" if it stays without friction; otherwise None."""
 
     @property
     def coefficient(self) -> float:
-        """The coefficient: the middle between the one at which it stuck and the one at which it slid."""
+        """The coefficient of friction: the mean of `slides` and `sticks`."""
         return 0.5 * (self.slides + self.sticks)
 
 
 def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
-    """Bisect the coefficient at which a sheet starts to slide; if there is none, the guess is kept.
+    """Find the coefficient at which a sheet starts to slide, by bisection.
+
+    If no coefficient separates sliding from staying, the guess is kept.
 
     Args:
         speed: Function that simulates the speed at a coefficient [m/s].
-        guess: Coefficient to start from.
+        guess: Coefficient with which the search starts.
     """
     seen: dict[float, float] = {}
 
@@ -266,7 +276,10 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
 
 
 def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, float]:
-    """Return a coefficient at which it slides and a larger one at which it sticks, or bounds outside the range."""
+    """Return a coefficient at which the sheet slides, and a larger coefficient at which it stays.
+
+    If one of them does not exist, a value outside the range of coefficients is returned.
+    """
     low = guess * (1.0 - FIRST)
     high = guess * (1.0 + FIRST)
     step = high - low

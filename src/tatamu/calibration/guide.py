@@ -1,4 +1,4 @@
-"""The guide to measuring with a ruler, a scale and a board, and the file that the readings go into."""
+"""The guide to measuring with a ruler, a scale and a board, and the file for the readings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ COMMANDS = """\
 
 
 def instructions() -> str:
-    """Instructions for measuring: the garment's mass, then every test by number."""
+    """Return the instructions for measuring: the garment's mass and size first, then every test with its number."""
     numbers = {name: number for number, name in enumerate(TESTS, 1)}
     tests = [f"{numbers[name]}  {Template(test.instructions).substitute(numbers)}" for name, test in TESTS.items()]
     return "\n".join([OPENING, *tests, COMMANDS])
@@ -37,7 +37,7 @@ def template(name: str) -> str:
     """Return the text of measurements.toml for a garment, with empty readings.
 
     Raises:
-        InputError: If there is no such garment.
+        InputError: If no garment has this name.
     """
     garment = make_garment(name)
     head = f"""\

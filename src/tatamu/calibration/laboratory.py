@@ -1,4 +1,4 @@
-"""A laboratory for the simulated tests: it runs scenes until they have settled and keeps their readings."""
+"""A laboratory for the simulated tests. It runs scenes until they have come to rest, and stores their readings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tatamu.simulators import simulate
 
 
 class LengthTest(Protocol):
-    """A test whose reading is a length at rest."""
+    """A test whose reading is a length of cloth at rest."""
 
     @property
     def name(self) -> str:
@@ -25,17 +25,17 @@ class LengthTest(Protocol):
         ...
 
     def scene(self, material: Material) -> Scene:
-        """The scene of a material."""
+        """Return the scene of the test with a material."""
         ...
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """The length that a ruler would read [m]."""
+        """Return the length that a ruler would read [m]."""
         ...
 
 
 @dataclass
 class Laboratory:
-    """Measures simulated cloth."""
+    """Measures simulated cloth, and stores the readings."""
 
     simulator: str
     tick: Callable[[str], None] = lambda what: None
@@ -43,15 +43,15 @@ class Laboratory:
     options: CalibrationOptions = DEFAULTS
     simulations: int = 0
     failure: str = ""
-    """The message of the simulator when it last gave up."""
+    """Error message of the last simulation that failed."""
     unsettled: float = 0.0
-    """Largest motion over the last quarter of a scene that was accepted [m]."""
+    """Largest change of a reading over the last quarter of its scene, among the readings that were accepted [m]."""
     _known: dict[tuple[str, str], float] = field(default_factory=dict)
     _shapes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
     _durations: dict[str, float] = field(default_factory=dict)
 
     def run(self, scene: Scene, what: str) -> Rollout:
-        """Simulate a scene."""
+        """Simulate a scene, and count the simulation."""
         self.tick(what)
         self.simulations += 1
         return simulate(scene, self.simulator)
@@ -68,15 +68,18 @@ class Laboratory:
         return self._known[key]
 
     def shape(self, test: str, material: Material) -> np.ndarray | None:
-        """Return the positions [m] at rest, shape (n, 3), of a test; None if no reading was made."""
+        """Return the positions of a test's cloth at rest [m], shape (n, 3); None if the material was not tried."""
         return self._shapes.get((test, material.model_dump_json()))
 
     def shapes(self, test: str) -> list[np.ndarray]:
-        """Return the positions [m] at rest, shape (n, 3), of all materials that were tried in a test."""
+        """Return the positions of a test's cloth at rest [m], shape (n, 3), for all materials that were tried."""
         return [shape for (name, _), shape in self._shapes.items() if name == test]
 
     def _settled(self, test: LengthTest, scene: Scene) -> tuple[float, np.ndarray]:
-        """Simulate until the reading has settled; the next reading of the test starts with the same duration."""
+        """Simulate until the reading no longer changes, and return the reading and the final positions.
+
+        The next simulation of the same test starts with the same duration.
+        """
         options = self.options
         factor = self._durations.get(test.name, 1.0)
         while True:

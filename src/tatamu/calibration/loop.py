@@ -1,9 +1,11 @@
 """Test *loop*: the height of the crease of folded cloth determines the bending rigidity.
 
-This test is not in the paper. It works for cloth that is too limp for a sag, and gives the rigidity at the curvature of
-a fold. There the rigidity may differ, for real cloth and for Blender's old bending model. A strip is laid over itself
-without friction, and its ends are held. It then takes the loop of minimum energy. The height of this loop depends only
-on the ratio of bending rigidity to weight.
+This test is not in the paper. It works for cloth that is too limp for the test *sag*, and gives the bending rigidity at
+the curvature of a fold. There, the rigidity may differ from the rigidity at a small curvature, for real cloth and for
+Blender's old bending model.
+
+A strip is laid over itself without friction, and its ends are held. The strip then takes the shape of minimum energy,
+which is a loop. The height of the loop depends only on the ratio of bending rigidity to weight.
 """
 
 from __future__ import annotations
@@ -35,25 +37,31 @@ from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.settling import settling
 
 HEIGHT, LIFT = 0.906, 1.1
-"""Height of the loop: 0.906 l_b + 1.1 thickness, by the heavy chain (`heavy_strip.chain`) [its top over the table]."""
+"""Factors in the height of the loop's top above the table: 0.906 l_b + 1.1 thickness.
+
+l_b is the bending length. The height was computed with a heavy chain (`heavy_strip.chain`).
+"""
 LIES = 4.0
-"""Length of cloth on either side of the crease, in heights: 3.85 are as good as infinitely many (the heavy chain)."""
+"""Length of cloth on either side of the crease, in heights of the loop.
+
+By the heavy chain, 3.85 heights give the same loop as an infinite length.
+"""
 CELL = 0.2
-"""Edge length of the mesh over the height."""
+"""Edge length of the mesh divided by the height of the loop."""
 COLUMNS = 6
 HELD_ROWS = 2
 LAYS = 0.3
-"""Part of the scene in which the upper end is laid down."""
+"""Fraction of the scene's duration in which the upper end is laid down."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
-"""Largest height of a fold [m]; higher ones are of card, not of cloth."""
+"""Largest height of a fold [m]. A higher fold would be of cardboard, not of cloth."""
 
 
 class LoopReadings(TestEntry):
     """Readings of the height of the crease of folded cloth."""
 
     height: Lengths
-    """Height of the top of the loop over the table [m]."""
+    """Height of the top of the loop above the table [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -65,7 +73,7 @@ class LoopReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         return {
             "height": Reading.of(self.height, errors.length),
         }
@@ -73,14 +81,14 @@ class LoopReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Loop(ElasticTest):
-    """The test of a strip folded over itself."""
+    """The test of a strip that is folded over itself."""
 
     height: float
-    """The height that was read [m]; it determines the length of the strip."""
+    """The measured height [m]. It determines the length of the simulated strip."""
     thickness: float
     """Thickness of the cloth [m]."""
     spacing: float | None = None
-    """Edge length of the strip's mesh [m]; None for a part of the height."""
+    """Edge length of the strip's mesh [m]; None for a fixed fraction of the height."""
 
     name = "loop"
     title = "Loop: bending rigidity B"
@@ -99,7 +107,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
 
     @classmethod
     def of(cls, entry: LoopReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         test = cls(float(np.mean(entry.height)), specimen.base.thickness, specimen.spacing)
         if test.height <= 2.0 * test.thickness:
             raise InputError(
@@ -110,7 +118,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         return """\
 # [loop]                 # optional: cloth folded over itself; tells B too
 # height = []            # from the table to the top of the loop
@@ -118,24 +126,30 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
 
     @property
     def bending_length(self) -> float:
-        """l_b of an ideal strip with this loop [m]."""
+        """Bending length l_b of an ideal strip with this loop [m]."""
         return max(self.height - LIFT * self.thickness, 0.1 * self.height) / HEIGHT
 
     @property
     def edge(self) -> float:
-        """Edge length of the mesh [m]; triangles must be larger than the cloth is thick."""
+        """Edge length of the mesh [m]. Triangles must be larger than the thickness of the cloth."""
         return self.spacing or max(CELL * self.height, 2.0 * self.thickness)
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """The strip unfolded, lengthwise from x = 0 [m], shape (n, 3), and its triangles."""
+        """Points of the unfolded strip [m], shape (n, 3), and its triangles.
+
+        The length of the strip is along x, from x = 0.
+        """
         row = np.sqrt(0.75) * self.edge
         rows = 2 * int(np.ceil(LIES * self.height / row)) + 2 * HELD_ROWS
         vertices, faces = staggered_rectangle(COLUMNS * self.edge, rows * row, self.edge)
         return vertices - [vertices[:, 0].min(), 0.0, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
-        """A wide loop whose upper end is laid onto its lower one, and which then settles."""
+        """Return the scene of this test: a wide loop whose upper end is laid onto its lower end.
+
+        The loop then comes to rest.
+        """
         flat, faces = self.mesh
         row = np.sqrt(0.75) * self.edge
         length = float(flat[:, 0].max())
@@ -163,20 +177,23 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the height of the loop's top over the table in a rollout [m]."""
+        """Return the simulated height of the loop's top above the table [m]."""
         return self.height_of(rollout.positions[frame])
 
     def height_of(self, positions: np.ndarray) -> float:
-        """Return the height of the loop's top in a shape [m], shape (n, 3): the mean height of its highest row."""
+        """Return the height of the loop's top in this shape (n, 3) [m]: the mean height of its highest row."""
         rows = np.unique(self.mesh[0][:, 0].round(6), return_inverse=True)[1]
         return float((np.bincount(rows, positions[:, 2]) / np.bincount(rows)).max()) + 0.5 * self.thickness
 
     def guess(self, height: float, material: Material) -> float:
-        """Return the bending rigidity of an ideal strip with this loop, rho g l_b^3 [N m]."""
+        """Return the bending rigidity of an ideal strip with a loop of this height: rho g l_b^3 [N m].
+
+        rho is the areal density [kg/m^2], g the acceleration of gravity, and l_b the bending length [m].
+        """
         return material.areal_density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """See `RestTest.target`."""
+        """Return the target of the simulated reading; see `RestTest.target`."""
         height = readings["height"]
         layers = 2.0 * self.thickness
         return Target(
@@ -192,7 +209,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         return [
@@ -201,7 +218,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip folded over itself, from the side."""
+        """Draw the strip that is folded over itself, as seen from the side."""
         if shape is None:
             return ""
         side = strip_profile(self.mesh[0][:, 0], shape)

@@ -1,4 +1,4 @@
-"""Finding the parameter at which a simulated reading is the measured one, in few simulations."""
+"""Find the parameter at which the simulated reading equals the measured reading, in few simulations."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 FIRST_FACTOR = 1.25
-"""Ratio of the second value tried to the first."""
+"""Ratio between the first two values that are tried."""
 LONGEST_STEP = 2.0
-"""Largest step in the logarithm of the parameter."""
+"""Largest step of the parameter's logarithm."""
 MOST = 16
-"""Largest number of simulations of one search."""
+"""Largest number of simulations in one search."""
 
 
 @dataclass(frozen=True)
 class Match:
-    """The end of a search."""
+    """The result of a search for a parameter."""
 
     parameter: float
     reading: float
     reached: bool
-    """Whether the reading was matched; if not, the parameter is the nearest end of its range."""
+    """Whether the reading was matched. If not, the parameter is the one with the nearest reading."""
     samples: tuple[tuple[float, float], ...]
-    """All (parameter, reading) that were simulated, in order of the parameter."""
+    """All simulated pairs of a parameter and its reading, in the order of the parameter."""
 
     def after(self, earlier: tuple[tuple[float, float], ...]) -> Match:
-        """Return this match with the samples of an earlier pass before its own."""
+        """Return this match with additional samples from an earlier search."""
         return replace(self, samples=tuple(sorted({*earlier, *self.samples})))
 
 
@@ -40,16 +40,16 @@ def match(
     straight: Callable[[float], float],
     rising: bool = False,
 ) -> Match:
-    """Safeguarded secant search of a parameter on which the reading depends monotonically.
+    """Search for a parameter by a safeguarded secant method. The reading must depend monotonically on the parameter.
 
     Args:
-        reading: Function that simulates the reading of a parameter; infinite if the cloth is too soft to simulate.
+        reading: Function that simulates the reading for a parameter; infinite if the cloth is too soft to simulate.
         target: Measured reading.
-        start: First parameter.
-        limits: Smallest and largest parameter.
-        within: Largest accepted difference between the reading and the target.
+        start: First value of the parameter.
+        limits: Smallest and largest value of the parameter.
+        within: Largest accepted difference between the simulated reading and the target.
         straight: Function of the reading that is nearly linear in the logarithm of the parameter.
-        rising: Whether the reading rises with the parameter instead of falling.
+        rising: Whether the reading rises with the parameter; otherwise it falls.
     """
     if rising:
         found = match(lambda at: _turned(reading(at)), -target, start, limits, within, lambda value: -straight(-value))
@@ -64,7 +64,7 @@ def match(
         if abs(seen[at] - target) <= within:
             return _found(at, seen, True)
         if seen[at] > target:
-            low = at  # falling: more of the parameter, less of the reading
+            low = at  # the reading falls with the parameter, so the parameter must be larger
         else:
             high = at
         if high - low < 1e-6:
@@ -75,7 +75,7 @@ def match(
 
 
 def _turned(reading: float) -> float:
-    """Return a reading with the opposite sign; infinity, which stands for a failed simulation, stays."""
+    """Return a reading with the opposite sign. Infinity remains, because it stands for a failed simulation."""
     return reading if np.isinf(reading) else -reading
 
 
@@ -87,7 +87,10 @@ def _found(at: float, seen: dict[float, float], reached: bool) -> Match:
 def _next(
     seen: dict[float, float], target: float, straight: Callable[[float], float], low: float, high: float
 ) -> float:
-    """Return the next parameter by the secant through the two nearest samples, limited to the bracket."""
+    """Return the next value of the parameter's logarithm, inside the bracket from `low` to `high`.
+
+    It follows from the secant through the two samples whose readings are nearest to the target.
+    """
     last = list(seen)[-1]
     finite = sorted((each for each in seen if np.isfinite(seen[each])), key=lambda each: abs(seen[each] - target))
     if not np.isfinite(seen[last]):

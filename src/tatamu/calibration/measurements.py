@@ -1,6 +1,6 @@
-"""The readings of ruler, scale and board in `measurements.toml`; docs/guide/calibration.md shows each.
+"""The readings of ruler, scale and board in `measurements.toml`. docs/guide/calibration.md shows each reading.
 
-    [garment]     name, size, mass                what it is, and its mass
+    [garment]     name, size, mass                the garment and its mass
     [TEST]        its readings                    a table for each test that was made: the modules of `registry`
     [errors]      length, mass, H_s               standard deviation of one reading
 
@@ -24,24 +24,24 @@ from tatamu.records import Record
 
 
 class GarmentReadings(Record):
-    """The garment and its mass."""
+    """The garment that was measured, and its mass."""
 
     name: str
-    """A garment's name or file, as `tatamu learn` takes it."""
+    """Name of a garment, or the path of a garment's file, as for `tatamu learn`."""
     size: Annotated[tuple[Length, Length], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)] | None = (
         None
     )
-    """Width and length [m]; None for the garment's own."""
+    """Width and length of the garment [m]; None for the size of the garment's pattern."""
     mass: Masses
     """Mass of the whole garment [kg]."""
     material: str | None = None
     """Preset or material file for parameters that are not measured; None for the garment's own fabric."""
     thickness: Annotated[float, Field(ge=THICKNESS[0], le=THICKNESS[1])] | None = None
-    """Thickness of one layer [m], see `Material.thickness`; None for the material's."""
+    """Thickness of one layer [m], see `Material.thickness`; None for the thickness of the material."""
 
 
 class Head(Record):
-    """The fields that every file of measurements begins with."""
+    """The fields with which every file of measurements begins."""
 
     version: Literal[1] = 1
     garment: GarmentReadings
@@ -49,11 +49,11 @@ class Head(Record):
 
 _TABLES: dict[str, Any] = {name: (test.entry | None, None) for name, test in TESTS.items()}
 _WithTests: Any = create_model("_WithTests", __base__=Head, **_TABLES)
-"""Measurements with a field for the table of each test; None if the test was not made."""
+"""Measurements with a field for the table of each test. The field is None if the test was not made."""
 
 
 class Measurements(_WithTests):
-    """All readings of one garment; a test that was not made is left out."""
+    """All readings of one garment. The fields of tests that were not made are None."""
 
     errors: Errors = Field(default_factory=Errors)
 
@@ -72,12 +72,12 @@ class Measurements(_WithTests):
         return self
 
     def entries(self) -> dict[str, TestEntry]:
-        """The tables of the tests that were made, by name."""
+        """Return the tables of the tests that were made, by the names of the tests."""
         tables = {name: getattr(self, name) for name in TESTS}
         return {name: table for name, table in tables.items() if table is not None}
 
     def readings(self) -> dict[str, Reading]:
-        """Every reading by the name it has in the file."""
+        """Return every reading, by its name."""
         errors: Errors = self.errors
         garment: GarmentReadings = self.garment
         found = {"mass": Reading.of(garment.mass, errors.mass, "kg")}
@@ -89,9 +89,9 @@ class Measurements(_WithTests):
 
 
 def load_measurements(path: Path) -> Measurements:
-    """Read and check measurements.
+    """Read and check a file of measurements.
 
     Raises:
-        InputError: If the file cannot be read, a field is unknown or a reading is impossible.
+        InputError: If the file cannot be read, a field is unknown, or a reading is impossible.
     """
     return validated(Measurements, read_toml(path), path)

@@ -1,4 +1,4 @@
-"""Options of a calibration that a study may vary; the defaults are those of `tatamu calibrate`."""
+"""Options of a calibration that a study may vary. The defaults are the options of `tatamu calibrate`."""
 
 from __future__ import annotations
 
@@ -7,26 +7,28 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class CalibrationOptions:
-    """Tolerances of matched readings, and the time for which the simulated cloth settles."""
+    """Tolerances of matched readings, and the time in which the simulated cloth comes to rest."""
 
     settled: float = 5e-5
-    """Largest change of a settled reading over the last quarter of its scene [m]."""
+    """Largest change of a reading over the last quarter of its scene at which the cloth counts as at rest [m]."""
     lengthening: float = 2.0
-    """Factor by which a scene that has not settled is lengthened."""
+    """Factor by which a scene is lengthened if its cloth has not come to rest."""
     longest: float = 8.0
-    """Largest duration of a scene over the duration that its test sets."""
+    """Largest duration of a scene, as a multiple of the duration that its test sets."""
     within: float = 1e-3
     """Largest difference between the simulated and the measured reading, as a fraction of the reading."""
     finest: float = 1e-5
-    """Largest difference between the simulated and the measured reading, if larger than `within` gives [m]."""
+    """Smallest tolerance of a matched reading [m]. It is used if `within` gives a smaller one."""
     agreement: float = 5e-3
-    """Largest change of the parameters' logarithms between passes that agree."""
+    """Largest change of the parameters' logarithms from pass to pass at which the search ends."""
     passes: int = 5
     """Largest number of passes over the tests at rest."""
     passes_with_friction: int = 10
-    """Largest number of passes if friction of bending is measured. Friction changes the rigidity that follows from a
-    sag by about as much again, so matching both takes more passes."""
+    """Largest number of passes if the friction of bending is measured.
+
+    More passes are needed, because the friction changes the rigidity that follows from a sag.
+    """
 
 
 DEFAULTS = CalibrationOptions()
-"""Options of `tatamu calibrate`."""
+"""Options of the command `tatamu calibrate`."""

@@ -1,4 +1,4 @@
-"""The page of a calibration, which opens offline: the material, the fits, and the reading to repeat."""
+"""The page of a calibration, which opens offline. It shows the material, the fits, and the reading to repeat."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, n
 from tatamu.presentation.page import render
 
 ROOM = 1.6
-"""Factor of the margin around the points of a chart, so that a logarithmic axis always has a number on it."""
+"""Factor of the margin around a chart's points. It is so large that a logarithmic axis always has a number."""
 
 
 @dataclass(frozen=True)
 class ShownFit:
-    """A fit, as the page shows it next to its chart."""
+    """One fit, as the page shows it next to its chart."""
 
     name: str
-    """Name of its test and of its group of charts."""
+    """Name of the test, which is also the name of its group of charts."""
     title: str
     sentence: str
     symbol: str
     relation: str
-    """Between symbol and value: "=" or "is"."""
+    """Sign or word between the symbol and the value: "=" or "is"."""
     value: str
     spread: str
     picture: Markup
 
 
 def page(calibration: Calibration) -> str:
-    """The whole page as HTML."""
+    """Return the whole page as HTML."""
     charts = {fit.test: [Chart("", _chart(calibration, fit))] for fit in calibration.fits}
     return render(
         "calibration/page.html",
@@ -72,7 +72,7 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
-    """Return a parameter's value and its uncertainty as text, with the unit after the value."""
+    """Return a parameter's value, with its unit, and its uncertainty as text."""
     factor = KNOWN[parameter].shown_factor
     unit = KNOWN[parameter].shown_unit or UNITS[parameter]
 
@@ -102,7 +102,7 @@ def _chart(calibration: Calibration, fit: Fit) -> Plot:
 
 
 def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) -> Plot:
-    """Simulated readings over the parameter, and the measured one as a band."""
+    """Return a chart of the simulated readings over the parameter. The measured reading is a horizontal band."""
     factor = KNOWN[fit.parameter].shown_factor
     label = KNOWN[fit.parameter].label
     x = factor * np.array([sample[0] for sample in fit.samples])
@@ -137,7 +137,7 @@ def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) ->
 
 
 def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
-    """Chart the speed over the coefficient, which is zero if the sheet sticks."""
+    """Return a chart of the speed over the coefficient of friction. The speed is zero if the sheet stays."""
     dots = []
     for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
         points = [sample for sample in fit.samples if (sample[1] > SLIDING) == slides]
@@ -164,7 +164,10 @@ def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
 
 
 def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]:
-    """For each reading its name, its value, its uncertainty, and its part of each parameter's variance."""
+    """Return the rows of the uncertainty table.
+
+    A row has the name of a reading, its value, its uncertainty, and its fraction of each parameter's variance.
+    """
     known = [PLACE[name] for name in calibration.known]
     if not known:
         return []
@@ -177,7 +180,7 @@ def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]
 
 
 def _read(reading: Reading | None) -> tuple[str, str]:
-    """Return a reading and its uncertainty as text; empty if it was not read."""
+    """Return a reading and its uncertainty as text; both are empty if there is no reading."""
     if reading is None:
         return "", ""
     factor, unit = SHOWN[reading.unit]

@@ -1,4 +1,4 @@
-"""The parameters of a material that calibration finds, and how they are named, searched and shown."""
+"""The parameters of a material that calibration finds: their names, search ranges and units."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Parameter:
-    """One field of a material."""
+    """One field of a material that calibration can find."""
 
     name: str
     symbol: str
     unit: str
-    """"-" if it has none."""
+    """Unit of the parameter; "-" if it has no unit."""
     words: str
-    """Name of the field in a table."""
+    """Name of the parameter in words."""
     shown_unit: str = ""
-    """The unit on pages; none given: `unit`."""
+    """Unit on pages; empty for `unit`."""
     shown_factor: float = 1.0
-    """Factor from `unit` to the shown unit."""
+    """Factor from `unit` to the unit on pages."""
 
     @property
     def label(self) -> str:
-        """Symbol and shown unit, as an axis has them."""
+        """The symbol and the shown unit, as the label of an axis."""
         return self.symbol if self.unit == "-" else f"{self.symbol} [{self.shown_unit or self.unit}]"
 
 
@@ -46,7 +46,7 @@ PARAMETERS = tuple(KNOWN)
 UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
 SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
 PLACE = {name: number for number, name in enumerate(PARAMETERS)}
-"""Number of the row and column of each parameter, in all matrices."""
+"""Number of each parameter's row and column, in all matrices."""
 LIMITS = {
     "shear_stiffness": (1.0, 1e4),
     "stretch_stiffness": (1.0, 1e5),
@@ -56,8 +56,8 @@ LIMITS = {
     "air_drag_quadratic": (1e-2, 100.0),
     "bending_hysteresis": (1e-6, 1.0),
 }
-"""Ranges in which parameters are searched, each in its unit."""
+"""Smallest and largest value in the search for each parameter, in its unit."""
 OPTIONAL = ("shear_stiffness", "air_added_mass", "air_drag_quadratic", "bending_hysteresis")
-"""Fields that are reported only if a test determines them."""
+"""Parameters that are reported only if a test determines them."""
 UNMEASURED = ("poisson_ratio", "friction_cloth", "air_drag")
 """Fields of a material that no test determines."""

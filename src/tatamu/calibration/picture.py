@@ -1,4 +1,4 @@
-"""Style and projection that the drawings of the tests share; each test draws itself."""
+"""Style and projection of the tests' drawings. Each test has its own drawing."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import numpy as np
 CLOTH = "plot"
 """Colour of the cloth."""
 DASH = 4.0
-"""Length of the dashes of lines that only help to read a length [pixels]."""
+"""Length of the dashes of auxiliary lines [pixels]."""
 
 
 def strip_profile(along: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Return a strip from the side: the mean of each of its rows [m], shape (rows, 2).
+    """Return the side view of a strip: the mean of each of its rows [m], shape (rows, 2).
 
     Args:
         along: Coordinate of each vertex along the unfolded strip [m], shape (n,).

@@ -1,14 +1,19 @@
 """Test *plate*: the drape of a disc of cloth over a round plate determines the bending rigidity.
 
-This test is not in the paper. A disc hangs over a smaller plate, in folds, and is seen from above. The drape
+This test is not in the paper. A disc of cloth hangs over a smaller plate, in folds, and is seen from above. The drape
 coefficient
 
     DC = (A_outline - A_plate) / (A_disc - A_plate)
 
-is matched as a length, the radius of the circle with the outline's area. It grows with the bending length l_b over the
-overhang a: about as DC / (1 - DC) = (l_b / a / 0.255)^2.95, by simulations of discs of 1.7 and 2 plates with 300 N/m,
-from which the search starts. Chance decides where folds form. Therefore two discs are simulated side by side, and the
-mean of both is used. The differences between the two in all simulations are part of the uncertainty.
+compares three areas: of the cloth's outline, of the plate, and of the flat disc. It is matched as a length: the radius
+of the circle with the outline's area.
+
+The coefficient grows with the bending length l_b divided by the overhang a, about as
+DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. It was fitted to simulations with discs
+1.7 and 2 times as wide as the plate, and a stretch stiffness of 300 N/m.
+
+Chance decides where folds form. Therefore two discs are simulated side by side, and the mean of both is used. The
+differences between the two discs in all simulations are part of the uncertainty.
 """
 
 from __future__ import annotations
@@ -39,25 +44,28 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 
 HALF, POWER = 0.2545, 2.95
-"""Bending length over overhang at DC = 1/2, and the power by which DC / (1 - DC) grows with it."""
+"""Bending length divided by overhang at DC = 1/2, and the power by which DC / (1 - DC) grows with this ratio.
+
+DC is the drape coefficient.
+"""
 DISCS = 2
 """Number of discs that are simulated side by side."""
 APART = 2.6
-"""Distance between the middles of the two discs, in radii."""
+"""Distance between the centres of the two discs, in radii of the discs."""
 CELL = 0.45
-"""Edge length of the mesh in bending lengths by the formula above."""
+"""Edge length of the mesh divided by the bending length, which follows from the formula at the top of the module."""
 FINEST, COARSEST = 0.06, 0.2
-"""Range of the edge length in overhangs."""
+"""Smallest and largest edge length of the mesh divided by the overhang."""
 ANGLES = 180
-"""Number of angles of an outline."""
+"""Number of points of an outline, at equal angles."""
 SETTLING = 4.0
 """Time from the rise of the plate to the reading [s]."""
 LIMPEST, STIFFEST = 0.08, 0.93
-"""Range of the coefficient outside which it only bounds the bending rigidity."""
+"""Smallest and largest drape coefficient that determines the bending rigidity. Others only bound the rigidity."""
 STEP = 0.4
-"""Step of a parameter's logarithm for differences, so large that they exceed the scatter by chance."""
+"""Step of a parameter's logarithm for differences. It is so large that the differences exceed the random scatter."""
 FOLDS = 2
-"""Difference between counted and simulated nodes above which it is reported."""
+"""Difference between the counted and the simulated number of folds above which the difference is reported."""
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -77,16 +85,16 @@ Coefficients = Annotated[tuple[float, ...], BeforeValidator(_coefficients)]
 
 
 class PlateReadings(TestEntry):
-    """A disc of the cloth over a plate, from above."""
+    """Readings of a disc of cloth over a plate, as seen from above."""
 
     disc: Length
-    """Diameter of the cloth [m]."""
+    """Diameter of the disc of cloth [m]."""
     plate: Length
     """Diameter of the plate [m]."""
     drape_coefficient: Coefficients
-    """DC [-]."""
+    """Drape coefficient [-]."""
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
-    """Folds of the hem; compared, not matched."""
+    """Number of folds at the edge of the cloth. It is compared with the simulation, but not matched."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -98,7 +106,7 @@ class PlateReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         ring = 0.25 * (self.disc**2 - self.plate**2)
         mean = float(np.mean(self.drape_coefficient))
         radius = float(np.sqrt(0.25 * self.plate**2 + mean * ring))
@@ -108,18 +116,18 @@ class PlateReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Plate(ElasticTest):
-    """The test of a disc over a plate."""
+    """The test of a disc of cloth over a plate."""
 
     disc: float
-    """Radius of the cloth [m]."""
+    """Radius of the disc of cloth [m]."""
     plate: float
     """Radius of the plate [m]."""
     coefficient: float
-    """The measured coefficient; the mesh is chosen for it."""
+    """The measured drape coefficient, for which the mesh is chosen."""
     folds: float | None = None
-    """Nodes that were counted, in the mean."""
+    """Mean number of folds that were counted; None if folds were not counted."""
     spacing: float | None = None
-    """Edge length of the mesh [m]; None for a part of the bending length."""
+    """Edge length of the mesh [m]; None for a fixed fraction of the bending length."""
     seed: int = 0
     """Random seed of the discs' unevenness."""
 
@@ -141,14 +149,14 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
     @classmethod
     def of(cls, entry: PlateReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         folds = float(np.mean(entry.nodes)) if entry.nodes else None
         mean = float(np.mean(entry.drape_coefficient))
         return cls(0.5 * entry.disc, 0.5 * entry.plate, mean, folds, specimen.spacing)
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         return """\
 # [plate]                # optional: a disc of the cloth over a round plate, from above; tells B too
 # disc = 0.30            # diameter of the cloth
@@ -159,7 +167,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
     @property
     def overhang(self) -> float:
-        """The cloth beyond the plate's rim, a [m]."""
+        """Overhang a: the width of the cloth outside the plate's rim [m]."""
         return self.disc - self.plate
 
     @cached_property
@@ -170,7 +178,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return [Drapemeter(self.disc, self.plate, edge, DISCS * self.seed + number) for number in range(DISCS)]
 
     def scene(self, material: Material) -> Scene:
-        """Both discs rise side by side, and settle."""
+        """Return the scene of this test. Two discs are raised side by side and come to rest."""
         scenes = [disc.scene(material) for disc in self.discs]
         aside = [np.array([number * APART * self.disc, 0.0, 0.0]) for number in range(DISCS)]
         vertices, rest = (
@@ -195,11 +203,11 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
     @cached_property
     def _starts(self) -> list[int]:
-        """Number of the first vertex of each disc; the last item is the number of all vertices."""
+        """Number of the first vertex of each disc. The last item is the number of all vertices."""
         return [0, *np.cumsum([len(disc.mesh[0]) for disc in self.discs]).tolist()]
 
     def outlines(self, positions: np.ndarray) -> list[PlanOutline]:
-        """Return the outline of each disc, from positions [m], shape (n, 3)."""
+        """Return the outline of each disc, from positions (n, 3) [m]."""
         return [
             PlanOutline.of(
                 positions[self._starts[number] : self._starts[number + 1]],
@@ -211,25 +219,25 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         ]
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the radius of the circle with the outlines' mean area [m]."""
+        """Return the radius of the circle that has the mean area of the simulated outlines [m]."""
         areas = [outline.area for outline in self.outlines(rollout.positions[frame])]
         return float(np.sqrt(np.mean(areas) / np.pi))
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """See `ElasticTest.chance`."""
+        """Return the uncertainty due to chance; see `ElasticTest.chance`."""
         radii = np.sqrt([[outline.area / np.pi for outline in self.outlines(shape)] for shape in shapes])
         return float(np.sqrt(radii.var(axis=1, ddof=1).mean() / DISCS))
 
     def coefficient_of(self, radius: float) -> float:
-        """Return the drape coefficient of a mean radius of the hem [m]."""
+        """Return the drape coefficient of an outline with this mean radius [m]."""
         return (radius**2 - self.plate**2) / (self.disc**2 - self.plate**2)
 
     def guess(self, radius: float, material: Material) -> float:
-        """Return the bending rigidity by the formula above [N m]."""
+        """Return the bending rigidity for this mean radius [N m], by the formula at the top of the module."""
         return material.areal_density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """See `RestTest.target`."""
+        """Return the target of the simulated reading; see `RestTest.target`."""
         hem = readings["hem"]
         low, high = (self.coefficient_of(hem.value + sign * hem.uncertainty) for sign in (-1.0, 1.0))
         return Target(
@@ -245,13 +253,13 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         )
 
     def sentence(self, fit: Fit) -> str:
-        """See `CalibrationTest.sentence`."""
+        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         measured, simulated = (100.0 * self.coefficient_of(radius) for radius in (fit.measured, fit.simulated))
         error = 100.0 * fit.uncertainty * 2.0 * fit.measured / (self.disc**2 - self.plate**2)
         return f"Drape coefficient measured: {measured:.1f} ± {error:.1f} %; simulated: {simulated:.1f} %."
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         side, other = ("limp", "smaller") if fit.bound == "at most" else ("stiff", "larger")
@@ -261,7 +269,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         ]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Report if the number of folds differs from that of the simulated cloth."""
+        """Return a note if the real and the simulated cloth have different numbers of folds."""
         shape = estimate.shapes.get(self.name)
         if shape is None or self.folds is None:
             return []
@@ -274,7 +282,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the disc on its plate, from above."""
+        """Draw the disc on its plate, as seen from above."""
         if shape is None:
             return ""
         turn = np.linspace(0.0, 2.0 * np.pi, 181)
@@ -290,6 +298,9 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
 
 def length_share(coefficient: float) -> float:
-    """Return the bending length over the overhang, by the formula above."""
+    """Return the bending length divided by the overhang, for a drape coefficient.
+
+    It follows from the formula at the top of the module.
+    """
     inside = float(np.clip(coefficient, 0.01, 0.99))
     return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))

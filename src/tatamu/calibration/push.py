@@ -1,12 +1,16 @@
-"""Test *push*: the motion of the far edge of a pushed cloth determines the resistance to compression.
+"""Test *push*: the motion of a pushed cloth's far edge determines the resistance to compression.
 
-This test is not in the paper. A sheet wrinkles where it is pushed, and its far edge stays; a stiffer sheet slides as a
-whole. With friction mu rho g per area, the cloth from the ruler to a far edge that moves is shorter by
+This test is not in the paper. A soft sheet wrinkles where it is pushed, and its far edge stays. A stiffer sheet slides
+as a whole. The sheet is pushed by the distance s, and its far edge moves by the distance p. If the far edge moves, the
+cloth becomes shorter by
 
     s - p = mu rho g L^2 / (2 c Y)
 
-for a push s, after which the far edge of a length L has moved by p. (The pressure grows evenly from the far edge.) The
-part c of the stretch stiffness Y that resists compression stands for the wrinkles that a coarse mesh cannot show.
+The reason is that the friction per area is mu rho g, so the pressure grows evenly from the far edge. Here mu is the
+coefficient of friction, rho the areal density, g the acceleration of gravity, and L the length of the cloth.
+
+The factor c is the fraction of the stretch stiffness Y that resists compression. It represents the wrinkles that a
+coarse mesh cannot show.
 """
 
 from __future__ import annotations
@@ -40,11 +44,11 @@ from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import capabilities
 
 CELL, COLUMNS = 0.02, 4
-"""Edge length of the strip's mesh [m], and its width in cells."""
+"""Edge length of the strip's mesh [m], and the number of cells across the strip."""
 ROWS = 12
-"""Least number of rows of the strip."""
+"""Smallest number of rows of the strip."""
 SPEED = 0.02
-"""Mean speed of the ruler [m/s]; at 0.05 m/s the cloth quivers and is a fifth less shortened."""
+"""Mean speed of the ruler [m/s]. At 0.05 m/s, the simulated cloth trembles and is shortened by a fifth less."""
 KNOTS = 41
 REST = 0.5
 """Time from the end of the push to the reading [s]."""
@@ -54,11 +58,11 @@ class PushReadings(TestEntry):
     """Readings of a cloth on a table whose near edge is pushed by a ruler."""
 
     length: Lengths
-    """Length of the cloth ahead of the ruler, in the direction of the push [m]."""
+    """Length of the cloth in front of the ruler, in the direction of the push [m]."""
     pushed: Lengths
-    """Distance that the ruler was pushed [m]."""
+    """Distance by which the ruler was pushed [m]."""
     moved: Distances
-    """Distance that the far edge moved [m]; 0 if it stayed."""
+    """Distance by which the far edge moved [m]; 0 if it stayed."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -77,7 +81,7 @@ class PushReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         return {
             "push_length": Reading.of(self.length, errors.length),
             "pushed": Reading.of(self.pushed, errors.length),
@@ -87,14 +91,14 @@ class PushReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Push(LaterTest, RestTest):
-    """The test of a cloth pushed along a table."""
+    """The test of a cloth that is pushed along a table."""
 
     length: float
-    """L, of the cloth ahead of the ruler [m]."""
+    """Length L of the cloth in front of the ruler [m]."""
     pushed: float
-    """s, how far the ruler was pushed [m]."""
+    """Distance s by which the ruler was pushed [m]."""
     spacing: float | None = None
-    """Edge length of the strip's mesh [m]; None for `CELL`, or less for a short cloth."""
+    """Edge length of the strip's mesh [m]; None for `CELL`, or a smaller length if the cloth is short."""
 
     name = "push"
     title = "Push: compression c"
@@ -123,7 +127,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
 
     @classmethod
     def of(cls, entry: PushReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         if specimen.base.orthotropic_membrane:
             raise InputError(
                 "push: the garment's material has a weft or shear stiffness of its own, and cloth that resists "
@@ -133,7 +137,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         return """\
 # [push]                 # optional: cloth pushed along the table by a ruler on its near edge
 # length = []            # of the cloth ahead of the ruler
@@ -142,20 +146,23 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
 """
 
     def unusable(self, simulator: str) -> str | None:
-        """See `CalibrationTest.unusable`."""
+        """Return why a simulator cannot do this test; see `CalibrationTest.unusable`."""
         if capabilities(simulator).compression:
             return None
         return "knows no compression: its cloth resists it as it does tension"
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """The strip on z = 0, lengthwise from x = 0 [m], shape (n, 3), and its triangles."""
+        """Points of the strip on z = 0 [m], shape (n, 3), and its triangles.
+
+        The length of the strip is along x, from x = 0.
+        """
         edge = self.spacing or min(CELL, self.length / (ROWS * np.sqrt(0.75)))
         vertices, faces = staggered_rectangle(COLUMNS * edge, self.length, edge)
         return vertices - [vertices[:, 0].min(), 0.0, vertices[:, 2].min()], faces
 
     def scene(self, material: Material) -> Scene:
-        """The strip on the table, its first row held and pushed."""
+        """Return the scene of this test: a strip on the table whose first row is held and pushed."""
         flat, faces = self.mesh
         u = np.linspace(0.0, 1.0, KNOTS)
         seconds = self.pushed / SPEED
@@ -171,7 +178,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return how far the far edge has moved [m]."""
+        """Return the distance by which the far edge has moved [m]."""
         return float((rollout.positions[frame] - rollout.positions[0])[self._far, 0].mean())
 
     @cached_property
@@ -180,12 +187,12 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return along > along.max() - 1e-9
 
     def guess(self, moved: float, material: Material) -> float:
-        """Return the compression by the formula above."""
+        """Return the compression factor c for this motion of the far edge, by the formula at the top of the module."""
         weight = material.friction_table * material.areal_density * GRAVITY
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
 
     def target(self, readings: Readings) -> Target:
-        """See `RestTest.target`."""
+        """Return the target of the simulated reading; see `RestTest.target`."""
         pushed = readings["pushed"]
         moved = readings["moved"]
         error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
@@ -201,10 +208,10 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         )
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search the part of Y that resists compression.
+        """Search for the factor c of the stretch stiffness that resists compression.
 
-        If the reading only bounds the parameter from below, and the material satisfies the bound, the material is kept:
-        a sheet that slides as a whole gives no reason to assume wrinkles elsewhere.
+        If the reading only gives a lower bound, and the material already satisfies this bound, the material is kept.
+        The reason is that a sheet that slides as a whole does not show whether it would wrinkle.
         """
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))
@@ -213,7 +220,10 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """See `LaterTest.propagate`; of c = mu rho g L^2 / 2 Y (s - p)."""
+        """Add this test's changes of the factor c; see `LaterTest.propagate`.
+
+        The factor is c = mu rho g L^2 / 2 Y (s - p); the module explains the symbols.
+        """
         shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
         own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}
         density, stretch, friction = (PLACE[name] for name in ("areal_density", "stretch_stiffness", "friction_table"))
@@ -224,7 +234,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
             change[PLACE[self.parameter]] = moved
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         compression = estimate.material.compression
         error = millimetres(fit.uncertainty)
         if fit.bound == "at most":
@@ -240,7 +250,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return []
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip after the push, from the side, and where its ends were before."""
+        """Draw the strip after the push, as seen from the side, and the former positions of its ends."""
         if shape is None:
             return ""
         side = strip_profile(self.mesh[0][:, 0], shape)

@@ -1,4 +1,4 @@
-"""Readings in a file: a number or a list of repeats, checked for wrong units."""
+"""Readings in a file: a number or a list of repeats. Readings in wrong units are refused."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 LONGEST, HEAVIEST = 10.0, 20.0
-"""A garment's length [m] and mass [kg] beyond these are a unit error."""
+"""Largest length [m] and mass [kg] of a garment. Larger values are refused, because their unit must be wrong."""
 LATEST = 600.0
-"""Largest measured time [s]; a larger one is a unit error."""
+"""Largest measured time [s]. Larger values are refused, because their unit must be wrong."""
 FARTHEST = 180.0
-"""The angle of a closed fold [degrees]."""
+"""Largest angle of a fold [degrees]: the angle of a closed fold."""
 SHOWN = {"m": (1e3, "mm"), "kg": (1e3, "g"), "s": (1.0, "s"), "-": (1.0, "")}
-"""Unit of a reading to the factor and the unit with which it is shown."""
+"""Factor and unit with which a reading is shown, by the unit of the reading."""
 
 
 def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:
@@ -67,6 +67,6 @@ Distances = Annotated[tuple[float, ...], BeforeValidator(_distances)]
 Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
 Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
 Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
-"""Angles of a protractor [degrees]: 0 to 180."""
+"""Angles that a protractor can measure [degrees]: 0 to 180."""
 Length = Annotated[float, BeforeValidator(_length)]
 Error = Annotated[float, Field(ge=1e-6, le=0.1)]

@@ -1,4 +1,4 @@
-"""Readings as values with standard uncertainties."""
+"""Readings: values with standard uncertainties."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Reading:
-    """The mean of one reading's repeats."""
+    """The mean of the repeats of one reading."""
 
     value: float
     """Mean of the repeats, in `unit`."""
@@ -17,15 +17,19 @@ class Reading:
     """Standard uncertainty of the mean."""
     repeats: int = 1
     unit: str = "m"
-    """One of `quantity.SHOWN`."""
+    """Unit of the reading, one of `quantity.SHOWN`."""
 
     @classmethod
     def of(cls, values: tuple[float, ...], error: float, unit: str = "m") -> Reading:
-        """The mean of repeats, each with this standard deviation."""
+        """Return the mean of these repeats. Each repeat has the standard deviation `error`."""
         return cls(float(np.mean(values)), uncertainty(values, error), len(values), unit)
 
 
 def uncertainty(readings: tuple[float, ...], error: float) -> float:
-    """Standard uncertainty of the mean: the stated error, or the scatter of repeats if larger, over sqrt(n)."""
+    """Return the standard uncertainty of the mean of n readings.
+
+    It is the stated error divided by sqrt(n). If the scatter of the readings is larger than the stated error, the
+    scatter is used instead.
+    """
     scatter = float(np.std(readings, ddof=1)) if len(readings) > 2 else 0.0
     return max(error, scatter) / float(np.sqrt(len(readings)))

@@ -1,4 +1,4 @@
-"""All calibration tests, in the order of the guide. A new test is a module, and a name in this list."""
+"""All calibration tests, in the order of the guide. A new test needs a module, and a name in this list."""
 
 from __future__ import annotations
 
@@ -17,4 +17,4 @@ from tatamu.calibration.test import CalibrationTest
 TESTS: dict[str, type[CalibrationTest]] = {
     test.name: test for test in (Elongation, Slope, Sag, Loop, Plate, PressedCrease, Push, Bias, TenSwings, Fading)
 }
-"""Name to test."""
+"""Calibration tests by their names."""

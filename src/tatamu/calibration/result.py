@@ -1,4 +1,4 @@
-"""The result of a calibration, and the file it goes to."""
+"""The result of a calibration, and its file."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from tatamu.version import __version__
 
 @dataclass(frozen=True)
 class Calibration(Estimate):
-    """An estimate, and how it was made."""
+    """An estimate of a material, and the record of how the estimate was made."""
 
     setup: Setup
     passes: int
-    """Passes over the tests at rest until their parameters stayed."""
+    """Number of passes over the tests at rest until their parameters no longer changed."""
     simulations: int
     unsettled: float
-    """Largest motion of a reading over the last quarter of a scene [m]."""
+    """Largest change of a reading over the last quarter of its scene [m]."""
 
     def to_toml(self) -> dict[str, Any]:
-        """Return the contents of MATERIAL.toml; simulators take its `[material]`."""
+        """Return the contents of MATERIAL.toml. Simulators use its table `[material]`."""
         records = [item for test in self.setup.tests.values() for item in test.record().items()]
         return {
             "material": self.material.model_dump(),
@@ -71,5 +71,5 @@ class Calibration(Estimate):
 
 
 def rounded(value: float, digits: int = 3) -> float:
-    """Round a number to significant digits."""
+    """Round a number to this number of significant digits."""
     return float(f"{value:.{digits}g}")

@@ -1,8 +1,11 @@
-"""Sag (paper, section IV-C): how far cloth in front of a straight grip hangs down.
+"""Test *sag* (paper, section IV-C): how far cloth in front of a straight grip hangs down.
 
-The grip is level, parallel to the edge and as wide as the cloth in front of it, so this cloth is a strip clamped
-at one end: its sag depends on bending over weight alone, and on nothing behind the grip. A mesh bends behind its last
-held row too, so that row stands half a cell behind the front of the grip (docs/reference/checks.md, `clamp`).
+The grip is horizontal and parallel to the edge, and as wide as the cloth in front of it. This cloth is therefore a
+strip that is clamped at one end. Its sag depends only on the ratio of bending rigidity to weight, and on nothing behind
+the grip.
+
+A mesh also bends behind its foremost held row. This row is therefore half a cell behind the front of the grip
+(docs/reference/checks.md, `clamp`).
 """
 
 from __future__ import annotations
@@ -38,30 +41,39 @@ from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.settling import settling
 
 CELLS = 12
-"""Rows of the mesh in front of the grip."""
+"""Number of mesh rows in front of the grip."""
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
-"""Columns of the mesh, and of a mesh whose spacing is given. Some simulators give border vertices the mass of inner
-vertices, so a narrow strip would weigh more than the same part of the garment."""
+"""Number of columns of the mesh: by default, and if the mesh spacing is given.
+
+Some simulators give vertices at the border the same mass as inner vertices. A narrow strip would then weigh more than
+the same part of the garment.
+"""
 THIN = 0.25
-"""Largest thickness of the strip over its shortest edge."""
+"""Largest ratio of the strip's thickness to the shortest edge of its mesh."""
 RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
-"""Range of weight over bending, Gamma = rho g d^3 / B, that a ruler can distinguish."""
+"""Ratios of weight to bending that a ruler can distinguish: Gamma = rho g d^3 / B.
+
+rho is the areal density, g the acceleration of gravity, d the free length, and B the bending rigidity.
+"""
 
 STIFFEST, LIMPEST = 0.02, 0.96
-"""Range of sag over free length outside which the reading only bounds the bending rigidity."""
+"""Smallest and largest ratio of sag to free length that determines the bending rigidity.
+
+Other ratios only bound the rigidity.
+"""
 SHORTEST_EDGE = 1.5
-"""Least length of the edge, in free lengths; otherwise its ends would hang differently."""
+"""Smallest length of the edge, in free lengths. On a shorter edge, the ends would hang differently from the middle."""
 BEST = 1.8
-"""Free length over bending length at which the edge hangs down about half of it."""
+"""Ratio of free length to bending length at which the sag is about half of the free length."""
 SHORTEST = 0.025
-"""Least free length that can be measured with a ruler of 1 mm and held by two others [m]."""
+"""Smallest free length that can be measured with a ruler of 1 mm and held by two other rulers [m]."""
 STEP = 0.005
-"""Free lengths are proposed in steps of this [m]."""
+"""Step of the free lengths that are proposed [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
-"""Edges that sag; for other garments the longest edge."""
+"""Edges at which these garments sag. Other garments sag at their longest edge."""
 
 
 class SagReadings(TestEntry):
@@ -72,7 +84,7 @@ class SagReadings(TestEntry):
     free_length: Lengths
     """Length along the cloth from the front of the grip to the edge [m]."""
     sag: Lengths
-    """Vertical distance from the grip down to the lowest point, the edge [m]."""
+    """Vertical distance from the grip down to the edge, which is the lowest point [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -88,7 +100,7 @@ class SagReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         return {
             "free_length": Reading.of(self.free_length, errors.length),
             "sag": Reading.of(self.sag, errors.length),
@@ -97,12 +109,12 @@ class SagReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Sag(ElasticTest):
-    """The sag test: a strip of free length d in front of a level grip."""
+    """The sag test: a strip of free length d in front of a horizontal grip."""
 
     free_length: float
-    """d: from the front of the grip to the edge [m]."""
+    """Free length d from the front of the grip to the edge [m]."""
     spacing: float | None = None
-    """Edge length of the strip's mesh [m]; None for `CELLS` rows."""
+    """Edge length of the strip's mesh [m]; None for a mesh with `CELLS` rows."""
 
     name = "sag"
     title = "Sag: bending rigidity B"
@@ -121,7 +133,7 @@ Let it sag.                                                                     
 
     @classmethod
     def of(cls, entry: SagReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         test = cls(float(np.mean(entry.free_length)), specimen.spacing)
         garment = specimen.garment
         path = garment.vertices[named_edge(garment, entry.edge), :2]
@@ -136,7 +148,7 @@ Let it sag.                                                                     
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         edge = EDGE.get(garment.name) or longest_edge(garment)
         free = max(SHORTEST, STEP * round(BEST * garment.material.bending_length / STEP))
         return f"""\
@@ -148,7 +160,10 @@ sag = []                 # from the grip vertically down to the edge
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points of the strip [m], shape (n, 3), edge at x = 0 and grip at larger x; triangles; held vertices."""
+        """The strip's points [m], shape (n, 3), its triangles, and its held vertices.
+
+        The edge of the strip is at x = 0, and the grip is at larger x.
+        """
         wanted = CELLS if self.spacing is None else self.free_length / (np.sqrt(0.75) * self.spacing) - 0.5
         cells = int(np.clip(round(wanted), FEWEST, MOST))
         row = self.free_length / (cells + 0.5)
@@ -157,14 +172,14 @@ sag = []                 # from the grip vertically down to the edge
         columns = COLUMNS if self.spacing is None else WIDE_COLUMNS
         edge = row / np.sqrt(0.75)
         vertices, faces = staggered_rectangle(columns * edge, rows * row, edge)
-        # the mesh has rows of its own choice: stretch it so that its rows stand `row` apart
+        # the mesh chooses the distance between its rows: stretch the mesh until this distance is `row`
         own = np.unique(vertices[:, 0].round(9))
         along = np.searchsorted(own, vertices[:, 0].round(9))
         vertices[:, 0] = along * row
         return vertices, faces, np.flatnonzero(along >= cells)
 
     def scene(self, material: Material) -> Scene:
-        """The strip starts level and settles."""
+        """Return the scene of this test. The strip starts horizontal and comes to rest."""
         vertices, faces, held = self.mesh
         gamma = self.gamma(material)
         rate = slowest_frequency(gamma, self.free_length, GRAVITY)
@@ -177,25 +192,28 @@ sag = []                 # from the grip vertically down to the edge
         )
 
     def _thin(self, material: Material) -> float:
-        """Return a thickness that keeps neighbouring triangles from touching; the strip touches nothing else."""
+        """Return a thickness at which neighbouring triangles do not touch. The strip touches nothing else."""
         vertices, faces, _ = self.mesh
         shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
         return min(material.thickness, THIN * shortest)
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the sag of a rollout [m]: the mean depth of the edge below the grip."""
+        """Return the sag of the simulated strip [m]: the mean depth of the edge below the grip."""
         return float(-rollout.positions[frame, self.mesh[0][:, 0] < 1e-9, 2].mean())
 
     def gamma(self, material: Material) -> float:
-        """Return Gamma = rho g d^3 / B."""
+        """Return the ratio of weight to bending, Gamma = rho g d^3 / B.
+
+        rho is the areal density, g the acceleration of gravity, d the free length, and B the bending rigidity.
+        """
         return material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
 
     def guess(self, sag: float, material: Material) -> float:
-        """Return the bending rigidity of an ideal strip of this sag, by the heavy elastica [N m]."""
+        """Return the bending rigidity of an ideal strip with this sag, by the heavy elastica [N m]."""
         return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
 
     def target(self, readings: Readings) -> Target:
-        """See `RestTest.target`."""
+        """Return the target of the simulated reading; see `RestTest.target`."""
         sag = readings["sag"]
         length = readings["free_length"]
         free = self.free_length
@@ -213,7 +231,7 @@ sag = []                 # from the grip vertically down to the edge
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         material = estimate.material
         length = material.bending_length
         rigidity = 1e6 * material.bending_rigidity
@@ -236,7 +254,7 @@ sag = []                 # from the grip vertically down to the edge
         return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(length, estimate)}"]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip in front of its grip, from the side."""
+        """Draw the strip in front of its grip, as seen from the side."""
         if shape is None:
             return ""
         rows = np.unique(self.mesh[0][:, 0].round(6))
@@ -262,7 +280,7 @@ sag = []                 # from the grip vertically down to the edge
 
 
 def _longer_or_loop(length: float, estimate: Estimate) -> str:
-    """Propose a sufficient free length, or the loop test if that length is too short to be held."""
+    """Propose a better free length, or the loop test if that length is too short to be held."""
     better = BEST * length
     if better >= SHORTEST:
         expected = 1e3 * better * tip(BEST**3)[1]
@@ -278,12 +296,18 @@ def _longer_or_loop(length: float, estimate: Estimate) -> str:
 
 
 def sag_bound(sag: Reading, free_length: float) -> str | None:
-    """Return "at most" if cloth hangs straight down and "at least" if it stands out level; None otherwise."""
+    """Return "at most" if the cloth hangs straight down, "at least" if it stands out horizontally; otherwise None.
+
+    The words are bounds on the bending rigidity.
+    """
     if sag.value + sag.uncertainty > LIMPEST * free_length:
         return "at most"
     return "at least" if sag.value - sag.uncertainty < STIFFEST * free_length else None
 
 
 def gamma_of(share: float) -> float:
-    """Return Gamma of a cantilever whose sag is this share of its length, within `GAMMAS`."""
+    """Return Gamma, the ratio of weight to bending, of a cantilever whose sag is this fraction of its length.
+
+    The result is limited to the range of `GAMMAS`.
+    """
     return float(np.exp(np.interp(share, [tip(gamma)[1] for gamma in GAMMAS], np.log(GAMMAS))))

@@ -1,4 +1,4 @@
-"""The simulated copy of the measured garment and its tests."""
+"""The simulated copy of the measured garment, and the tests that were made on it."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ SPACING = 0.02
 
 @dataclass(frozen=True)
 class Setup:
-    """Tests that were made, on the garment that was measured."""
+    """The tests that were made, on the garment that was measured."""
 
     specimen: Specimen
     tests: Mapping[str, CalibrationTest]
-    """Tests by name, in the order of the registry."""
+    """Tests by their names, in the order of the registry."""
     assumed: tuple[str, ...] = ()
-    """Fields of the material that the measurements could state and do not."""
+    """Fields of the material that the measurements file could contain but does not."""
 
     @property
     def garment(self) -> Garment:
@@ -34,16 +34,16 @@ class Setup:
 
     @property
     def base(self) -> Material:
-        """The material before anything is found."""
+        """The material before the calibration."""
         return self.specimen.base
 
     @property
     def area(self) -> float:
-        """Area of all layers together [m^2]."""
+        """Area of all layers of the garment together [m^2]."""
         return float(areas(self.garment.cloth().rest, self.garment.faces).sum())
 
     def usable(self, simulator: str) -> list[CalibrationTest]:
-        """Return the tests that a simulator can do and that do not yield to others."""
+        """Return the tests that are used with a simulator: it can do them, and no other test replaces them."""
         return [test for test in self.tests.values() if self.unused(test, simulator) is None]
 
     def unused(self, test: CalibrationTest, simulator: str) -> str | None:
@@ -58,14 +58,14 @@ class Setup:
 
 
 def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
-    """Make the simulated tests of some measurements.
+    """Make the simulated copies of the tests in a measurements file.
 
     Args:
         measurements: Readings of the garment.
-        spacing: Mesh spacing of garment and strip [m]; None for a mesh so fine that it does not matter.
+        spacing: Mesh spacing of garment and strip [m]. If None, the mesh is so fine that its spacing does not matter.
 
     Raises:
-        InputError: If the garment, its material or an edge does not exist, or cannot have these readings.
+        InputError: If the garment, its material or an edge does not exist, or the garment cannot have these readings.
     """
     specimen = _specimen(measurements, spacing)
     made = {name: TESTS[name].of(entry, specimen) for name, entry in measurements.entries().items()}

@@ -1,11 +1,13 @@
 """Test *swing*: the time of ten swings of a cloth held by two corners determines the added mass of air.
 
-This test is not in the paper. A plate of length L that hangs by its edge swings with
+This test is not in the paper. A plate of length L that hangs by its edge swings with the period
 
     T = 2 pi sqrt(2 L (rho + m_a) / (3 g rho))
 
-where m_a is the air that moves with it along its normal (docs/theory/air.md): it adds inertia and no weight. Cloth held
-by two corners is no plate; it is simulated, and m_a matched.
+where rho is the areal density and g the acceleration of gravity. The added mass m_a is the mass per area of the air
+that moves with the plate along its normal (docs/theory/air.md). This air adds inertia but no weight.
+
+Cloth held by two corners is not a plate. It is therefore simulated, and m_a is matched.
 """
 
 from __future__ import annotations
@@ -41,13 +43,13 @@ from tatamu.scene import Scene
 from tatamu.simulators import capabilities
 
 TEN = 10
-"""Swings that are timed."""
+"""Number of swings that are timed."""
 SIMULATED = 4
-"""Swings of the simulation, whose mean period is taken."""
+"""Number of simulated swings, whose mean period is used."""
 PINCH = 0.03
 """Width of each of the two grips [m]."""
 FARTHEST = 0.7
-"""Largest distance aside, as a fraction of the cloth's length."""
+"""Largest distance to the side at the release, as a fraction of the cloth's length."""
 FRAMES = 60.0
 """Frames per second [1/s]."""
 LEAST = 0.004
@@ -55,7 +57,7 @@ LEAST = 0.004
 WITHIN = 2e-3
 """Relative accuracy to which the period is matched."""
 DRAG = 0.7
-"""Steady drag of a plate if no reading determines it [kg/m^3]: air that is carried also drags."""
+"""Quadratic drag that is assumed if the material has none [kg/m^3]. Air that moves with the cloth also drags it."""
 
 
 class SwingReadings(TestEntry):
@@ -66,7 +68,7 @@ class SwingReadings(TestEntry):
     aside: Lengths
     """Distance by which the far edge is pulled aside before its release [m]."""
     ten_swings: Times
-    """There and back ten times [s]."""
+    """Time of ten swings, each there and back [s]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -76,29 +78,29 @@ class SwingReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """See `TestEntry.readings`."""
+        """Return the readings by their names; see `TestEntry.readings`."""
         return {"ten_swings": Reading.of(self.ten_swings, errors.time, "s")}
 
 
 @dataclass(frozen=True)
 class Swinging:
-    """The garment held by two ends of an edge, drawn aside and let go."""
+    """A garment that is held by the two ends of an edge, pulled aside and released."""
 
     garment: Garment
     edge: str
     aside: float
-    """[m]"""
+    """Distance by which the far edge is pulled aside [m]."""
 
     @cached_property
     def hung(self) -> Elongation:
-        """The same garment hanging still."""
+        """The same garment, hanging still."""
         return Elongation(self.garment, tuple(Grasp(edge=self.edge, at=at, width=PINCH) for at in (0.0, 1.0)))
 
     def check(self, test: str) -> None:
-        """Check that the cloth is long enough for the distance aside.
+        """Check that the cloth is long enough for the distance `aside`.
 
         Raises:
-            InputError: If the edge does not exist, or `aside` is too far.
+            InputError: If the edge does not exist, or `aside` is too large.
         """
         if self.aside > FARTHEST * self.hung.length:
             raise InputError(
@@ -107,7 +109,10 @@ class Swinging:
             )
 
     def scene(self, material: Material, periods: float) -> Scene:
-        """Return a scene in which the cloth, drawn aside as a plane, swings for about `periods` periods of a plate."""
+        """Return a scene in which the cloth swings for about this number of periods of a plate.
+
+        At the start, the cloth is a plane that is pulled aside.
+        """
         scene = self.hung.scene(material)
         angle = np.arcsin(self.aside / self.hung.length)
         start = scene.cloth.vertices.copy()
@@ -126,11 +131,11 @@ class Swinging:
         )
 
     def signal(self, rollout: Rollout) -> np.ndarray:
-        """Return how far the far edge is aside at each frame [m], shape (f,)."""
+        """Return the distance of the far edge to the side in each frame [m], shape (f,)."""
         return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
 
     def drawing(self) -> str:
-        """Draw the garment from the side as it is let go, and as it hangs."""
+        """Draw the garment from the side: at its release, and hanging."""
         start = self.scene(self.garment.material, 1.0).cloth.vertices
         length = self.hung.length
         end = start[self.hung.end].mean(axis=0)[[0, 2]]
@@ -148,27 +153,30 @@ class Swinging:
 
 @dataclass(frozen=True)
 class SwungTest(LaterTest):
-    """A test of how cloth swings that is held by two corners and let go from the side."""
+    """A test of the swings of a cloth that is held by two corners and released from the side."""
 
     swinging: Swinging
 
     unit: ClassVar[str]
     """Unit of the reading."""
     rising: ClassVar[bool]
-    """Whether the reading rises with the parameter."""
+    """Whether the reading rises with the parameter; otherwise it falls."""
 
     @abstractmethod
     def reading(self, rollout: Rollout) -> float:
-        """Return the reading of a rollout."""
+        """Return the reading of a simulated motion."""
 
     @abstractmethod
     def guess(self, reading: float, material: Material) -> float:
-        """Return the parameter of a plate with that reading."""
+        """Return the parameter of a plate that has this reading."""
 
     def matched(
         self, laboratory: Laboratory, material: Material, measured: Reading, within: float
     ) -> tuple[Match, Fit]:
-        """Return the parameter that reproduces the reading to this relative accuracy, and its fit."""
+        """Return the parameter that reproduces the reading, and its fit.
+
+        `within` is the relative accuracy of the match.
+        """
 
         def reading(value: float) -> float:
             changed = material.model_copy(update={self.parameter: value})
@@ -198,7 +206,7 @@ class SwungTest(LaterTest):
         return found, fit
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
+        """Draw the reading; see `CalibrationTest.drawing`."""
         return self.swinging.drawing()
 
 
@@ -207,7 +215,7 @@ class TenSwings(SwungTest):
     """The test of ten swings."""
 
     drag: float | None
-    """Quadratic drag that is assumed [kg/m^3]; None for the material's."""
+    """Quadratic drag that is assumed [kg/m^3]; None for the drag of the material."""
 
     name = "swing"
     title = "Swing: air that it carries m_a"
@@ -226,14 +234,14 @@ Swing it (optional): for cloth that hands move fast.                         [sw
 
     @classmethod
     def of(cls, entry: SwingReadings, specimen: Specimen) -> Self:
-        """See `CalibrationTest.of`."""
+        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
         swinging.check(cls.name)
         return cls(swinging, None if specimen.base.air_drag_quadratic else DRAG)
 
     @classmethod
     def template(cls, garment: Garment) -> str:
-        """See `CalibrationTest.template`."""
+        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
         edge = (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]
         return f"""\
 # [swing]                # optional: held by both ends of an edge and let go from the side; tells what air it carries
@@ -243,34 +251,37 @@ Swing it (optional): for cloth that hands move fast.                         [sw
 """
 
     def unusable(self, simulator: str) -> str | None:
-        """See `CalibrationTest.unusable`."""
+        """Return why a simulator cannot do this test; see `CalibrationTest.unusable`."""
         return None if capabilities(simulator).directional_air else "knows no air that cloth carries"
 
     def scene(self, material: Material) -> Scene:
-        """See `CalibrationTest.scene`."""
+        """Return the scene of this test; see `CalibrationTest.scene`."""
         drag = material.air_drag_quadratic if self.drag is None else self.drag
         own = material.model_copy(update={"air_drag_quadratic": drag, "air_drag": 0.0})
         return self.swinging.scene(own, SIMULATED)
 
     def reading(self, rollout: Rollout) -> float:
-        """Return ten times the mean period of the first swings [s]; NaN if the cloth does not swing."""
+        """Return ten times the mean period of the first simulated swings [s]; NaN if the cloth does not swing."""
         signal = self.swinging.signal(rollout)
         found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))[: 2 * SIMULATED - 2]
         return float(TEN * np.mean([each.period for each in found])) if found else float("nan")
 
     def guess(self, seconds: float, material: Material) -> float:
-        """Air that a plate of that length carries, by the formula above [kg/m^2]."""
+        """Return the added mass of a plate that swings ten times in this time [kg/m^2], by the module's formula."""
         length = self.swinging.hung.length
         heavier = (seconds / TEN / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * length)
         return float(np.clip(material.areal_density * (heavier - 1.0), *LIMITS[self.parameter]))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search the added mass at which ten swings take as long."""
+        """Search for the added mass at which ten simulated swings take the measured time."""
         found, fit = self.matched(laboratory, material, readings["ten_swings"], WITHIN)
         return material.model_copy(update={self.parameter: found.parameter}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """See `LaterTest.propagate`; the period depends on m_a / rho."""
+        """Add this test's changes of the added mass m_a; see `LaterTest.propagate`.
+
+        The period depends on m_a / rho, where rho is the areal density.
+        """
         density = PLACE["areal_density"]
         by_time = 1.0 / fit.slope if fit.slope else self.per_time(readings)
         changes["ten_swings"][PLACE[self.parameter]] = by_time * readings["ten_swings"].uncertainty
@@ -278,18 +289,21 @@ Swing it (optional): for cloth that hands move fast.                         [sw
             change[PLACE[self.parameter]] += change[density]
 
     def per_time(self, readings: Readings) -> float:
-        """D ln m_a / dT_10 by the plate's formula [1/s]: 2 (rho + m_a) / (m_a T_10)."""
+        """Return the derivative of ln m_a by the time T_10 of ten swings, by the plate's formula [1/s].
+
+        It is 2 (rho + m_a) / (m_a T_10), where m_a is the added mass and rho the areal density.
+        """
         seconds = readings["ten_swings"].value
         length = self.swinging.hung.length
         heavier = (seconds / TEN / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * length)
         return float(2.0 * heavier / max(heavier - 1.0, 0.02) / seconds)
 
     def sentence(self, fit: Fit) -> str:
-        """See `CalibrationTest.sentence`."""
+        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         return f"Ten swings measured: {fit.measured:.1f} ± {fit.uncertainty:.1f} s; simulated: {fit.simulated:.2f} s."
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """See `CalibrationTest.advice`."""
+        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         side = "faster than the cloth swings without air" if fit.bound == "at most" else "slower than with any air"

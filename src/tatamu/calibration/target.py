@@ -1,4 +1,4 @@
-"""The target of a simulated reading, and readings that only bound a parameter."""
+"""The targets of simulated readings, some of which only bound a parameter."""
 
 from __future__ import annotations
 
@@ -18,53 +18,58 @@ from tatamu.material import Material
 UNKNOWN = 1.0
 """Standard uncertainty of a parameter's logarithm if a reading determines only its magnitude."""
 Guess = Callable[[float, Material], float]
-"""Function from a reading, and a cloth with known other parameters, to the parameter by the textbook."""
+"""Function from a reading and a cloth to the parameter, by a textbook formula. The cloth gives the other parameters."""
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
-"""Any cloth: the textbooks' parameters are proportional to its density, their relative spread does not depend on it."""
+"""A cloth with which relative spreads are computed.
+
+A relative spread is the same for every cloth, because the textbook formulas are proportional to the cloth's density.
+"""
 
 
 @dataclass(frozen=True)
 class Target:
-    """The reading of one test and the parameter that it determines."""
+    """The reading of one test, and the parameter that this reading determines."""
 
     test: LengthTest
     parameter: str
     measured: float
-    """[m]"""
+    """The measured reading [m]."""
     uncertainty: float
     """Standard uncertainty of the reading [m]."""
     bound: str | None
-    """"at least" or "at most" if the reading only bounds the parameter; None otherwise."""
+    """"at least" or "at most" if the reading only bounds the parameter; otherwise None."""
     guess: Guess
-    """The parameter by a textbook."""
+    """Textbook formula for the parameter."""
     straight: Callable[[float], float]
     """Function of the reading that is nearly linear in the logarithm of the parameter."""
     rising: bool = False
-    """Whether the reading rises with the parameter."""
+    """Whether the reading rises with the parameter; otherwise it falls."""
     spread: float = 1.0
-    """Standard uncertainty of the parameter's logarithm that follows from the test's own readings, by the textbook.
-    Tests of one parameter weigh by it."""
+    """Standard uncertainty of the parameter's logarithm that the readings cause, by the textbook formula.
+
+    If several tests determine one parameter, their weights follow from these uncertainties.
+    """
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Smallest and largest parameter that is tried."""
+        """Smallest and largest value of the parameter that is tried."""
         return LIMITS[self.parameter]
 
     @property
     def aim(self) -> float:
-        """Length to match [m]: the reading, moved by its uncertainty if it is a bound."""
+        """Length to match [m]: the reading, shifted by its uncertainty if it only bounds the parameter."""
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
         return self.measured + towards * self.uncertainty
 
     def start(self, material: Material) -> float:
-        """Return the parameter by the textbook, within its limits, where the search starts."""
+        """Return the parameter by the textbook formula, within its limits. The search starts with this value."""
         return float(np.clip(self.guess(max(self.aim, 1e-5), material), *self.limits))
 
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
-        """Search the parameter at which the simulator gives the aim, with all other parameters of `material`.
+        """Search for the parameter at which the simulator gives the aim. All other parameters are those of `material`.
 
         Raises:
-            SimulationError: If the simulator fails for every parameter.
+            SimulationError: If the simulator fails for every value of the parameter.
         """
 
         def reading(value: float) -> float:
@@ -77,13 +82,17 @@ class Target:
         return found
 
     def bound_by(self, found: Match) -> str | None:
-        """Return `bound`, or the bound of a search in which the simulator could not come near the reading."""
+        """Return the bound that the test gives; None if the test determines the parameter.
+
+        It is `bound`. If `bound` is None but the simulator could not reproduce the reading, the test gives a bound as
+        well.
+        """
         if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
             return self.bound
         return "at most" if (found.reading < self.aim) != self.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
-        """Return the fit of a match; `shared` if other tests determined the parameter as well."""
+        """Return the fit of a match. `shared` tells whether other tests also determined the parameter."""
         return Fit(
             test=self.test.name,
             parameter=self.parameter,
@@ -99,9 +108,10 @@ class Target:
 
 
 def textbook_spread(guess: Guess, reading: Reading) -> float:
-    """Return the standard uncertainty of a parameter's logarithm that follows from that of a reading, by the textbook.
+    """Return the standard uncertainty of a parameter's logarithm, from the uncertainty of a reading.
 
-    A reading that does not exceed its uncertainty leaves the parameter uncertain by a factor of e.
+    It is computed with the textbook formula. If the reading does not exceed its uncertainty, the parameter is uncertain
+    by a factor of e.
     """
     if not reading.value > reading.uncertainty:
         return UNKNOWN
@@ -112,7 +122,7 @@ def textbook_spread(guess: Guess, reading: Reading) -> float:
 
 
 def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
-    """Group tests by parameter; tests that only bound it are left out if another test determines it."""
+    """Group tests by their parameters. Tests that only bound a parameter are left out if another test determines it."""
     groups: dict[str, list[Target]] = {}
     for target in targets:
         groups.setdefault(target.parameter, []).append(target)
@@ -123,6 +133,9 @@ def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
 
 
 def weights(group: list[Target]) -> np.ndarray:
-    """Return the weights of the tests of one parameter, shape (k,): inverse squares of spreads, with the sum 1."""
+    """Return the weights of the tests of one parameter, shape (k,).
+
+    They are the inverse squares of the spreads, scaled to the sum 1.
+    """
     inverse = np.array([target.spread**-2.0 for target in group])
     return np.asarray(inverse / inverse.sum())

@@ -1,12 +1,17 @@
-"""A calibration test: a measurement, its simulated copy, and the parameter that it determines.
+"""A calibration test: a measurement, its simulated copy, and the parameter that the test determines.
 
-A test is one module: its table of the measurements file (a `TestEntry`), its readings, its scene, the parameter that it
-determines with its uncertainty, its advice and its drawing. `registry` lists the modules; all other code uses that
-list. Two kinds are matched differently:
+Each test is one module. It contains:
 
-- `ElasticTest`: a length at rest that determines stretch stiffness, bending rigidity or its friction. All of them are
-  matched together, because each reading depends on all three parameters.
-- `LaterTest`: finds its parameter when those are known, in the order of the registry.
+- the test's table in the measurements file (a `TestEntry`), and its readings
+- its scene
+- the parameter that it determines, with its uncertainty
+- its advice and its drawing
+
+`registry` lists the tests; all other code uses that list. There are two kinds of tests, which are matched differently:
+
+- `ElasticTest`: a length at rest that determines the stretch stiffness, the bending rigidity or the friction of
+  bending. All these tests are matched together, because each reading depends on all three parameters.
+- `LaterTest`: finds its parameter when those three parameters are known, in the order of the registry.
 """
 
 from __future__ import annotations
@@ -32,64 +37,68 @@ from tatamu.scene import Scene
 POOR = 0.25
 """Relative standard uncertainty above which a reading is reported as insufficient."""
 Readings = Mapping[str, Reading]
-"""Readings by name."""
+"""Readings by their names."""
 Changes = dict[str, np.ndarray]
-"""Reading to the change of each parameter's logarithm with one standard uncertainty of it, in the order of
-`PARAMETERS`."""
+"""Change of each parameter's logarithm for one standard uncertainty of a reading, by the name of the reading.
+
+The parameters are in the order of `PARAMETERS`.
+"""
 
 
 @dataclass(frozen=True)
 class Specimen:
-    """The simulated garment that was measured."""
+    """The simulated copy of the garment that was measured."""
 
     garment: Garment
     base: Material
-    """Material before the calibration; parameters that are not measured keep its values."""
+    """Material before the calibration. Parameters that are not measured keep their values."""
     spacing: float | None
-    """Mesh spacing [m]; None if each test chooses one so fine that it does not matter."""
+    """Mesh spacing [m]. If None, each test chooses a mesh so fine that its spacing does not matter."""
 
 
 class CalibrationTest(ABC):
-    """Base of all tests."""
+    """Base class of all calibration tests."""
 
     name: ClassVar[str]
-    """Name of the test and of its table in the file."""
+    """Name of the test, and of its table in the measurements file."""
     title: ClassVar[str]
-    """Heading of its section on the page."""
+    """Heading of the test's section on the page."""
     parameter: ClassVar[str]
     """Field of a material that the test determines."""
     entry: ClassVar[type[TestEntry]]
-    """Class of the test's table in the file."""
+    """Class of the test's table in the measurements file."""
     needs: ClassVar[tuple[str, ...]] = ()
-    """Tests that this test needs."""
+    """Tests whose results this test needs."""
     needs_because: ClassVar[str] = ""
-    """The reason, to be read after "as"."""
+    """Reason why this test needs other tests. It is read after the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
     """Tests that replace this test, because a material cannot have the parameters of both."""
     yields_because: ClassVar[str] = ""
-    """The reason, to be read after "as"."""
+    """Reason why other tests replace this test. It is read after the word "as"."""
     instructions: ClassVar[str]
-    """Instructions for measuring; `$NAME` is the number of that test in the guide."""
+    """Instructions for measuring. `$NAME` stands for the number of the test NAME in the guide."""
     read: ClassVar[str]
-    """The reading, in a word or two."""
+    """The reading in one or two words."""
     words: ClassVar[Mapping[str, str]]
-    """The name of each reading in the advice."""
+    """Name of each reading in the advice."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
-    """Result of each simulation: the reading [m], or a speed [m/s] that is zero if the cloth sticks."""
+    """Result of each simulation: the reading [m], or a speed [m/s] that is zero if the cloth stays."""
 
     @classmethod
     @abstractmethod
     def of(cls, entry: Any, specimen: Specimen) -> Self:
-        """Make the simulated copy of a measurement; `entry` is of the class `cls.entry`.
+        """Make the simulated copy of a measurement.
+
+        `entry` is the test's table in the measurements file. Its class is `cls.entry`.
 
         Raises:
-            InputError: If the specimen cannot have been measured so.
+            InputError: If the specimen cannot have these readings.
         """
 
     @classmethod
     @abstractmethod
     def template(cls, garment: Garment) -> str:
-        """Return the test's part of a measurements file with empty readings."""
+        """Return the test's part of a measurements file, with empty readings."""
 
     @classmethod
     def was_made(cls, readings: Readings) -> bool:
@@ -98,19 +107,19 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def scene(self, material: Material) -> Scene:
-        """Return the scene of a material."""
+        """Return the simulated scene of this test with a material."""
 
     @abstractmethod
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the reading as SVG, from positions at rest [m], shape (n, 3); empty without required positions."""
+        """Draw the reading as SVG, from positions at rest (n, 3) [m]; empty if required positions are missing."""
 
     @property
     def textbook(self) -> float | None:
-        """The parameter by a textbook, if the reading alone gives it; None otherwise."""
+        """The parameter by a textbook formula; None if the formula needs more than the reading."""
         return None
 
     def record(self) -> dict[str, float]:
-        """Return entries for the table [calibration] of the material's file."""
+        """Return additional entries for the table [calibration] of the material's file."""
         return {}
 
     def unusable(self, simulator: str) -> str | None:
@@ -126,10 +135,10 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice on a fit that determined its parameter."""
+        """Return sentences of advice on the fit of this test."""
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences on a fit that follow all advice."""
+        """Return sentences on the fit of this test that follow all advice."""
         return []
 
 
@@ -138,7 +147,7 @@ class RestTest(CalibrationTest):
 
     @abstractmethod
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the length that a ruler would read [m]."""
+        """Return the length that a ruler would read on the simulated cloth [m]."""
 
     @abstractmethod
     def target(self, readings: Readings) -> Target:
@@ -146,27 +155,27 @@ class RestTest(CalibrationTest):
 
 
 class ElasticTest(RestTest):
-    """A length at rest that depends on stretch stiffness and on bending, and determines one of them."""
+    """A test whose length at rest depends on stretch stiffness and bending, and determines one of them."""
 
     reads: ClassVar[Mapping[str, float]]
-    """The readings that make up the length, each with its factor."""
+    """Readings that make up the length, each with its factor."""
     weighs: ClassVar[bool] = True
     """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
-    """Name of the reading with which all lengths of the test scale; None if no reading is."""
+    """Name of the reading with which all lengths of the test scale; None if no reading has this effect."""
     step: ClassVar[float] = 0.1
     """Step of a parameter's logarithm for differences of the length."""
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Return the standard uncertainty of the simulated length [m] due to chance.
+        """Return the standard uncertainty of the simulated length due to chance [m].
 
         Args:
-            shapes: Positions at rest [m], shape (n, 3), of all materials that were tried.
+            shapes: Positions at rest [m], shape (n, 3), for all materials that were tried.
         """
         return 0.0
 
     def measured(self, readings: Readings) -> tuple[float, float]:
-        """Return the length that was read and its standard uncertainty [m]."""
+        """Return the measured length and its standard uncertainty [m]."""
         value = 0.0
         error = 0.0
         for name, factor in self.reads.items():
@@ -176,23 +185,25 @@ class ElasticTest(RestTest):
 
 
 class LaterTest(CalibrationTest):
-    """A test that finds its parameter once stretch stiffness and bending are known."""
+    """A test that finds its parameter after the stretch stiffness and the bending parameters are known."""
 
     @abstractmethod
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Return the material with the parameter of the test, and the fit."""
+        """Return the material with the parameter that the test found, and the fit."""
 
     @abstractmethod
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the change of the test's parameter with each reading to `changes`.
+        """Add the changes of this test's parameter to `changes`.
+
+        A change is caused by one standard uncertainty of a reading.
 
         Args:
-            changes: Changes by reading; the row of this test's parameter is still zero.
-            readings: Readings by name.
+            changes: Changes by reading. The entries of this test's parameter are still zero.
+            readings: Readings by their names.
             fit: Fit of the test.
         """
 
 
 def millimetres(length: float) -> str:
-    """Format a length [m] in millimetres."""
+    """Return a length [m] as text in millimetres."""
     return f"{1e3 * length:.1f} mm"

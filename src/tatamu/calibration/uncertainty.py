@@ -1,7 +1,8 @@
-"""Uncertainties of parameters from those of readings, to first order (JCGM 100:2008, 5.1 and 5.2).
+"""Uncertainties of parameters from uncertainties of readings, to first order (JCGM 100:2008, 5.1 and 5.2).
 
-At rest, lengths over the garment's own depend on Y / (rho g L), B / (rho g L^3) and HB / (rho g L^2) alone. So the
-slopes of a reading f in Y, B and HB, which a few simulations give, also give the slopes in density and size:
+Y is the stretch stiffness, B the bending rigidity, HB the friction of bending, rho the areal density, and L the size of
+the garment. At rest, the ratio of a length to L depends only on Y / (rho g L), B / (rho g L^3) and HB / (rho g L^2). A
+few simulations give the slopes of a reading f in Y, B and HB. These slopes also give the slopes in density and size:
 
     df/dln rho = -(f_Y + f_B + f_HB),    df/dln L = f - f_Y - 3 f_B - 2 f_HB,    f_Y = df/dln Y, ...
 """
@@ -20,14 +21,14 @@ from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 from tatamu.errors import TatamuError
 
 AGREES = 2.0
-"""Largest difference, in standard uncertainties, of tests of one parameter that agree."""
+"""Largest difference between tests of one parameter, in standard uncertainties, at which they count as agreeing."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
-"""Parameters that lengths at rest depend on."""
+"""Parameters on which lengths at rest depend."""
 
 
 @dataclass(frozen=True)
 class Slopes:
-    """Derivatives of a reading f by the logarithms of Y, B and HB [m]."""
+    """Derivatives of a reading [m] by the logarithms of stretch stiffness, bending rigidity and friction of bending."""
 
     reading: float
     stretch: float
@@ -36,19 +37,20 @@ class Slopes:
 
     @property
     def density(self) -> float:
-        """df/dln rho."""
+        """Derivative df/dln rho of the reading by the logarithm of the areal density."""
         return -(self.stretch + self.bending + self.friction)
 
     @property
     def size(self) -> float:
-        """df/dln L, everything else fixed."""
+        """Derivative df/dln L of the reading by the logarithm of the size, with everything else fixed."""
         return self.reading - self.stretch - 3.0 * self.bending - 2.0 * self.friction
 
 
 def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) -> Slopes:
-    """Differences of reading(ln Y, ln B), or of reading(ln Y, ln B, ln HB), to `step` on either side.
+    """Return the slopes of a reading, which is a function of the logarithms of two or three parameters.
 
-    The differences are central, or one-sided if the simulator fails on one side.
+    The parameters are the stretch stiffness, the bending rigidity and, optionally, the friction of bending. The slopes
+    are central differences with this step. If the simulator fails on one side, the difference is one-sided.
     """
     here = reading(*at)
 
@@ -66,23 +68,23 @@ def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) ->
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Dependence of the reading of an elastic test on all of `ELASTIC`."""
+    """Dependence of an elastic test's reading on all parameters in `ELASTIC`."""
 
     test: type[ElasticTest] | ElasticTest
     weight: float
-    """Weight of the test among those of its parameter; they add up to 1."""
+    """Weight of this test among the tests of its parameter. The weights add up to 1."""
     slopes: Slopes
     chance: float = 0.0
     """Standard uncertainty of the simulated reading due to chance [m]."""
 
     @property
     def row(self) -> int:
-        """Place of its parameter in `ELASTIC`."""
+        """Index of the test's parameter in `ELASTIC`."""
         return ELASTIC.index(self.test.parameter)
 
     @property
     def along(self) -> tuple[float, float, float]:
-        """Slopes in `ELASTIC`."""
+        """Slopes in the order of `ELASTIC`."""
         return self.slopes.stretch, self.slopes.bending, self.slopes.friction
 
 
@@ -92,8 +94,8 @@ def contributions(
     """Return how much one standard uncertainty of each reading changes the logarithms of `PARAMETERS`, shape (k,).
 
     Args:
-        readings: Readings by name.
-        elastic: Sensitivities of the tests that determine one of `ELASTIC`.
+        readings: Readings by their names.
+        elastic: Sensitivities of the tests that determine a parameter in `ELASTIC`.
         later: Tests of other parameters with their fits, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
@@ -114,13 +116,13 @@ def contributions(
 
 
 def disagreement(values: list[float], spreads: list[float]) -> float:
-    """Return the uncertainty of a parameter's logarithm by which its tests disagree; 0 if they agree.
+    """Return the uncertainty of a parameter's logarithm that the disagreement of its tests adds; 0 if they agree.
 
-    The uncertainty of the weighted mean is raised by the Birge ratio, as the Particle Data Group does.
+    The uncertainty of the weighted mean is increased by the Birge ratio, as the Particle Data Group does.
 
     Args:
-        values: The parameter by each test alone.
-        spreads: Standard uncertainty of the logarithm of each.
+        values: Value of the parameter by each test alone.
+        spreads: Standard uncertainty of the logarithm of each value.
     """
     if len(values) < 2:
         return 0.0
@@ -131,12 +133,15 @@ def disagreement(values: list[float], spreads: list[float]) -> float:
 
 
 def _share(reading: Reading) -> float:
-    """Return the error as a fraction of the reading; 0 for an edge that stayed."""
+    """Return the error as a fraction of the reading; 0 if the reading is 0."""
     return reading.uncertainty / reading.value if reading.value else 0.0
 
 
 def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> float:
-    """Return the change of a simulated reading [m] with the error of one reading, ln rho changing by `density`."""
+    """Return the change of a simulated reading [m] that the error of one reading causes.
+
+    `density` is the change of ln rho, the logarithm of the areal density.
+    """
     own = each.test.reads.get(name, 0.0) * reading.uncertainty
     scaled = each.slopes.size * _share(reading) if name == each.test.size else 0.0
     heavier = each.slopes.density * density if each.test.weighs else 0.0
@@ -144,7 +149,10 @@ def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> fl
 
 
 def _elastic(tests: Sequence[Sensitivity], moved: Sequence[float]) -> np.ndarray:
-    """Return the changes of ln Y, ln B and ln HB that move the simulated readings by these amounts [m], shape (3,)."""
+    """Return the changes of three logarithms that change the simulated readings by these amounts [m], shape (3,).
+
+    They are the logarithms of stretch stiffness, bending rigidity and friction of bending.
+    """
     matrix = np.eye(len(ELASTIC))
     wanted = np.zeros(len(ELASTIC))
     for each, by in zip(tests, moved, strict=True):

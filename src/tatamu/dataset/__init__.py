@@ -3,7 +3,7 @@
     specification ──▶ draw ──▶ episode ──▶ part of the folder ──▶ LeRobot and Zarr, table, page
 
 An episode is one fold of the dataset, with its observations and actions. It depends only on the specification and on
-its number, so any process can record any episode, in any order.
+the number of the episode. Therefore any process can record any episode, in any order.
 """
 
 from tatamu.dataset.folder import DatasetFolder

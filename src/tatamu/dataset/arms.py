@@ -1,7 +1,7 @@
-"""The arms of a robot that lead the hands: joint angles as states and actions, under LeRobot's names.
+"""The arms of a robot that lead the hands. States and actions are joint angles, under LeRobot's names.
 
-F is the fold's frame, B the robot's base, T the tool. An action is a target for every joint [rad] and every gripper (1
-open, 0 closed). The places of the hands are those of the tools, by forward kinematics.
+F is the fold's frame, B the robot's base, and T the tool. An action contains a target for every joint [rad] and every
+gripper (1 is open, 0 is closed). The positions of the hands follow from those of the tools, by forward kinematics.
 """
 
 from __future__ import annotations
@@ -29,32 +29,32 @@ from tatamu.robots.pose import pose
 from tatamu.robots.reach import DISTANCES, best_placements, search, table_heights
 
 REACHED = 1e-5
-"""Error at which a tool pose counts as reached [m, and rad times LENGTH]."""
+"""Error below which a tool pose counts as reached [m]. Rotations [rad] are multiplied by LENGTH."""
 ROUNDS = 4
 """Largest number of times that a motion is slowed down until no joint is too fast."""
 
 
 class OutOfReachError(TatamuError):
-    """The arms cannot carry out a fold."""
+    """An error: the arms cannot carry out a fold."""
 
 
 class Stand(OpenRecord):
-    """A robot, and the place of the fold before it."""
+    """A robot, and the placement of the fold in front of it."""
 
     robot: str
     place: list[float]
-    """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base, and the trunk's turning."""
+    """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base, and how far the trunk turns (0 to 1)."""
     holds: list[tuple[float, float, bool]]
-    """Tilt and yaw of the left and of the right tool [rad], and whether its fingers have changed places."""
+    """For the left and the right tool: tilt and yaw [rad], and whether the two fingers have changed sides."""
     grips: list[tuple[float, float]]
-    """Direction in which each hand folds, as an angle about z [rad], and the height of the grasp [m]."""
+    """For each hand: the direction in which it folds, as an angle about z [rad], and the height of its grasp [m]."""
 
 
 def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
-    """Return the best place of a fold before a robot.
+    """Return the best placement of a fold in front of a robot.
 
     Raises:
-        InputError: If there is no such robot, or the fold is out of its reach everywhere.
+        InputError: If no robot has this name, or the robot cannot reach the fold from any placement.
     """
     robot = load(wanted.name)
     hands = HandMotion.exact(manipulation)
@@ -82,7 +82,7 @@ def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
 
 @dataclass(frozen=True)
 class Arms:
-    """A robot's arms before a fold."""
+    """A robot's two arms, with the placement of a fold in front of the robot."""
 
     robot: Robot
     placement: Placement
@@ -91,10 +91,10 @@ class Arms:
 
     @classmethod
     def at(cls, stand: Stand) -> Arms:
-        """Make the arms of a stand.
+        """Make the arms from a stand, which names the robot and the placement of the fold.
 
         Raises:
-            InputError: If there is no such robot.
+            InputError: If no robot has this name.
         """
         x, y, z, yaw, turning = stand.place
         robot = load(stand.robot)
@@ -107,16 +107,18 @@ class Arms:
         return state_names(self.robot)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
-        """Return the states along the path of the hands, from their start, slowed down until no joint is too fast.
+        """Return the states of the robot along the path of the hands, float32, shape (steps + 1, k).
+
+        The path is slowed down until no joint is too fast.
 
         Args:
-            lead: Returns the path of the hands for a largest motion per step [m].
+            lead: Function from the largest motion per step [m] to the path of the hands.
             largest: Largest motion of a hand in a step [m].
-            start: Places where the hands begin [m], shape (2, 3).
+            start: Positions of the hands at the start [m], shape (2, 3).
             rate: Steps per second [1/s].
 
         Returns:
-            float32, shape (steps + 1, k).
+            The states, float32, shape (steps + 1, k).
 
         Raises:
             OutOfReachError: If an arm cannot reach the path, would touch something, or is too slow.
@@ -133,13 +135,13 @@ class Arms:
         raise OutOfReachError("the arms are too slow")
 
     def places(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the places of the tools, and whether the grippers are closed.
+        """Return the positions of the hands, and whether the grippers are closed.
 
         Args:
-            numbers: States or actions, shape (n, k).
+            numbers: States or actions of the robot, shape (n, k).
 
         Returns:
-            Places in F [m], shape (n, 2, 3), and whether each is closed, shape (n, 2).
+            Positions in the fold's frame F [m], shape (n, 2, 3), and whether each gripper is closed, shape (n, 2).
         """
         left, right = (len(arm.joints) for arm in self.robot.arms)
         angles = numbers.astype(float)
@@ -151,7 +153,7 @@ class Arms:
         return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
 
     def opened(self, state: np.ndarray) -> np.ndarray:
-        """Return a state with open grippers, shape (k,)."""
+        """Return the same state with open grippers, shape (k,)."""
         left, right = (len(arm.joints) for arm in self.robot.arms)
         found = state.copy()
         found[[left, left + 1 + right]] = 1.0
@@ -159,7 +161,7 @@ class Arms:
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return R_BT of each arm, and the offset from the hand to T in B [m]."""
+        """For each arm: the orientation R_BT of the tool T, and the offset from the hand to T [m], in the base B."""
         tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
         return [(rotation, offset) for rotation, offset, _ in tools]
 
@@ -168,7 +170,10 @@ class Arms:
         return tuple(Chain.of(self.robot, arm) for arm in self.robot.arms)
 
     def _reach(self, places: np.ndarray) -> np.ndarray:
-        """Full configurations [rad] with the tools at places (n, 2, 3) [m] in F, each near the last."""
+        """Return full configurations [rad] with the tools at these positions (n, 2, 3) [m] in the fold's frame F.
+
+        Each configuration is near the previous one.
+        """
         X_BF = self.placement.matrix
         points = (places @ X_BF[:3, :3].T + X_BF[:3, 3]).transpose(1, 0, 2)
         trunk = self.placement.trunk(places.transpose(1, 0, 2))

@@ -1,4 +1,4 @@
-"""The curve of a drawn fold: near the arched curve, or near that of a learned fold."""
+"""The curve of a randomly drawn fold. It is near the arched curve, or near the curve of a learned fold."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from tatamu.search import Parameters
 
 
 def parameters_of(drawn: DrawnFold, task: Task, spread: float) -> Parameters:
-    """Return the parameters of Eq. (9) of a drawn fold.
+    """Return the parameters of Eq. (9) of a randomly drawn fold.
 
     Args:
-        drawn: The fold.
-        task: Its task.
-        spread: Largest distance from the curve in the middle, as a fraction of the search space.
+        drawn: The random numbers of the fold.
+        task: The task of the fold.
+        spread: Largest distance from the middle curve, as a fraction of the search space.
     """
     middle = drawn.middle or arched_curve(task.fold)
     bounds = task.space.bounds

@@ -1,4 +1,4 @@
-"""The episodes of a dataset as demonstrations in LeRobot's format."""
+"""Write the episodes of a dataset as demonstrations in LeRobot's format."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from tatamu.folding.score import MEASURES
 from tatamu.lerobot import Feature, LeRobotWriter, camera, flag, vector
 
 FLOATING = "tatamu_hands"
-"""Type of the robot that is two floating hands."""
+"""Type of a robot that consists of two floating hands."""
 
 
 def start_writer(
     root: Path, specification: DatasetSpecification, stand: Stand | None, first: Episode, key_points: int | None
 ) -> LeRobotWriter:
-    """Return a writer of the demonstrations of a dataset.
+    """Return a writer for the demonstrations of a dataset.
 
     Args:
         root: Folder of the LeRobotDataset.
-        specification: The specification.
-        stand: Place of the robot; None for floating hands.
-        first: An episode.
-        key_points: Number of key points of every garment; None if garments differ.
+        specification: The specification of the dataset.
+        stand: The robot, and the placement of the fold; None for floating hands.
+        first: Any episode, which shows the sizes of the arrays.
+        key_points: Number of key points of every garment; None if the garments have different numbers.
 
     Raises:
         InputError: If a package or an encoder is missing, or the folder cannot be written.
@@ -51,7 +51,7 @@ def start_writer(
 
 
 def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
-    """Append an episode: each observation with the action and the reward that follow.
+    """Append an episode. Each observation is stored with the action and the reward that follow it.
 
     Raises:
         InputError: If a file cannot be written.
@@ -76,7 +76,10 @@ def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
 
 
 def columns_of(record: EpisodeRecord) -> dict[str, Any]:
-    """Return the outcome of an episode as columns of a table: measures and parameters one by one, tables as JSON."""
+    """Return the outcome of an episode as columns of a table.
+
+    Each measure and each parameter is a column; tables are stored as JSON.
+    """
     plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
     measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}
     interval = None if record.held_interval is None else [*record.held_interval]

@@ -1,4 +1,4 @@
-"""Distributions of numbers and of names in a specification, and draws from them."""
+"""Distributions of numbers and of names in a specification, and random draws from them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tatamu.records import Record
 
 
 class Uniform(Record):
-    """A number between two others, each equally probable."""
+    """A random number between two bounds, with equal probability everywhere."""
 
     low: Number
     high: Number
@@ -25,35 +25,35 @@ class Uniform(Record):
         return self
 
     def draw(self, generator: np.random.Generator) -> float:
-        """Draw a number."""
+        """Draw a random number."""
         return float(generator.uniform(self.low, self.high))
 
     @property
     def highest(self) -> float:
-        """The largest number."""
+        """The largest number that may be drawn."""
         return self.high
 
 
 class Normal(Record):
-    """A normally distributed number; beyond two standard deviations it is drawn again."""
+    """A normally distributed random number. A number more than two standard deviations from the mean is drawn again."""
 
     mean: Number
     deviation: Annotated[Number, Field(ge=0.0)]
 
     def draw(self, generator: np.random.Generator) -> float:
-        """Draw a number."""
+        """Draw a random number."""
         while abs(deviations := generator.standard_normal()) > 2.0:
             pass
         return float(self.mean + self.deviation * deviations)
 
     @property
     def highest(self) -> float:
-        """The largest number."""
+        """The largest number that may be drawn."""
         return self.mean + 2.0 * self.deviation
 
 
 def _distribution(given: Any) -> float | list[float] | Uniform | Normal:
-    """Return the distribution that is given in a file; one message for all its forms."""
+    """Return the distribution that is given in a file. All its forms share one error message."""
     if isinstance(given, Uniform | Normal):
         return given
     if isinstance(given, dict):
@@ -71,7 +71,7 @@ def _is_number(given: Any) -> bool:
 
 
 def _names(given: Any) -> str | list[str]:
-    """Return the name or the names that are given in a file."""
+    """Return the name or the list of names that is given in a file."""
     names = given if isinstance(given, list) else [given]
     if not names or not all(isinstance(name, str) and name for name in names):
         raise ValueError(f"must be a name, or a list of names, given {given!r}")
@@ -86,13 +86,13 @@ def _plain(given: Any) -> Any:
 Distribution = Annotated[
     float | list[float] | Uniform | Normal, PlainValidator(_distribution), PlainSerializer(_plain, return_type=Any)
 ]
-"""A number, a list from which one is drawn, a range, or a normal distribution."""
+"""A number, a list from which a number is drawn, a range, or a normal distribution."""
 Names = Annotated[str | list[str], PlainValidator(_names)]
-"""A name, or a list from which one is drawn."""
+"""A name, or a list from which a name is drawn."""
 
 
 def draw(distribution: Distribution, generator: np.random.Generator) -> float:
-    """Draw a number; a fixed number is returned as it is."""
+    """Draw a random number. A fixed number is returned unchanged."""
     if isinstance(distribution, Uniform | Normal):
         return distribution.draw(generator)
     if isinstance(distribution, list):
@@ -101,12 +101,12 @@ def draw(distribution: Distribution, generator: np.random.Generator) -> float:
 
 
 def highest(distribution: Distribution) -> float:
-    """Return the largest number that may be drawn."""
+    """Return the largest number that may be drawn from a distribution."""
     if isinstance(distribution, Uniform | Normal):
         return distribution.highest
     return max(distribution) if isinstance(distribution, list) else float(distribution)
 
 
 def choose(names: str | list[str], generator: np.random.Generator) -> str:
-    """Choose one of a list; a single value is returned as it is."""
+    """Choose a name from a list at random. A single name is returned unchanged."""
     return names[int(generator.integers(len(names)))] if isinstance(names, list) else names

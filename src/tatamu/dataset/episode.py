@@ -1,4 +1,4 @@
-"""One episode: a fold is drawn, hands or arms carry it out step by step, and the outcome is judged."""
+"""One episode: a fold is drawn at random, hands or arms carry it out step by step, and the outcome is scored."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ from tatamu.search import Parameters
 from tatamu.simulators import named
 
 ATTEMPTS = 50
-"""Number of times that a fold is drawn again if the robot cannot do it."""
+"""Largest number of folds that are drawn until the robot can carry out one of them."""
 SECONDS = 120.0
-"""Longest episode [s]."""
+"""Largest duration of an episode [s]."""
 THUMBNAILS = 24
 """Number of first episodes whose outcome the page shows."""
 SHOWN: Camera = "front"
-"""The camera of the page's pictures."""
+"""Camera of the pictures on the page."""
 SHARP = 192
-"""Height and width of the page's pictures."""
+"""Height and width of the pictures on the page."""
 
 
 @dataclass(frozen=True)
 class Recorder:
-    """Everything that recording needs except the number of the episode."""
+    """Everything that is needed to record an episode, except the number of the episode."""
 
     specification: DatasetSpecification
     runs: Sequence[LearnedFold]
     disturbances: Disturbances | None
     stand: Stand | None
-    """Place of the robot; None for floating hands."""
+    """The robot, and the placement of the fold; None for floating hands."""
 
 
 @dataclass(frozen=True)
@@ -57,36 +57,39 @@ class Episode:
 
     record: EpisodeRecord
     arrays: Mapping[str, np.ndarray]
-    """Arrays by name, for T actions:
+    """Arrays by their names, for T actions.
 
-    state (T + 1, s), action (T, a), reward (T,), key_points (T + 1, k, 3) [m], positions (T + 1, n, 3) [m],
-    hands (T + 1, 4 h), mask (T + 1, p, p), faces (m, 3), final (n, 3) [m] in double precision, a camera's pictures
-    (T + 1, p, p, 3) as `camera.NAME`, and `thumbnail` (p, p, 3) of the first episodes.
+    - state (T + 1, s), action (T, a) and reward (T,)
+    - key_points (T + 1, k, 3) [m] and positions (T + 1, n, 3) [m]
+    - hands (T + 1, 4 h) and mask (T + 1, p, p)
+    - faces (m, 3), and final (n, 3) [m] in double precision
+    - pictures of a camera (T + 1, p, p, 3) as `camera.NAME`
+    - `thumbnail` (p, p, 3), only in the first episodes
     """
 
 
 @dataclass(frozen=True)
 class _Prepared:
-    """A fold that is drawn, made and planned."""
+    """A fold that has been drawn, with its task, its parameters and its actions."""
 
     drawn: DrawnFold
     task: Task
     parameters: Parameters
     actions: np.ndarray
-    """Actions, float32, shape (T, a); after the hands have opened they wait for `SETTLE`."""
+    """Actions, float32, shape (T, a) for T steps. After the hands have opened, they wait for `SETTLE` seconds."""
     states: np.ndarray | None
-    """States of the robot, float32, shape (T + 1, a); None for floating hands."""
+    """States of the robot, float32, shape (T + 1, a) for T steps; None for floating hands."""
 
 
 def record_episode(recorder: Recorder, number: int) -> Episode:
-    """Record an episode; the same arguments give the same bytes in any process.
+    """Record an episode. The same arguments give the same bytes in every process.
 
     Args:
-        recorder: Recorder of the frames.
+        recorder: Everything that is needed except the number.
         number: Number of the episode, from 0.
 
     Raises:
-        InputError: If the robot can do none of the folds that were drawn.
+        InputError: If the robot can carry out none of the folds that were drawn.
     """
     specification = recorder.specification
     prepared = _prepare(recorder, number // specification.per_fold)
@@ -126,7 +129,7 @@ def record_episode(recorder: Recorder, number: int) -> Episode:
 
 
 def make_env(task: Task, specification: DatasetSpecification) -> HandsEnv:
-    """Return the environment in which the episodes of a specification take place."""
+    """Return the environment for the episodes of a specification."""
     mask = ("mask",) if "zarr" in specification.formats else ()
     observation = ("vertices", "key_points", "hands", *mask, *specification.cameras)
     options = specification.record
@@ -136,12 +139,12 @@ def make_env(task: Task, specification: DatasetSpecification) -> HandsEnv:
 def play(
     env: HandsEnv, actions: np.ndarray, stand: Stand | None
 ) -> list[tuple[Any, float, bool, bool, dict[str, Any]]]:
-    """Let an environment carry out actions until they or the episode end; return its answers.
+    """Carry out actions in an environment, until the actions or the episode end. Return the results of all steps.
 
     Args:
         env: The environment, after its reset.
-        actions: float32, shape (T, a).
-        stand: Place of the robot whose joints the actions move; None for floating hands.
+        actions: Actions, float32, shape (T, a).
+        stand: The robot whose joints the actions move, and the placement of the fold; None for floating hands.
     """
     places, closed = (None, None) if stand is None else _arms(stand.model_dump_json()).places(actions)
     answers = []
@@ -154,7 +157,7 @@ def play(
 
 
 def _prepare(recorder: Recorder, fold: int) -> _Prepared:
-    """Draw a fold until the arms can carry it out; floating hands can do any."""
+    """Draw folds at random until the arms can carry out one of them. Floating hands can carry out every fold."""
     reason = ""
     for attempt in range(ATTEMPTS):
         drawn = draw_fold(recorder.specification, recorder.runs, fold, attempt)
@@ -171,7 +174,7 @@ def _prepare(recorder: Recorder, fold: int) -> _Prepared:
 
 
 def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the actions of a fold, and the robot's states; None for floating hands."""
+    """Return the actions of a fold, and the states of the robot. The states are None for floating hands."""
     rate = recorder.specification.record.fps
     env = HandsEnv(task, rate=rate, seconds=SECONDS, observation="key_points")
     manipulation = task.manipulation(parameters)
@@ -190,12 +193,12 @@ def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np
 
 @lru_cache(maxsize=1)
 def _arms(stand: str) -> Arms:
-    """Return the arms of a stand, given as JSON; making them takes longer than an episode."""
+    """Return the arms of a stand that is given as JSON. The last arms are kept, because making them takes long."""
     return Arms.at(Stand.model_validate_json(stand))
 
 
 def _world(recorder: Recorder, number: int) -> World:
-    """Draw the world of an episode."""
+    """Draw the world of an episode: random values of all disturbances."""
     if recorder.disturbances is None:
         return NOMINAL
     generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))
@@ -210,7 +213,10 @@ def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
 
 
 def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env: HandsEnv) -> EpisodeRecord:
-    """Return the record with its held share, if known or requested, and the verdict of the second simulator."""
+    """Return the record with two additional results, if they are known or requested.
+
+    They are the share of disturbed simulations in which the fold succeeds, and the result of the second simulator.
+    """
     outcome = recorder.specification.outcome
     if prepared.drawn.known is not None and not recorder.specification.fold.spread:
         record = record.with_share(*prepared.drawn.known)
@@ -224,7 +230,7 @@ def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env:
 
 
 def _second(simulator: str, task: Task, env: HandsEnv) -> dict[str, Any]:
-    """Return the verdict of another simulator on the same motion of the hands."""
+    """Return the result of another simulator for the same motion of the hands."""
     try:
         final = named(simulator).simulate(env.scene()).positions[-1]
     except SimulationError:

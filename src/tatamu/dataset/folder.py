@@ -1,8 +1,8 @@
-"""The folder of a dataset: episodes as they are recorded, then the finished files.
+"""The folder of a dataset: the episodes that are being recorded, then the finished files.
 
-While episodes are recorded, each is a file of `.episodes`. Then all other files are written in `.building` and moved to
-their places, `dataset.json` last. A folder without `dataset.json` is therefore unfinished, and the same command resumes
-it.
+While episodes are recorded, each episode is a file in the folder `.episodes`. Then all other files are written in the
+folder `.building` and moved to their final places, `dataset.json` last. A folder without `dataset.json` is therefore
+unfinished. The same command resumes it.
 """
 
 from __future__ import annotations
@@ -29,21 +29,24 @@ from tatamu.records import OpenRecord
 from tatamu.version import __version__
 
 VERSION = 1
-"""Version of the folder."""
+"""Version of the folder's format."""
 LOCK = ".dataset-lock"
-"""Name of the file that a process holds while it makes a dataset."""
+"""Name of the file that a process locks while it makes a dataset."""
 FINISHED = (*PARTS, "states.zarr", "episodes.parquet", "dataset.html", "dataset.json")
-"""Files of a finished dataset, in the order in which they are moved to their places."""
+"""Files and folders of a finished dataset, in the order in which they are moved to their final places."""
 
 
 class DatasetRecord(OpenRecord):
-    """The file `dataset.json`: the specification and versions of a dataset, and the number of successful episodes."""
+    """The contents of `dataset.json`.
+
+    It has the specification and the versions of a dataset, and the numbers of episodes, frames and successes.
+    """
 
     version: Literal[1] = 1
     tatamu: str = __version__
     specification: DatasetSpecification
     stand: Stand | None = None
-    """Place of the robot; None for floating hands."""
+    """The robot, and the placement of the fold; None for floating hands."""
     episodes: int = 0
     frames: int = 0
     successes: int = 0
@@ -51,28 +54,28 @@ class DatasetRecord(OpenRecord):
 
 @dataclass(frozen=True)
 class DatasetFolder:
-    """A folder with a dataset, or a place for one."""
+    """A folder that contains a dataset or will contain one."""
 
     path: Path
 
     @property
     def file(self) -> Path:
-        """File with the description of the dataset: `dataset.json`."""
+        """File `dataset.json` with the description of the dataset."""
         return self.path / "dataset.json"
 
     @property
     def table(self) -> Path:
-        """File with a row for each episode: `episodes.parquet`."""
+        """File `episodes.parquet` with a row for each episode."""
         return self.path / "episodes.parquet"
 
     @property
     def states(self) -> Path:
-        """Folder of the states in Zarr: `states.zarr`."""
+        """Folder `states.zarr` with the states in the format Zarr."""
         return self.path / "states.zarr"
 
     @property
     def page(self) -> Path:
-        """File of the page: `dataset.html`."""
+        """File `dataset.html` with the page of the dataset."""
         return self.path / "dataset.html"
 
     @property
@@ -82,11 +85,11 @@ class DatasetFolder:
 
     @property
     def started_file(self) -> Path:
-        """File with the description of the running recording."""
+        """File with the description of a dataset that is being recorded."""
         return self.path / ".episodes" / "started.json"
 
     def episode_file(self, number: int) -> Path:
-        """Return the file of a recorded episode."""
+        """Return the file of a recorded episode by its number."""
         return self.path / ".episodes" / f"{number:06d}.npz"
 
     @property
@@ -98,7 +101,7 @@ class DatasetFolder:
         """Return the record of a finished dataset.
 
         Raises:
-            InputError: If there is none, or it is of another version.
+            InputError: If the folder contains no finished dataset, or a dataset of another version.
         """
         if not self.path.is_dir():
             raise InputError(f"{self.path}: must be the folder of a dataset, and is no folder")
@@ -109,7 +112,7 @@ class DatasetFolder:
         return _read_record(self.file)
 
     def locked(self) -> AbstractContextManager[object]:
-        """Keep the folder to this process while the context lasts.
+        """Lock the folder for this process, while the context lasts.
 
         Raises:
             InputError: If another process writes a dataset here, or the folder cannot be written.
@@ -117,10 +120,10 @@ class DatasetFolder:
         return lock_folder(self.path, LOCK, "another dataset is being made here")
 
     def start(self, record: DatasetRecord) -> None:
-        """Start to record, or resume.
+        """Start or resume the recording of a dataset.
 
         Raises:
-            InputError: If the folder has something else, or a dataset of another specification or version.
+            InputError: If the folder contains something else, or a dataset of another specification or version.
         """
         known = [name for name in os.listdir(self.path) if name not in (LOCK, ".episodes", ".building")]
         if self.started_file.exists():
@@ -132,10 +135,10 @@ class DatasetFolder:
             write_json(self.started_file, record.model_dump(mode="json"))
 
     def refuse_other(self, record: DatasetRecord) -> None:
-        """Refuse to take a finished dataset for one of another specification.
+        """Raise an error if the finished dataset has another specification than this record.
 
         Raises:
-            InputError: If they differ.
+            InputError: If the specifications differ.
         """
         self._refuse_other(self.read(), record)
 
@@ -148,26 +151,26 @@ class DatasetFolder:
             )
 
     def keep(self, episode: Episode) -> None:
-        """Keep a recorded episode, in one piece.
+        """Store a recorded episode, as a whole or not at all.
 
         Raises:
-            InputError: If it cannot be written.
+            InputError: If the file cannot be written.
         """
         about = np.array(episode.record.model_dump_json())
         write_npz(self.episode_file(episode.record.episode), {**episode.arrays, "record": about})
 
     def kept(self, number: int) -> Episode:
-        """Return a recorded episode.
+        """Return a stored episode.
 
         Raises:
-            InputError: If its file is missing or broken.
+            InputError: If the file of the episode is missing or broken.
         """
         file = self.episode_file(number)
         arrays = read_npz(file, "a recorded episode")
         return Episode(_record(file, arrays.pop("record")), arrays)
 
     def finish(self, record: DatasetRecord) -> None:
-        """Move the finished files to their places, and remove temporary ones.
+        """Move the finished files to their final places, and remove the temporary files.
 
         Raises:
             InputError: If the folder cannot be written.

@@ -1,4 +1,4 @@
-"""Makes a dataset: records the episodes that are missing, then writes the finished files."""
+"""Make a dataset: record the missing episodes, then write the finished files."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ from tatamu.simulators.many import executor_of, processors
 from tatamu.version import __version__
 
 Progress = Callable[[int, int], None]
-"""Callback with the number of recorded episodes, and their total."""
+"""Function that is called with the number of recorded episodes and the number of all episodes."""
 UNDER_WAY = 64
-"""Largest number of episodes that are submitted and not kept yet."""
+"""Largest number of episodes that are submitted but not yet stored."""
 
 
 def make_dataset(
@@ -44,17 +44,17 @@ def make_dataset(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> DatasetFolder:
-    """Make a dataset, or resume one; a finished one of the same specification is left alone.
+    """Make or resume a dataset. A finished dataset with the same specification is not changed.
 
     Args:
         specification: The specification, or its file.
         out: Folder of the dataset.
         executor: Executor that records the episodes; None for threads on every processor.
-        progress: Called after every episode.
+        progress: Function that is called after every episode.
 
     Raises:
-        InputError: If the specification is wrong, a package is missing, or the folder has something else.
-        UnavailableError: If workers or the disk fail; what was recorded is kept.
+        InputError: If the specification is wrong, a package is missing, or the folder contains something else.
+        UnavailableError: If workers or the disk fail. Recorded episodes remain stored.
     """
     if not isinstance(specification, DatasetSpecification):
         specification = read_specification(Path(specification))
@@ -75,7 +75,10 @@ def make_dataset(
 
 
 def _check(specification: DatasetSpecification) -> list[LearnedFold]:
-    """Return the learned folds; refuse what cannot be recorded or written before any episode is recorded."""
+    """Return the learned folds of a specification.
+
+    An error is raised before any episode is recorded if the dataset cannot be recorded or written.
+    """
     load_disturbances(specification.disturbances)
     needed("pyarrow")
     if "zarr" in specification.formats:
@@ -91,7 +94,7 @@ def _check(specification: DatasetSpecification) -> list[LearnedFold]:
 
 
 def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) -> Stand | None:
-    """Return the best place of the robot for the first fold at the largest size; None for floating hands."""
+    """Return the robot with its best placement for the first fold, at the largest size; None for floating hands."""
     if specification.robot is None:
         return None
     drawn = draw_fold(specification, runs, 0)
@@ -102,7 +105,7 @@ def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) ->
 
 
 def _record(recorder: Recorder, folder: DatasetFolder, workers: Executor, progress: Progress) -> None:
-    """Record all episodes that are not kept yet."""
+    """Record all episodes that are not stored yet."""
     total = recorder.specification.episodes
     missing = iter([number for number in range(total) if not folder.episode_file(number).exists()])
     done = sum(folder.episode_file(number).exists() for number in range(total))
@@ -130,12 +133,12 @@ def _record(recorder: Recorder, folder: DatasetFolder, workers: Executor, progre
 
 @dataclass
 class _Overview:
-    """Properties of all episodes that the first file needs."""
+    """Properties of all episodes that must be known before the first finished file is written."""
 
     records: list[EpisodeRecord]
     extents: dict[str, Extent]
     key_points: set[int]
-    """Numbers of key points."""
+    """Numbers of key points that occur in the episodes."""
 
     @classmethod
     def of(cls, folder: DatasetFolder, count: int) -> _Overview:
@@ -149,7 +152,7 @@ class _Overview:
 
 
 def _write(recorder: Recorder, folder: DatasetFolder) -> None:
-    """Write the finished files from the episodes that are kept."""
+    """Write the finished files from the stored episodes."""
     specification = recorder.specification
     building = folder.building
     try:

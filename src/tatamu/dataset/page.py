@@ -16,7 +16,7 @@ from tatamu.presentation.page import render
 from tatamu.robustness.record import interval_of
 
 LEAST = 1e-4
-"""Smallest distance on the logarithmic axis [m]; smaller distances are drawn at this place."""
+"""Smallest distance on the logarithmic axis [m]. Smaller distances are drawn at this value."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 UNITS = {
@@ -30,7 +30,7 @@ UNITS = {
     "slip": (1e3, "slip [mm]"),
     "residual_bend": (1e3, "residual bend [mm]"),
 }
-"""Factor and title of each measure."""
+"""Factor and title of each measure on the page."""
 
 
 def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Sequence[np.ndarray]) -> str:
@@ -38,7 +38,7 @@ def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Seq
 
     Args:
         dataset: Description of the dataset.
-        records: All episodes.
+        records: Records of all episodes.
         pictures: Outcomes of the first episodes: RGB, uint8, shape (h, w, 3).
     """
     shown = [each for each in records if each.score is not None]
@@ -76,7 +76,7 @@ def _facts(dataset: DatasetRecord) -> list[tuple[str, str]]:
 
 
 def _groups(records: Sequence[EpisodeRecord]) -> list[tuple[str, list[str]]]:
-    """Rows by garment and plan: episodes, success rate, mean vertex distance."""
+    """Return the rows of a table by garment and fold plan: number of episodes, success rate, mean vertex distances."""
     groups: dict[str, list[EpisodeRecord]] = {}
     for record in records:
         groups.setdefault(f"{Path(record.garment).stem}, {Path(record.plan).stem}", []).append(record)
@@ -134,7 +134,7 @@ def _distances(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _paths(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return the two parts of the objective, Eq. (10), against each other."""
+    """Return a chart of the two parts of the objective, Eq. (10): a dot for each episode."""
     clouds = []
     for succeeds, colour, name in ((True, "@plot", "succeeds"), (False, "@warm", "fails")):
         own = [record for record in records[:MOST_POINTS] if record.success == succeeds]
@@ -160,6 +160,6 @@ def _paths(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _distance(record: EpisodeRecord) -> float:
-    """The distance by which a fold is judged [m]; infinite if its simulation failed."""
+    """Return the distance that decides whether a fold succeeds [m]; infinite if its simulation failed."""
     found = None if record.score is None else judged_distance(record.score)
     return np.inf if found is None else found

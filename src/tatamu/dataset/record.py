@@ -11,20 +11,20 @@ from tatamu.robustness.record import interval_of
 
 
 class EpisodeRecord(Subject):
-    """One episode, with all that is needed to run its actions again."""
+    """The record of one episode, with everything that is needed to run its actions again."""
 
     episode: int
     """Number of the episode, from 0."""
     fold: int
-    """Number of the fold, which several episodes may share."""
+    """Number of the fold. Several episodes may have the same fold."""
     task: str
-    """The task in words."""
+    """The task as text."""
     source: str
-    """"drawn", or the folder of the learned fold."""
+    """"drawn" for a randomly drawn fold, or the folder of the learned fold."""
     parameters: dict[str, float]
-    """x1, z1, x2, z2 [m], g1 and g2 of Eq. (9)."""
+    """Parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9)."""
     world: dict[str, float]
-    """The value of each disturbance."""
+    """Value of each disturbance that is not 0."""
     frames: int
     """Number of actions."""
     vertices: int
@@ -32,44 +32,54 @@ class EpisodeRecord(Subject):
     success: bool
     """Whether the fold succeeds as `Score` defines it."""
     error: str = ""
-    """Why the simulation failed; empty if it did not."""
+    """Reason why the simulation failed; empty if it did not fail."""
     score: Score | None
     """All measures of the outcome; None if the simulation failed."""
     held_draws: int = 0
-    """Number of worlds from which the share is taken."""
+    """Number of disturbed simulations from which `held_share` follows."""
     held: int = 0
-    """Number of these worlds in which the fold succeeded."""
+    """Number of disturbed simulations in which the fold succeeded."""
     held_from: str = ""
-    """Source of the worlds: "worlds" of the specification, "margins" or "study" of a learned fold, or "episodes"."""
+    """Source of the disturbed simulations.
+
+    It is "worlds" (of the specification), "margins" or "study" (of a learned fold), or "episodes"; empty if there are
+    none.
+    """
     held_share: float | None = None
-    """Share of disturbed worlds in which this fold succeeds; None without disturbances."""
+    """Share of disturbed simulations in which this fold succeeds; None without disturbances."""
     held_interval: tuple[float, float] | None = None
     """Confidence interval of the share at 95 % (Clopper and Pearson 1934)."""
     second_simulator: str = ""
-    """Name of the second simulator; empty if there is none."""
+    """Name of the second simulator; empty if there is no second simulator."""
     second_success: bool | None = None
-    """Whether the fold succeeds there; None if there is no second simulator."""
+    """Whether the fold succeeds in the second simulator; None if there is no second simulator."""
     second_mean_vertex_distance: float | None = None
-    """Mean vertex distance to the target there [m]; None without a second simulator, or if it failed."""
+    """Mean vertex distance to the target in the second simulator [m].
+
+    None without a second simulator, or if its simulation failed.
+    """
 
     def with_share(self, held: int, draws: int, source: str) -> EpisodeRecord:
-        """Return the record with the share of worlds in which the fold succeeds."""
+        """Return the record with the share of disturbed simulations in which the fold succeeds."""
         low, high = interval_of(held, draws)
         share = {"held_share": held / draws, "held_interval": (low, high)}
         return self.model_copy(update={"held": held, "held_draws": draws, "held_from": source, **share})
 
     @property
     def drawn_world(self) -> World:
-        """The world of the episode."""
+        """The world of the episode: its values of all disturbances."""
         return World(self.world)
 
 
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:
-    """Return the records with the held share of each fold, in the requested worlds or in the fold's episodes.
+    """Return the records with the share of disturbed simulations in which each fold succeeds.
+
+    These are the additional simulations that the specification requests. If it requests none, they are the episodes of
+    the same fold.
 
     Args:
-        records: All episodes.
-        disturbed: Whether episodes are in disturbed worlds.
+        records: Records of all episodes.
+        disturbed: Whether the episodes have disturbances.
     """
     folds: dict[int, list[EpisodeRecord]] = {}
     for record in records:

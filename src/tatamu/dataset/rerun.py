@@ -1,4 +1,4 @@
-"""Run the actions of an episode in the simulator again, and compare the outcome."""
+"""Run the actions of an episode in the simulator again, and compare the outcome with the recording."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class Replay:
 
     recorded: EpisodeRecord
     success: bool
-    """Whether the fold succeeds now."""
+    """Whether the fold succeeds in the new simulation."""
     score: Score
     """Score of the new outcome."""
     distances: np.ndarray
-    """Distance of each vertex from its recorded place at the end [m], shape (n,)."""
+    """Distance of each vertex between the new and the recorded final position [m], shape (n,)."""
 
     @property
     def differs(self) -> bool:
-        """Whether anything differs from the recording."""
+        """Whether the success or any vertex differs from the recording."""
         return self.success != self.recorded.success or bool(self.distances.any())
 
 
@@ -39,7 +39,7 @@ def replay(dataset: Path | str, episode: int) -> Replay:
     """Run the actions of an episode in the simulator again.
 
     Args:
-        dataset: Folder of a dataset that `tatamu dataset` made; its actions may have been changed since.
+        dataset: Folder of a dataset that `tatamu dataset` made. Its actions may have been changed since then.
         episode: Number of the episode.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Sources of a dataset's folds: drawn at random, learned, or the tasks of a sweep."""
+"""Sources of a dataset's folds: folds that are drawn at random, learned folds, or the tasks of a sweep."""
 
 from __future__ import annotations
 
@@ -24,21 +24,24 @@ MOST_RUNS = 10_000
 
 @dataclass(frozen=True)
 class DrawnFold:
-    """A fold before its garment is made: names of garment, plan and material, and numbers drawn for its curve."""
+    """A fold before its garment is made.
+
+    It has the names of garment, plan and material, and the random numbers for the curve of the hands.
+    """
 
     source: str
     subject: Subject
     unit: tuple[float, ...]
-    """Distance from the curve in the middle, as fractions of `spread`, from -1 to 1: x1, z1, x2, z2, g1, g2."""
+    """Distances from the middle curve as fractions of `spread`, from -1 to 1, for x1, z1, x2, z2, g1 and g2."""
     middle: Parameters | None = None
-    """Parameters of the learned fold; None for the arched curve."""
+    """Parameters of the middle curve, which is that of the learned fold; None for the arched curve."""
     known: tuple[int, int, str] | None = None
-    """Numbers of worlds in which the learned fold held and was tested, and their source; None if unknown."""
+    """Numbers of successes and of tests of the learned fold, and the source of these numbers; None if unknown."""
 
 
 @dataclass(frozen=True)
 class LearnedFold:
-    """A learned fold of a run."""
+    """A learned fold, read from the folder of `tatamu learn`."""
 
     source: str
     subject: Subject
@@ -47,10 +50,10 @@ class LearnedFold:
 
 
 def read_runs(specification: DatasetSpecification) -> list[LearnedFold]:
-    """Read the learned folds that a specification names; none if its folds are drawn.
+    """Read the learned folds that a specification names; empty if its folds are drawn at random.
 
     Raises:
-        InputError: If a folder has no learned fold, or is broken.
+        InputError: If a folder contains no learned fold, or is broken.
     """
     folders = [found for path in _folders(specification) for found in _steps(path)]
     if len(folders) > MOST_RUNS:
@@ -61,13 +64,13 @@ def read_runs(specification: DatasetSpecification) -> list[LearnedFold]:
 def draw_fold(
     specification: DatasetSpecification, runs: Sequence[LearnedFold], number: int, attempt: int = 0
 ) -> DrawnFold:
-    """Draw a fold.
+    """Draw a fold at random.
 
     Args:
-        specification: The specification.
-        runs: Its learned folds.
+        specification: The specification of the dataset.
+        runs: The learned folds that the specification names.
         number: Number of the fold, from 0.
-        attempt: Number of the attempt, if earlier ones were beyond the robot.
+        attempt: Number of the attempt, from 0. It is above 0 if the robot could not carry out earlier folds.
     """
     generator = np.random.default_rng(np.random.SeedSequence([specification.seed, 0, number, attempt]))
     if runs:
@@ -92,10 +95,10 @@ def draw_fold(
 
 
 def check_names(specification: DatasetSpecification) -> None:
-    """Refuse names of garments, plans and materials that are unknown or do not fit, before any episode is recorded.
+    """Raise an error if a garment, plan or material is unknown or does not fit, before any episode is recorded.
 
     Raises:
-        InputError: If one is; the message names it.
+        InputError: If a name is unknown or does not fit; the message contains the name.
     """
     garment = specification.drawn_garment
     materials = [None] if garment.material is None else _listed(garment.material)
@@ -106,7 +109,7 @@ def check_names(specification: DatasetSpecification) -> None:
 
 
 def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
-    """Return the largest subject of these names that may be drawn."""
+    """Return the largest subject with these names that may be drawn."""
     drawn = specification.drawn_garment
     return Subject(
         garment=garment,
@@ -138,7 +141,7 @@ def _folders(specification: DatasetSpecification) -> list[Path]:
 
 
 def _steps(path: Path) -> list[Path]:
-    """The folders of the learned folds in the folder of a run: itself, or the steps of its plan."""
+    """Return the folders of the learned folds in the folder of a run: the folder itself, or the steps of its plan."""
     folder = ResultFolder(path)
     if not path.is_dir():
         raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")

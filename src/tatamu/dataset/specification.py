@@ -17,27 +17,27 @@ from tatamu.material import Number
 from tatamu.records import Record
 
 MOST_EPISODES = 1_000_000
-"""Largest number of episodes."""
+"""Largest number of episodes in a dataset."""
 Format = Literal["lerobot", "zarr"]
 FORMATS: tuple[Format, ...] = get_args(Format)
-"""Names of the formats."""
+"""Names of the formats in which a dataset can be written."""
 
 
 class GarmentDraw(Record):
-    """The garment, drawn for each fold."""
+    """The garment, which is drawn at random for each fold."""
 
     name: Names = "towel"
     """Name or file of a garment."""
     width: Distribution | None = None
-    """[m]; None for the garment's own."""
+    """Width of the garment [m]; None for the garment's own width."""
     length: Distribution | None = None
-    """[m]; None for the garment's own."""
+    """Length of the garment [m]; None for the garment's own length."""
     material: Names | None = None
-    """Name or file of a material; None for the garment's own."""
+    """Name or file of a material; None for the garment's own material."""
     spacing: Annotated[Number, Field(gt=0.0)] | None = None
-    """Distance between vertices [m]; None for the garment's own."""
+    """Distance between vertices of the mesh [m]; None for the garment's own spacing."""
     scale: Annotated[Number, Field(gt=0.0)] | None = None
-    """Metres per unit of the garment's file; None if the file says so itself."""
+    """Metres per unit of the garment's file; None if the file contains its unit."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -49,26 +49,26 @@ class GarmentDraw(Record):
 
     @property
     def largest(self) -> tuple[float, float] | None:
-        """The largest width and length that may be drawn [m]; None for the garment's own."""
+        """The largest width and length that may be drawn [m]; None for the garment's own size."""
         if self.width is None or self.length is None:
             return None
         return highest(self.width), highest(self.length)
 
 
 class FoldDraw(Record):
-    """The fold, drawn for each episode or group of episodes."""
+    """The fold, which is drawn at random for each episode or group of episodes."""
 
     source: Literal["drawn", "learned", "sweep"] = "drawn"
     plan: Names = "half"
-    """Name or file of a fold plan, whose first step is folded; for drawn folds."""
+    """Name or file of a fold plan, whose first step is folded. Only for randomly drawn folds."""
     hands: Literal[1, 2] | None = None
-    """Number of hands that fold; None for the plan's number; for drawn folds."""
+    """Number of hands that fold; None for the plan's number. Only for randomly drawn folds."""
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
     """Largest distance from the arched curve, or from the learned fold, as a fraction of the search space."""
     runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
-    """Folders of `tatamu learn`; for learned folds."""
+    """Folders of `tatamu learn`. Only for learned folds."""
     sweep: Annotated[str, Field(min_length=1)] | None = None
-    """Folder of `tatamu sweep`; for folds of a sweep."""
+    """Folder of `tatamu sweep`. Only for folds of a sweep."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -82,23 +82,23 @@ class FoldDraw(Record):
 
 
 class RobotDraw(Record):
-    """The robot whose arms fold; its place is searched if none is given."""
+    """The robot whose arms fold. If no place is given, the best place is searched for."""
 
     name: Annotated[str, Field(min_length=1)]
-    """Name of a robot, or a .toml that describes one."""
+    """Name of a robot, or a .toml file that describes a robot."""
     place: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
-    """x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search it."""
+    """x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search for them."""
     table_height: Number | None = None
-    """Height of the table top in the robot's base [m]; None to search it."""
+    """Height of the table top in the robot's base [m]; None to search for it."""
 
 
 class RecordOptions(Record):
-    """The recorded observations, and their rate."""
+    """The observations that are recorded, and their rate."""
 
     fps: Annotated[StrictInt, Field(ge=5, le=60)] = 10
     """Frames per second [1/s]."""
     cameras: list[Camera] = Field(default_factory=lambda: list[Camera](("top", "front")))
-    """Cameras whose pictures become videos."""
+    """Cameras whose pictures are stored as videos."""
     pixels: Annotated[StrictInt, Field(ge=64, le=512, multiple_of=2)] = 96
     """Height and width of pictures and masks."""
 
@@ -110,27 +110,27 @@ class RecordOptions(Record):
 
 
 class OutcomeOptions(Record):
-    """Tests of each outcome in addition to its score."""
+    """Tests of each outcome, in addition to its score."""
 
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
-    """Number of additional disturbed worlds in which each fold is simulated, for its held share."""
+    """Number of additional disturbed simulations of each fold. They give the share in which the fold succeeds."""
     simulator: Literal["mujoco", "blender"] | None = None
-    """A second simulator that repeats the hands' motion of each episode; None for none."""
+    """A second simulator that repeats the hands' motion of each episode; None for no second simulator."""
 
 
 class DatasetSpecification(Record):
-    """A specification file."""
+    """The contents of a specification file."""
 
     version: Literal[1] = 1
     episodes: Annotated[StrictInt, Field(ge=1, le=MOST_EPISODES)]
     seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] = 0
     formats: Annotated[list[Format], Field(min_length=1)] = Field(default_factory=lambda: list[Format](FORMATS))
     disturbances: str = "default"
-    """`default`, `none` or a file; every episode has its own draw."""
+    """The disturbances: `default`, `none`, or a file. They are drawn at random for every episode."""
     per_fold: Annotated[StrictInt, Field(ge=1, le=10_000)] = 1
-    """Number of episodes, each in another world, that share a fold."""
+    """Number of episodes with the same fold. The disturbances are drawn again for each of them."""
     garment: GarmentDraw | None = None
-    """Garment of drawn folds; None for the towel of `tatamu learn towel`."""
+    """Garment of randomly drawn folds; None for the towel of `tatamu learn towel`."""
     fold: FoldDraw = FoldDraw()
     robot: RobotDraw | None = None
     """The robot whose arms fold; None for floating hands."""
@@ -153,7 +153,7 @@ class DatasetSpecification(Record):
 
     @property
     def drawn_garment(self) -> GarmentDraw:
-        """Return the garment of drawn folds."""
+        """The garment of randomly drawn folds."""
         return self.garment or GarmentDraw()
 
     @property
@@ -166,6 +166,6 @@ def read_specification(path: Path) -> DatasetSpecification:
     """Read a specification file.
 
     Raises:
-        InputError: If the file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
     """
     return validated(DatasetSpecification, read_toml(path), path)

@@ -1,6 +1,7 @@
-"""States in Zarr 3: every vertex and hand over time, padded to the longest episode and the largest cloth.
+"""States in the format Zarr 3: every vertex and hand over time.
 
-A shard has whole episodes, and one process writes it once.
+The arrays are padded to the longest episode and the largest cloth. A shard contains whole episodes, and is written only
+once, by one process.
 """
 
 from __future__ import annotations
@@ -18,31 +19,31 @@ from tatamu.files import foreign, unwritable
 from tatamu.lerobot.extras import needed
 
 SHARD = 16 << 20
-"""Size of a shard before compression [bytes]; it has as many episodes as fit."""
+"""Largest size of a shard before compression [bytes]. A shard contains as many episodes as fit."""
 MOST_IN_SHARD = 64
 """Largest number of episodes in a shard."""
 FRAMES = 16
-"""Frames in a chunk, the part of a shard that is read at once."""
+"""Number of frames in a chunk, which is the part of a shard that is read at once."""
 GAP: Mapping[str, Any] = {"f": np.nan, "i": -1, "b": False, "u": 0}
-"""Fill values beyond the end of an episode or of a cloth, by the kind of numbers."""
+"""Values that fill an array after the end of an episode or of a cloth, by the kind of numbers."""
 PER_FRAME = ("positions", "key_points", "hands", "mask", "state", "action", "reward")
-"""Arrays with a row for each frame or action."""
+"""Names of the arrays with a row for each frame or action."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """Shape and type of an array, without the axis of episodes; the largest of all episodes."""
+    """Largest shape of an array over all episodes, without the axis of episodes, and the type of its numbers."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
 
     def joined(self, array: np.ndarray) -> Extent:
-        """Return the extent enlarged for an array."""
+        """Return this extent, enlarged until the array fits."""
         return Extent(tuple(map(max, self.shape, array.shape)), self.dtype)
 
 
 def extend(extents: dict[str, Extent], episode: Episode) -> None:
-    """Enlarge the extents for the arrays of an episode."""
+    """Enlarge the extents until the arrays of an episode fit."""
     for name in (*PER_FRAME, "faces"):
         if name in episode.arrays:
             array = episode.arrays[name]
@@ -50,15 +51,15 @@ def extend(extents: dict[str, Extent], episode: Episode) -> None:
 
 
 class StateWriter:
-    """A group of arrays under construction: one writer, which writes each shard once."""
+    """A Zarr group that is being written. It writes each shard only once."""
 
     def __init__(self, root: Path, count: int, extents: Mapping[str, Extent], about: Mapping[str, Any]) -> None:
-        """Create the arrays.
+        """Create the arrays of the group.
 
         Args:
             root: Folder of the group.
             count: Number of episodes.
-            extents: Extents of their arrays.
+            extents: Largest shape and type of each array, by the name of the array.
             about: Attributes of the group.
 
         Raises:
@@ -97,7 +98,7 @@ class StateWriter:
             raise unwritable(self._root, error) from None
 
     def finish(self) -> None:
-        """Write the outcome of each episode.
+        """Write the length and the success of each episode.
 
         Raises:
             InputError: If a file cannot be written.
@@ -118,7 +119,7 @@ def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.
         names: Names of the arrays.
 
     Raises:
-        InputError: If there is no such array or episode, or it is broken.
+        InputError: If there is no such array or episode, or the group is broken.
     """
     zarr = needed("zarr")
     with foreign(root, "a Zarr group"):
@@ -151,7 +152,7 @@ def _padded(array: np.ndarray, extent: Extent) -> np.ndarray:
 
 
 def _cut(array: np.ndarray, name: str, frames: int) -> np.ndarray:
-    """Return an array without the frames after its end and without padded vertices."""
+    """Return an array of one episode without the frames after its end and without padded vertices."""
     if name in PER_FRAME:
         array = array[: frames + (name not in ("action", "reward"))]
     if name in ("positions", "key_points"):

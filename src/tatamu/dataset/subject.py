@@ -1,4 +1,4 @@
-"""The task of an episode by names and plain numbers, from which it can be made again."""
+"""The task of an episode as names and plain numbers, from which the task can be made again."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tatamu.records import OpenRecord
 
 
 class Subject(OpenRecord):
-    """A garment and a step of a plan."""
+    """A garment, and a step of a fold plan."""
 
     garment: str
     """Name or file of the garment."""
@@ -21,23 +21,23 @@ class Subject(OpenRecord):
     step: int = 0
     """Number of the plan's step, from 0."""
     size: list[float] | None = None
-    """Width and length [m]; None for the garment's own."""
+    """Width and length of the garment [m]; None for the garment's own size."""
     spacing: float | None = None
-    """Distance between vertices [m]; None for the garment's own."""
+    """Distance between vertices of the mesh [m]; None for the garment's own spacing."""
     scale: float | None = None
-    """Metres per unit of the garment's file; None if the file says so itself."""
+    """Metres per unit of the garment's file; None if the file contains its unit."""
     hands: int | None = None
     """Number of hands that fold; None for the plan's number."""
     material: dict[str, float] | str | None = None
-    """Fields of the material, without disturbances, or its name or file; None for the garment's own."""
+    """Material without disturbances: its fields, its name or its file; None for the garment's own material."""
     start: list[float] | None = None
-    """The cloth as it lies [m], x, y, z of each vertex; None if flat on the table."""
+    """Positions of the cloth before the fold [m]: x, y, z of each vertex; None if the cloth is flat on the table."""
 
     def make_task(self) -> Task:
-        """Return the task; the latest ones are kept.
+        """Return the task. The latest tasks are kept in memory.
 
         Raises:
-            InputError: If the garment or the plan is a file that is not there, or something does not fit.
+            InputError: If a file of the garment or the plan does not exist, or the names and numbers do not fit.
         """
         return _made(self.model_dump_json(include=set(Subject.model_fields)))
 
@@ -60,5 +60,5 @@ def _made(text: str) -> Task:
 
 
 def fields_of(material: Material) -> dict[str, float]:
-    """Return the fields of a material that are set, as `Material` takes them."""
+    """Return the fields of a material that are set, as arguments of `Material`."""
     return {name: value for name, value in material.model_dump().items() if value is not None}

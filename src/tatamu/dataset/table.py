@@ -1,4 +1,4 @@
-"""`episodes.parquet`: a row for each episode, with all that is needed to run its actions again."""
+"""The file `episodes.parquet`: a row for each episode, with everything that is needed to run its actions again."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from tatamu.lerobot.extras import needed
 
 
 class TableWriter:
-    """The rows of all episodes."""
+    """A table of all episodes that is being written."""
 
     def __init__(self) -> None:
         self._rows: list[dict[str, Any]] = []
 
     def add(self, record: EpisodeRecord, final: np.ndarray) -> None:
-        """Append an episode with its outcome [m], shape (n, 3)."""
+        """Append an episode with the final positions of the cloth [m], shape (n, 3)."""
         kept = {"record": record.model_dump_json(), "final": final.ravel()}
         self._rows.append({"episode": record.episode, **columns_of(record), **kept})
 
     def write(self, path: Path) -> None:
-        """Write the table in one piece.
+        """Write the table, as a whole or not at all.
 
         Raises:
             InputError: If the file cannot be written.
@@ -41,7 +41,7 @@ class TableWriter:
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:
-    """Return the record of every episode.
+    """Return the record of every episode in the table.
 
     Raises:
         InputError: If the file is missing or broken.
@@ -52,7 +52,7 @@ def read_records(path: Path) -> list[EpisodeRecord]:
 
 
 def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
-    """Return the record of an episode, and its final positions [m], shape (n, 3).
+    """Return the record of an episode, and the final positions of the cloth [m], shape (n, 3).
 
     Raises:
         InputError: If the file is missing or broken, or there is no such episode.

@@ -1,10 +1,10 @@
-"""Environments of Gymnasium: a fold by one action, and hands that a policy moves step by step.
+"""Environments of Gymnasium: a whole fold by one action, and hands that a policy moves step by step.
 
     import gymnasium as gym
 
     env = gym.make("tatamu.envs:tatamu/Hands-v0", garment="towel", observation="key_points")
 
-Importing this package registers both with Gymnasium.
+The import of this package registers both environments with Gymnasium.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ HANDS = "tatamu/Hands-v0"
 
 
 def _register() -> None:
-    """Make both environments known to `gymnasium.make` and `gymnasium.make_vec`."""
+    """Register both environments, so that `gymnasium.make` and `gymnasium.make_vec` find them."""
     for name, entry, vector in (
         (FOLD, "tatamu.envs.fold:FoldEnv", "tatamu.envs.threads:vector_of_folds"),
         (HANDS, "tatamu.envs.hands:HandsEnv", "tatamu.envs.threads:vector_of_hands"),

@@ -1,4 +1,4 @@
-"""Cameras with names: they make small pictures of cloth and hands for policies, and are fast."""
+"""Cameras with names. They make small pictures of cloth and hands for policies, and are fast."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from tatamu.zbuffer import z_buffer
 
 Camera = Literal["top", "front", "left", "right"]
 CAMERAS: tuple[Camera, ...] = get_args(Camera)
-"""Names of the cameras: from above, and from three sides at 45 degrees above the table."""
+"""Names of the cameras. One looks from above, the others from three sides, 45 degrees above the table."""
 FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
-"""Direction of each camera: angle about z from +x, and height above the table [degrees]. Hands begin at -x."""
+"""Direction of each camera: angle about z from +x, and angle above the table [degrees]. Hands begin at -x."""
 FAR = 3.0
-"""Distance of a camera from the middle, in radii of the visible area."""
+"""Distance of a camera from the middle of the cloth, in radii of the visible area."""
 ROOM = 1.1
-"""Ratio of the radius of the visible area to that of the flat cloth."""
+"""Ratio of the radius of the visible area to the radius of the flat cloth."""
 HAND = 0.02
-"""Half the length of the octahedron that is drawn for a hand [m]."""
+"""Half the length of the octahedron that represents a hand in a picture [m]."""
 CORNERS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
 FACES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5]])
-"""An octahedron."""
+"""Triangles of an octahedron, as numbers of its corners."""
 COLOURS = (LEFT, RIGHT)
-"""Colours of the left and of the right hand."""
+"""Colours of the left hand and of the right hand."""
 
 
 class Studio:
-    """Cameras round one garment."""
+    """Cameras around one garment."""
 
     def __init__(self, start: np.ndarray, faces: np.ndarray, pixels: int = 96) -> None:
         """Set up the cameras.
 
         Args:
-            start: The cloth before the fold [m], shape (n, 3).
-            faces: Triangles, shape (m, 3).
+            start: Positions of the cloth before the fold [m], shape (n, 3).
+            faces: Triangles of the cloth, shape (m, 3).
             pixels: Height and width of a picture.
         """
         self.middle = (start.min(axis=0) + start.max(axis=0)) / 2
@@ -55,8 +55,8 @@ class Studio:
 
         Args:
             camera: Name of the camera.
-            points: The cloth [m], shape (n, 3).
-            hands: Places of the hands [m], shape (k, 3); None to draw none.
+            points: Positions of the cloth [m], shape (n, 3).
+            hands: Positions of the hands [m], shape (k, 3); None to draw no hands.
         """
         mesh = self._mesh(points, np.empty((0, 3)) if hands is None else hands)
         view = _view(self.middle, self.radius, self.pixels, *FROM[camera])
@@ -67,22 +67,22 @@ class Studio:
         return picture
 
     def heights(self, points: np.ndarray) -> np.ndarray:
-        """Return the height of the highest layer over each pixel from above [m], 0 if there is none; float32, (h, w).
+        """Return the height of the highest layer at each pixel, as seen from above [m]: float32, shape (h, w).
 
-        Pixels are those of the camera `top`.
+        The height is 0 if the pixel shows no cloth. Pixels are those of the camera `top`.
         """
         scale = self.pixels / (2.0 * self.radius)
         across = (points[:, :2] - self.middle[:2]) * scale
-        grid = np.column_stack([self.pixels / 2 - across, points[:, 2]])  # +x is above, +y to the left
+        grid = np.column_stack([self.pixels / 2 - across, points[:, 2]])  # +x is up, +y to the left
         found = z_buffer(grid, self._faces, (self.pixels, self.pixels)).heights
         return np.where(np.isfinite(found), found, 0.0).astype(np.float32)
 
     def _mesh(self, points: np.ndarray, hands: np.ndarray) -> PaintedMesh:
-        """The cloth, and an octahedron for each hand."""
+        """Return a mesh of the cloth, and an octahedron for each hand."""
         count = len(points)
         faces = [self._faces, *(FACES + count + len(CORNERS) * number for number in range(len(hands)))]
         shapes = [points, *(hand + HAND * CORNERS for hand in hands)]
-        unmarked = np.full((len(CORNERS) * len(hands), 2), 0.025)  # between two lines of the cloth
+        unmarked = np.full((len(CORNERS) * len(hands), 2), 0.025)  # between two lines of the grid on the cloth
         return PaintedMesh(
             np.concatenate(shapes),
             np.concatenate(faces),
@@ -93,7 +93,7 @@ class Studio:
 
 
 def _view(middle: np.ndarray, radius: float, pixels: int, angle: float, height: float) -> View:
-    """A view of a ball round the middle [m], from an angle about z and a height over the table [degrees]."""
+    """Return a view of a ball around `middle` [m], from an angle about z and an angle above the table [degrees]."""
     turn, rise = np.radians([angle, height])
     near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
     right = np.array([-np.sin(turn), np.cos(turn), 0.0])

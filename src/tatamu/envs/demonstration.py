@@ -1,4 +1,7 @@
-"""A scripted policy: actions that move the hands along a manipulation, step by step."""
+"""A scripted policy: actions that move the hands along a manipulation, step by step.
+
+A manipulation is a planned motion of the hands that makes a fold.
+"""
 
 from __future__ import annotations
 
@@ -12,22 +15,23 @@ from tatamu.folding.manipulation import Manipulation
 
 @dataclass(frozen=True)
 class Led:
-    """The places of all hands at the end of each step, and whether their jaws are closed in it."""
+    """The positions of all hands at the end of each step, and whether their jaws are closed during the step."""
 
     places: np.ndarray
-    """Places of the hands at the end of each step [m], shape (steps, hands, 3)."""
+    """Positions of the hands at the end of each step [m], shape (steps, hands, 3)."""
     closed: np.ndarray
-    """Shape (steps,)."""
+    """Whether the jaws are closed in each step, shape (steps,)."""
 
 
 def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: float) -> Led:
-    """Return the motion of hands in a manipulation: open to their grasps, closed along their paths, then open.
+    """Return the motion of the hands in a manipulation.
 
-    Hands that are slower than the manipulation take longer, along the same paths.
+    The hands go to their grasps with open jaws, then close and follow their paths, then open. If the hands are slower
+    than the manipulation, they take longer on the same paths.
 
     Args:
         manipulation: The manipulation.
-        start: Places where the hands are [m], shape (hands, 3).
+        start: Present positions of the hands [m], shape (hands, 3).
         largest: Largest motion of a hand in a step, along each axis [m].
         rate: Steps per second [1/s].
     """
@@ -40,19 +44,21 @@ def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: fl
     if slower > 1.0:
         instants = np.linspace(0.0, instants[-1], int(np.ceil(1.1 * slower * len(instants))))
         places = _places(manipulation, instants)
-    moves = places - places[0]  # fingers without thickness do not rise when they close
+    moves = places - places[0]  # fingers without thickness need not rise when they close
     closed = np.arange(count + len(moves)) >= count
     return Led(np.concatenate([there, grasps + moves]), closed)
 
 
 def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.ndarray:
-    """Return the actions for this motion, after which hands wait, open; float32, shape (steps + wait, 4 hands).
+    """Return the actions for a motion of the hands, float32, shape (steps + wait, 4 hands).
+
+    After the motion, the hands wait with open jaws.
 
     Args:
         led: Path of the hands.
-        start: Places where they are [m], shape (hands, 3).
+        start: Positions of the hands before the motion [m], shape (hands, 3).
         largest: Largest motion of a hand in a step, along each axis [m].
-        wait: Number of steps in which they wait.
+        wait: Number of steps in which the hands wait.
     """
     moves = np.diff(led.places, axis=0, prepend=start[None]) / largest
     jaws = np.broadcast_to(np.where(led.closed, 1.0, -1.0)[:, None, None], (*moves.shape[:2], 1))
@@ -63,11 +69,11 @@ def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.nda
 def follow(
     manipulation: Manipulation, start: np.ndarray, largest: float, rate: float, steps: int
 ) -> Iterator[np.ndarray]:
-    """Yield the actions of all hands: a demonstration.
+    """Yield the actions of all hands for a demonstration of the manipulation.
 
     Args:
         manipulation: The manipulation.
-        start: Places where the hands are [m], shape (hands, 3).
+        start: Present positions of the hands [m], shape (hands, 3).
         largest: Largest motion of a hand in a step, along each axis [m].
         rate: Steps per second [1/s].
         steps: Number of steps.
@@ -76,7 +82,7 @@ def follow(
 
 
 def _places(manipulation: Manipulation, instants: np.ndarray) -> np.ndarray:
-    """The displacement of each hand from its grasp at each instant [m], shape (k, hands, 3)."""
+    """Return the displacement of each hand from its grasp at these times [m], shape (k, hands, 3)."""
     times, paths = manipulation.motion()
     return np.stack(
         [np.column_stack([np.interp(instants, times, column) for column in path.T]) for path in paths], axis=1

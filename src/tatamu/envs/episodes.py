@@ -1,4 +1,4 @@
-"""Episodes: one task, in a disturbed world that is drawn for each episode."""
+"""Episodes of one task. A world, which is one random draw of all disturbances, is drawn for each episode."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tatamu.scene import Scene
 
 @dataclass(frozen=True)
 class Episodes:
-    """A task and the disturbances of its episodes."""
+    """A task, and the disturbances of its episodes."""
 
     task: Task
     disturbances: Disturbances | None
@@ -31,13 +31,16 @@ class Episodes:
         return self.task.fold
 
     def draw(self, generator: np.random.Generator) -> World:
-        """Draw the world of an episode; the nominal one if there are no disturbances."""
+        """Draw the world of an episode: values of all disturbances. Without disturbances, all values are nominal."""
         if self.disturbances is None:
             return NOMINAL
         return worlds_of(self.disturbances, [generator.standard_normal(len(CHANNELS))])[0]
 
     def untouched(self, world: World) -> Scene:
-        """Return the scene of a world without hands: its cloth and its table."""
+        """Return the scene of a world without hands: its cloth and its table.
+
+        A world is one random draw of all disturbances.
+        """
         touched = disturbed_scene(self.fold, self.task.manipulation(arched_curve(self.fold)), world)
         return touched.model_copy(update={"grippers": []})
 
@@ -50,7 +53,7 @@ def make_episodes(
     spacing: float | None,
     disturbances: Disturbances | Path | str | None,
 ) -> Episodes:
-    """Make the episodes of an environment, which has the same arguments.
+    """Make the episodes of an environment. The arguments are those of the environment.
 
     Raises:
         InputError: If an argument is wrong; the message names it.
@@ -66,11 +69,11 @@ def make_episodes(
 
 
 def hand_errors(fold: Fold, world: World, hands: int) -> np.ndarray:
-    """Return the error of each hand's believed place [m], shape (hands, 3).
+    """Return the error of each hand's assumed position [m], shape (hands, 3).
 
     Args:
         fold: The fold.
-        world: The world: errors of the hands, of the table's height and of the place of the cloth count.
+        world: The disturbances. Those of the hands, of the table's height, and of the cloth's position have an effect.
         hands: Number of hands.
     """
     place = np.array([world["cloth.place.along"], world["cloth.place.across"], world["table.height"]])

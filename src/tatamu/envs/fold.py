@@ -1,4 +1,7 @@
-"""`tatamu/Fold-v0`: one action, the six numbers of Eq. (9), makes one fold; the reward is -C."""
+"""`tatamu/Fold-v0`: one action, which is the six numbers of Eq. (9), makes one fold. The reward is -C.
+
+C is the objective of a fold, Eq. (10).
+"""
 
 from __future__ import annotations
 
@@ -19,11 +22,11 @@ from tatamu.material import Material
 from tatamu.search import Parameters
 
 NAMES = ("x1", "z1", "x2", "z2", "g1", "g2")
-"""The numbers of an action, in order."""
+"""Names of the numbers of an action, in their order."""
 
 
 class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
-    """One manipulation per episode. docs/reference/env-fold.md has the spaces and the reward."""
+    """An environment with one fold per episode. docs/reference/env-fold.md has the spaces and the reward."""
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 (Gymnasium's name and form)
 
@@ -43,15 +46,16 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         """Make the environment.
 
         Args:
-            garment: A garment, the name of one, or its file.
-            fold: Name of a fold plan, or its file; its first step is folded.
-            size: Width and length [m]; None for the garment's own.
-            material: Material of the cloth, or its preset or file; None for the garment's own.
-            spacing: Distance between vertices [m]; None for the garment's own.
-            disturbances: Disturbances, "default" or a file; each episode is one draw. None for none.
-            observation: Name of an observation, or several.
+            garment: A garment, or the name or file of a garment.
+            fold: Name or file of a fold plan. Its first step is folded.
+            size: Width and length of the garment [m]; None for the garment's own size.
+            material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
+            spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
+            disturbances: Disturbances, "default", or the file of disturbances. They are drawn again for each episode.
+                None for no disturbances.
+            observation: Name of an observation, or several names.
             pixels: Height and width of masks, depths and pictures.
-            render_mode: "rgb_array" to get pictures from `render`.
+            render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
 
         Raises:
             InputError: If an argument is wrong; the message names it.
@@ -69,11 +73,12 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Lay the garment down and draw new disturbances.
+        """Lay the garment down, and draw new disturbances.
 
         Args:
-            seed: Random seed of this and the following worlds; None to draw the next one.
-            options: Must be empty, because no options exist.
+            seed: Random seed for the disturbances of this and the following episodes; None to continue the random
+                sequence.
+            options: Must be None or empty, because there are no options.
         """
         super().reset(seed=seed)
         self._world = self.episodes.draw(self.np_random)
@@ -81,13 +86,13 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observe(), {"is_success": False, "world": dict(self._world.values)}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Fold once.
+        """Make one fold, which ends the episode.
 
         Args:
-            action: From -1 to 1, the six numbers of Eq. (9) between their bounds, shape (6,).
+            action: The six numbers of Eq. (9), each scaled so that its bounds become -1 and 1, shape (6,).
 
         Raises:
-            InputError: If the action is not of that shape or not finite.
+            InputError: If the action does not have this shape, or is not finite.
         """
         parameters = self.parameters(action)
         found = Nominal(self.task).in_world(parameters, self._world)
@@ -102,10 +107,10 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observe(), -found.objective, True, False, info
 
     def parameters(self, action: np.ndarray) -> Parameters:
-        """Return the parameters of Eq. (9) of an action; values beyond -1 and 1 are clipped.
+        """Return the parameters of Eq. (9) for an action. Values below -1 or above 1 are clipped.
 
         Raises:
-            InputError: If the action is not of shape (6,) or not finite.
+            InputError: If the action does not have the shape (6,), or is not finite.
         """
         given = np.asarray(action, dtype=float)
         if given.shape != (len(NAMES),) or not np.isfinite(given).all():
@@ -117,7 +122,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return {name: bounds[name].nearest(bounds[name].low + each * ranges[name]) for name, each in given_parts}
 
     def action(self, parameters: Parameters) -> np.ndarray:
-        """Return the action of parameters of Eq. (9), shape (6,)."""
+        """Return the action for the parameters of Eq. (9), shape (6,)."""
         self.task.space.check(parameters)
         bounds = [self.task.space.bounds[name] for name in NAMES]
         values = [parameters[name] for name in NAMES]

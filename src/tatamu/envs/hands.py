@@ -1,4 +1,4 @@
-"""`tatamu/Hands-v0`: hands that a policy moves at 10 Hz, with jaws that open and close."""
+"""`tatamu/Hands-v0`: hands that a policy moves at 10 Hz by default, with jaws that open and close."""
 
 from __future__ import annotations
 
@@ -31,11 +31,17 @@ RATE = 10
 MOST_RATE = 60
 """Largest number of steps per second [1/s]."""
 NEVER = 1e6
-"""A time beyond every episode [s]: the scene's grippers close then, so until then they follow given targets."""
+"""A time after the end of every episode [s].
+
+The scene's grippers close at this time. Before it, they follow the targets that they are given.
+"""
 
 
 class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
-    """Hands that fold a garment step by step. docs/reference/env-hands.md has the spaces and the rewards."""
+    """An environment with hands that fold a garment step by step.
+
+    docs/reference/env-hands.md has the spaces and the rewards.
+    """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012 (Gymnasium's name and form)
 
@@ -59,19 +65,21 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """Make the environment.
 
         Args:
-            garment: A garment, the name of one, or its file; or a task, which has its fold, size, material and spacing.
-            fold: Name of a fold plan, or its file; its first step is folded.
-            size: Width and length [m]; None for the garment's own.
-            material: Material of the cloth, or its preset or file; None for the garment's own.
-            spacing: Distance between vertices [m]; None for the garment's own.
-            disturbances: Disturbances, "default" or a file; each episode is one draw. None for none.
-            observation: Name of an observation, or several.
+            garment: A garment, or the name or file of a garment. It may also be a task, which has its own fold, size,
+                material and spacing.
+            fold: Name or file of a fold plan. Its first step is folded.
+            size: Width and length of the garment [m]; None for the garment's own size.
+            material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
+            spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
+            disturbances: Disturbances, "default", or the file of disturbances. They are drawn again for each episode.
+                None for no disturbances.
+            observation: Name of an observation, or several names.
             pixels: Height and width of masks, depths and pictures.
-            reward: "dense" for progress towards the target, "sparse" for success alone.
+            reward: "dense" to reward progress towards the target and success, "sparse" to reward only success.
             seconds: Length of an episode [s].
             rate: Steps per second [1/s].
             options: Abilities of the hands; None for the defaults.
-            render_mode: "rgb_array" to get pictures from `render`.
+            render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
 
         Raises:
             InputError: If an argument is wrong; the message names it.
@@ -104,11 +112,14 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Lay the garment down and draw new disturbances; the hands are open, at the corners that move.
+        """Lay the garment down, and draw new disturbances.
+
+        The hands are open, at the corners that the fold moves.
 
         Args:
-            seed: Random seed of this and the following worlds; None to draw the next one.
-            options: "world" for the values of a world by the names of its disturbances, which is not drawn then.
+            seed: Random seed for the disturbances of this and the following episodes; None to continue the random
+                sequence.
+            options: May have the entry "world": values of disturbances by their names. Then no disturbances are drawn.
         """
         super().reset(seed=seed)
         given = (options or {}).get("world")
@@ -131,14 +142,14 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observer.observe(self._view), {**self._info(False, None, ""), "world": dict(world.values)}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Lead the hands for one step, a tenth of a second by default.
+        """Move the hands for one step, which lasts a tenth of a second by default.
 
         Args:
-            action: From -1 to 1, for each hand its motion along x, y and z as fractions of the largest, and its jaw:
-                closed above 0; shape (4 hands,).
+            action: Four numbers from -1 to 1 for each hand, shape (4 hands,). The first three are its motion along x, y
+                and z, as fractions of the largest motion. The jaw closes if the fourth is above 0.
 
         Raises:
-            InputError: If the action is not of that shape or not finite.
+            InputError: If the action does not have this shape, or is not finite.
         """
         given = np.asarray(action, dtype=float)
         if given.shape != self.action_space.shape or not np.isfinite(given).all():
@@ -148,12 +159,12 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
 
     @property
     def hands(self) -> np.ndarray:
-        """Assumed places of the hands, without their errors [m], shape (hands, 3)."""
+        """Assumed positions of the hands, without their errors [m], shape (hands, 3)."""
         return np.array([jaw.place for jaw in self._jaws])
 
     @property
     def start(self) -> np.ndarray:
-        """Places where the hands begin [m], shape (hands, 3)."""
+        """Positions of the hands at the start of an episode [m], shape (hands, 3)."""
         return self.task.fold.start[list(self._grasps)]
 
     @property
@@ -162,10 +173,10 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Move the hands to places in one step, like `step` but without its limit on speed.
+        """Move the hands to these positions in one step. Unlike `step`, this method does not limit the speed.
 
         Args:
-            places: Assumed places of the hands at the end of the step [m], shape (hands, 3).
+            places: Assumed positions of the hands at the end of the step [m], shape (hands, 3).
             closed: Whether each jaw is closed from the start of the step, shape (hands,).
         """
         self._done += 1
@@ -188,12 +199,12 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observer.observe(self._view), progress + float(success), success, over and not success, info
 
     def follow(self, parameters: Parameters) -> Iterator[np.ndarray]:
-        """Return actions with which the hands follow a manipulation: a demonstration.
+        """Return actions with which the hands follow a manipulation, as a demonstration.
 
-        The hands first go to the grasps, open, then close.
+        The hands first go to the grasps with open jaws, then close and follow their paths.
 
         Args:
-            parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
+            parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
 
         Raises:
             InputError: If a parameter is wrong.
@@ -201,7 +212,10 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return follow(self.task.manipulation(parameters), self.start, self.largest, self.rate, self.steps)
 
     def scene(self) -> Scene:
-        """Return the motion of the hands so far as a scene for any simulator; it ends `SETTLE` seconds later."""
+        """Return the motion of the hands so far as a scene for any simulator.
+
+        The scene ends `SETTLE` seconds after the last step.
+        """
         return scene_of_led(self._scene, self._led, self.rate)
 
     def render(self) -> np.ndarray | None:
@@ -215,7 +229,10 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._view.positions, self._score()
 
     def _near(self, jaw: Jaw) -> tuple[int, ...]:
-        """Return the vertices that a jaw grasps if it closes now: those within its reach that no other jaw holds."""
+        """Return the vertices that a jaw grasps if it closes now.
+
+        These are the vertices within its reach that no other jaw holds.
+        """
         reach = max(self.options.reach, 0.6 * self.task.garment.spacing)
         near = np.flatnonzero(np.linalg.norm(self._simulation.positions - jaw.actual, axis=1) <= reach)
         held = {vertex for other in self._jaws for vertex in other.held}
@@ -231,14 +248,14 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         )
 
     def _measure(self) -> float:
-        """Mean distance of the vertices to the target [m]."""
+        """Return the mean distance of the vertices from their target positions [m]."""
         return float(vertex_distances(self.task.fold.target, self._view.positions).mean())
 
     def _succeeds(self) -> bool:
-        """Whether the fold succeeds as `Score` defines it, with open hands and cloth at rest."""
+        """Return whether the fold succeeds as `Score` defines it, with open hands and cloth at rest."""
         if self._view.closed.any() or np.linalg.norm(self._view.velocities, axis=1).mean() > self.options.calm:
             return False
-        near = self._distance <= Limits().mean_vertex_distance  # the views from above, which take longer, come second
+        near = self._distance <= Limits().mean_vertex_distance  # tested first, because the view from above takes longer
         return near and self._score().succeeds
 
     def _score(self) -> Score:

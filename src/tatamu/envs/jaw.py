@@ -1,4 +1,4 @@
-"""A hand with a jaw: its assumed and its actual place, and the vertices that it holds."""
+"""A hand with a jaw: its assumed and its actual position, and the vertices that it holds."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ class HandsOptions:
     """Limits of the hands, and the conditions of success."""
 
     speed: float = 0.6
-    """Highest speed along each axis [m/s], that of a manipulation (De Gusseme and wyffels 2022)."""
+    """Largest speed along each axis [m/s]. It is the speed of a manipulation (De Gusseme and wyffels 2022)."""
     reach: float = 0.012
-    """Distance within which a jaw that closes grasps vertices [m]; at least 0.6 spacings of the mesh."""
+    """Distance from a closing jaw within which vertices are grasped [m]. It is at least 0.6 spacings of the mesh."""
     beside: float = 0.25
-    """Hands stay over the table within this margin of the flat cloth [m]."""
+    """Largest distance of the hands outside the flat cloth, measured horizontally [m]."""
     highest: float = 0.6
-    """Largest height of hands [m]."""
+    """Largest height of the hands [m]."""
     calm: float = 0.02
-    """Mean speed of the cloth below which a fold counts [m/s]."""
+    """Largest mean speed of the cloth at which a fold may count as successful [m/s]."""
     torn: float = -1.0
-    """Reward of a step in which the cloth is torn or flies away, which ends the episode."""
+    """Reward of a step whose simulation fails because the cloth tears or flies away. The step ends the episode."""
 
 
 class Jaw:
-    """A hand in the course of an episode.
+    """A hand with a jaw during an episode.
 
     Attributes:
-        place: Its assumed place [m], shape (3,).
-        way: Length of its path so far [m].
-        held: The vertices that it holds; none if it is open.
+        place: Assumed position of the hand [m], shape (3,).
+        way: Length of the hand's path so far [m].
+        held: Vertices that the jaw holds; empty if the jaw is open or holds nothing.
     """
 
     def __init__(self, place: np.ndarray, error: np.ndarray, lowest: float) -> None:
-        """Begin with an open jaw.
+        """Start with an open jaw.
 
         Args:
-            place: Its assumed place [m], shape (3,).
-            error: Error of that place [m], shape (3,).
-            lowest: Height at which it meets the table [m].
+            place: Assumed position of the hand [m], shape (3,).
+            error: Error of the assumed position [m], shape (3,).
+            lowest: Height at which the hand touches the table [m].
         """
         self.place = np.array(place)
         self.way = 0.0
@@ -53,18 +53,20 @@ class Jaw:
 
     @property
     def actual(self) -> np.ndarray:
-        """Actual place [m], shape (3,); a hand that is commanded below the table stops at the table."""
+        """Actual position of the hand [m], shape (3,). A hand that is commanded below the table stops at the table."""
         there = self.place + self._error
         there[2] = max(there[2], self._lowest)
         return np.asarray(there)
 
     def lead(self, place: np.ndarray, close: bool, near: tuple[int, ...]) -> HandTarget | None:
-        """Open or close the jaw, then move; return the target for the hand's gripper, None if it does nothing.
+        """Open or close the jaw, then move the hand.
+
+        Return the target for the hand's gripper, or None if the gripper does nothing.
 
         Args:
-            place: Its next assumed place [m], shape (3,).
-            close: Whether the jaw is to be closed.
-            near: Vertices that it grasps if it closes now.
+            place: Next assumed position of the hand [m], shape (3,).
+            close: Whether the jaw should be closed.
+            near: Vertices that the jaw grasps if it closes now.
         """
         before = self.actual
         self.way += float(np.linalg.norm(place - self.place))

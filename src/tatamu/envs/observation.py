@@ -1,4 +1,4 @@
-"""Observations of a scene, by the names that the user chooses."""
+"""Observations of a scene. The user chooses them by their names."""
 
 from __future__ import annotations
 
@@ -14,43 +14,45 @@ from tatamu.errors import InputError
 from tatamu.garments import Garment
 
 Observation = np.ndarray | dict[str, np.ndarray]
-"""One array, or arrays by name."""
+"""One array, or several arrays by their names."""
 PLAIN = ("vertices", "velocities", "key_points", "mask", "depth", "hands")
-"""Observations other than pictures."""
+"""Names of the observations that are not pictures."""
 OBSERVATIONS = (*PLAIN, *get_args(Camera))
-"""Names of all observations; the last are pictures of the cameras of these names."""
+"""Names of all observations. The last names are those of the cameras, whose observations are pictures."""
 WIDEST = 1e3
-"""Bound of places [m] and velocities [m/s]."""
+"""Bound of positions [m] and velocities [m/s] in the observation space."""
 
 
 @dataclass(frozen=True)
 class View:
-    """The state of a scene at one moment, from which observations are made."""
+    """The state of a scene at one time, from which observations are made."""
 
     positions: np.ndarray
-    """The cloth [m], shape (n, 3)."""
+    """Positions of the cloth [m], shape (n, 3)."""
     velocities: np.ndarray
     """Velocities of the cloth [m/s], shape (n, 3)."""
     hands: np.ndarray
-    """Assumed places of the hands, without their errors [m], shape (k, 3)."""
+    """Assumed positions of the hands, without their errors [m], shape (k, 3)."""
     seen: np.ndarray
-    """Actual places of the hands, which cameras show [m], shape (k, 3)."""
+    """Actual positions of the hands, which cameras show [m], shape (k, 3)."""
     closed: np.ndarray
-    """1 if a hand is closed, 0 if open, shape (k,)."""
+    """State of each hand, shape (k,): 1 if it holds cloth, 0 if not."""
 
 
 def key_points(garment: Garment) -> np.ndarray:
-    """Return the vertices at which a named part of the outline ends: corners, the ends of hems, openings and seams.
+    """Return the vertices at which a named edge of the garment ends.
+
+    These are corners, and the ends of hems, openings and seams.
 
     Returns:
-        Their numbers, increasing, shape (k,).
+        Numbers of the vertices, in increasing order, shape (k,).
     """
     ends = [end for path in garment.edges.values() for end in (path[0], path[-1])]
     return np.unique(np.array(ends, dtype=np.int64))
 
 
 class Observer:
-    """Makes the observations that were chosen."""
+    """Makes the observations that the user has chosen."""
 
     def __init__(
         self, garment: Garment, start: np.ndarray, names: str | Sequence[str], hands: int, pixels: int = 96
@@ -59,13 +61,13 @@ class Observer:
 
         Args:
             garment: The garment.
-            start: The cloth before the fold [m], shape (n, 3).
-            names: Names of `OBSERVATIONS`: of one, to get an array, or of several, to get arrays by name.
-            hands: Number of hands that may be seen.
+            start: Positions of the cloth before the fold [m], shape (n, 3).
+            names: One name of `OBSERVATIONS` to get an array, or several names to get arrays by name.
+            hands: Number of hands that may be observed.
             pixels: Height and width of masks, depths and pictures.
 
         Raises:
-            InputError: If a name is unknown, or `pixels` is no positive number.
+            InputError: If a name is unknown or repeated, or `pixels` is out of range.
         """
         self.single = isinstance(names, str)
         self.names = (names,) if isinstance(names, str) else tuple(names)
@@ -85,12 +87,12 @@ class Observer:
 
     @property
     def space(self) -> spaces.Space[Any]:
-        """The space of the observations."""
+        """The space of the observations, in the form of Gymnasium."""
         by_name: dict[str, spaces.Space[Any]] = {name: self._space(name) for name in self.names}
         return by_name[self.names[0]] if self.single else spaces.Dict(by_name)
 
     def observe(self, view: View) -> Observation:
-        """Return the observations of a moment."""
+        """Return the observations of the scene at one time."""
         by_name = {name: self._observe(name, view) for name in self.names}
         return by_name[self.names[0]] if self.single else by_name
 

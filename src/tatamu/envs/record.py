@@ -1,4 +1,4 @@
-"""The motion of hands in an episode as a scene, which any simulator can run."""
+"""The motion of the hands in an episode as a scene, which any simulator can run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from tatamu.simulators.native import HandTarget
 
 
 def scene_of_led(untouched: Scene, led: Sequence[Sequence[HandTarget | None]], rate: float) -> Scene:
-    """Return the scene of hands that were moved step by step; it ends `SETTLE` after the last step.
+    """Return the scene of hands that were moved step by step.
+
+    The scene ends `SETTLE` seconds after the last step.
 
     Args:
         untouched: The scene without hands.
@@ -26,7 +28,7 @@ def scene_of_led(untouched: Scene, led: Sequence[Sequence[HandTarget | None]], r
 
 
 def _grippers(hand: int, targets: Sequence[HandTarget | None], rate: float) -> list[Gripper]:
-    """A gripper for each time that the hand was closed."""
+    """Return the grippers of one hand: a gripper for each time that the hand was closed."""
     found: list[Gripper] = []
     times: list[float] = []
     places: list[np.ndarray] = []

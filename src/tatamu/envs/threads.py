@@ -1,4 +1,7 @@
-"""Several environments in the threads of `simulate_many`; the compiled loops run at the same time."""
+"""Several environments in the threads of `simulate_many`.
+
+The compiled loops of the simulations run at the same time.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ Env = gymnasium.Env[Any, Any]
 
 
 class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
-    """Environments of one kind that are stepped together; the next step resets an environment that has ended."""
+    """Environments of the same kind that are stepped together.
+
+    If an environment has ended, its next step resets it.
+    """
 
     def __init__(self, make: Callable[[], Env], num_envs: int) -> None:
         """Make the environments.
@@ -48,12 +54,12 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Reset all of them.
+        """Reset all environments.
 
         Args:
-            seed: Seed of the first environment, from which the seeds of the others are counted up; or one seed for
-                each; None to draw the next worlds.
-            options: Passed to each environment.
+            seed: Seed of the first environment; each further environment has the next larger seed. It may also be a
+                list with one seed for each environment. None to continue the random sequences.
+            options: Options for each environment.
         """
         seeds = [seed + number for number in range(self.num_envs)] if isinstance(seed, int) else seed
         each = seeds or [None] * self.num_envs
@@ -64,13 +70,13 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         return self._batch([observation for observation, _ in found]), self._infos([info for _, info in found])
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Step all environments; those that have ended are reset instead, with reward 0.
+        """Step all environments. An environment that has ended is reset instead, with reward 0.
 
         Args:
             actions: One action for each environment, shape (num_envs, ...).
 
         Raises:
-            InputError: If there are not as many actions as environments, or one is wrong.
+            InputError: If the number of actions differs from the number of environments, or an action is wrong.
         """
         if len(actions) != self.num_envs:
             raise InputError(f"actions: must be one for each of {self.num_envs} environments, given {len(actions)}")
@@ -81,11 +87,11 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         return self._batch(observations), np.array(rewards, dtype=np.float64), *flags, self._infos(infos)
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return the pictures of all of them; None without a render mode."""
+        """Return the pictures of all environments; None without a render mode."""
         return None if self.render_mode is None else tuple(env.render() for env in self.envs)
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Close the environments and end the threads."""
+        """Close the environments, and end the threads."""
         for env in self.envs:
             env.close()
         self._pool.shutdown()
@@ -111,10 +117,10 @@ def _step_or_reset(env: Env, action: Any, ended: bool) -> tuple[Any, float, bool
 
 
 def vector_of_folds(num_envs: int = 1, **arguments: Any) -> ThreadedVectorEnv:
-    """Make several `FoldEnv` of the same arguments."""
+    """Make several environments `FoldEnv` with the same arguments."""
     return ThreadedVectorEnv(lambda: FoldEnv(**arguments), num_envs)
 
 
 def vector_of_hands(num_envs: int = 1, **arguments: Any) -> ThreadedVectorEnv:
-    """Make several `HandsEnv` of the same arguments."""
+    """Make several environments `HandsEnv` with the same arguments."""
     return ThreadedVectorEnv(lambda: HandsEnv(**arguments), num_envs)

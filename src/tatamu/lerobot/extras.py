@@ -1,4 +1,4 @@
-"""Optional packages of datasets; one that is missing is reported in one line, with how to install it."""
+"""Optional packages of datasets. If a package is missing, one line reports it with the command to install it."""
 
 from __future__ import annotations
 
@@ -7,4 +7,4 @@ from functools import partial
 from tatamu import extras
 
 needed = partial(extras.needed, extra="dataset")
-"""Function that imports a package which the extra `dataset` installs."""
+"""Function that imports a package. The extra `dataset` installs the package."""

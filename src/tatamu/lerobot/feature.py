@@ -1,4 +1,4 @@
-"""Contents of a dataset's frames: numbers with names, flags, pictures of cameras."""
+"""Contents of a dataset's frames: numbers with names, flags, and pictures of cameras."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ import numpy as np
 from tatamu.errors import InputError
 
 VIDEO = "video"
-"""The type of pictures that are kept as a video."""
+"""Type of pictures that are stored as a video."""
 
 
 @dataclass(frozen=True)
 class Feature:
-    """One entry of every frame."""
+    """A feature: one entry of every frame."""
 
     dtype: str
-    """NumPy's name of the type of its numbers, or `VIDEO`."""
+    """Type of the feature's numbers, by its name in NumPy; or `VIDEO`."""
     shape: tuple[int, ...]
-    """Shape in one frame."""
+    """Shape of the feature in one frame."""
     names: tuple[str, ...] | None = None
-    """Names of its numbers, or of the axes of a picture; None if they have none."""
+    """Names of the feature's numbers, or of the axes of a picture; None if the numbers have no names."""
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are neither single nor in a row."""
+        """Raise an error if the feature is not a picture and its shape does not have exactly one dimension."""
         if not self.is_video and len(self.shape) != 1:
             raise InputError(f"shape: must be of one dimension, given {self.shape}")
 
     @property
     def is_video(self) -> bool:
-        """Whether it is a picture that is kept as a video."""
+        """Whether the feature is a picture that is stored as a video."""
         return self.dtype == VIDEO
 
     def describe(self) -> dict[str, Any]:
-        """Return the entry of `info.json`."""
+        """Return the feature's entry in `info.json`."""
         return {"dtype": self.dtype, "shape": list(self.shape), "names": None if self.names is None else [*self.names]}
 
     def checked(self, name: str, given: np.ndarray, frames: int) -> np.ndarray:
-        """Return the values of an episode in the feature's type.
+        """Return the values of an episode, converted to the feature's type.
 
         Raises:
-            InputError: If their shape is not (frames, *shape), or one is not finite.
+            InputError: If the shape of the values is not (frames, *shape), or a value is not finite.
         """
         array = np.asarray(given)
         if array.shape != (frames, *self.shape):
@@ -56,15 +56,18 @@ class Feature:
 
 
 def vector(names: Sequence[str], dtype: str = "float32") -> Feature:
-    """Return the feature of numbers with names."""
+    """Return the feature for numbers with these names."""
     return Feature(dtype, (len(names),), tuple(names))
 
 
 def flag() -> Feature:
-    """Return the feature of yes or no."""
+    """Return the feature for a flag: true or false."""
     return Feature("bool", (1,))
 
 
 def camera(height: int, width: int | None = None) -> Feature:
-    """Return the feature of a camera's pictures: RGB, uint8, (height, width, 3); square without a width."""
+    """Return the feature for a camera's pictures: RGB, uint8, (height, width, 3).
+
+    Without a width, the pictures are square.
+    """
     return Feature(VIDEO, (height, height if width is None else width, 3), ("height", "width", "channels"))

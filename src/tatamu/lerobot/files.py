@@ -1,4 +1,7 @@
-"""The growing files of a dataset: numbers in Parquet, pictures in videos; a full one is followed by the next."""
+"""The growing files of a dataset: Parquet files with numbers, and videos with pictures.
+
+When a file has reached its largest size, the next file is started.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +18,14 @@ from tatamu.lerobot.video import VideoWriter
 
 
 class NumberFiles:
-    """The files of all features except pictures: a row for each frame, a row group for each episode."""
+    """The files of all features except pictures. They have a row for each frame, and a row group for each episode."""
 
     def __init__(self, folder: Path, largest: int) -> None:
-        """Start without a file.
+        """Prepare the files. The first file is created with the first episode.
 
         Args:
             folder: Folder of the dataset.
-            largest: A larger file is followed by the next one [bytes].
+            largest: Size of a file at which the next file is started [bytes].
         """
         self._folder = folder
         self._largest = largest
@@ -34,10 +37,10 @@ class NumberFiles:
         """Append an episode.
 
         Args:
-            columns: By the names of the features, shape (frames, k).
+            columns: Values by the names of the features, shape (frames, k).
 
         Returns:
-            The columns of the table of episodes that say where it is.
+            The position of the episode, as columns of the table of episodes.
 
         Raises:
             InputError: If a file cannot be written.
@@ -53,10 +56,10 @@ class NumberFiles:
         return {"data/chunk_index": chunk, "data/file_index": file}
 
     def close(self) -> None:
-        """End the last file.
+        """Finish and close the last file.
 
         Raises:
-            InputError: If it cannot be written.
+            InputError: If the file cannot be written.
         """
         if self._file is None:
             return
@@ -80,7 +83,7 @@ class NumberFiles:
 
 
 def _column(array: np.ndarray) -> Any:
-    """Return numbers of shape (frames, k) as Arrow keeps them: single ones plain, others as lists of fixed length."""
+    """Return numbers of shape (frames, k) as an Arrow array: plain if k = 1, otherwise lists of fixed length."""
     arrow = needed("pyarrow")
     width = array.shape[1]
     plain = arrow.array(array.ravel())
@@ -88,16 +91,16 @@ def _column(array: np.ndarray) -> Any:
 
 
 class VideoFiles:
-    """The videos of one camera, several episodes in each."""
+    """The videos of one camera. A video may contain several episodes."""
 
     def __init__(self, folder: Path, name: str, fps: int, largest: int) -> None:
-        """Start without a file.
+        """Prepare the videos. The first file is created with the first episode.
 
         Args:
             folder: Folder of the dataset.
             name: Name of the feature.
             fps: Frames per second.
-            largest: A larger file is followed by the next one [bytes].
+            largest: Size of a video at which the next video is started [bytes].
         """
         self._folder = folder
         self._name = name
@@ -110,10 +113,10 @@ class VideoFiles:
         """Append an episode.
 
         Args:
-            pictures: RGB, uint8, shape (frames, h, w, 3).
+            pictures: Pictures of the episode: RGB, uint8, shape (frames, h, w, 3).
 
         Returns:
-            The columns of the table of episodes that say where it is.
+            The position of the episode, as columns of the table of episodes.
 
         Raises:
             InputError: If a file cannot be written.
@@ -135,10 +138,10 @@ class VideoFiles:
         return {f"videos/{self._name}/{kind}": value for kind, value in place.items()}
 
     def close(self) -> None:
-        """End the last video.
+        """Finish and close the last video.
 
         Raises:
-            InputError: If it cannot be written.
+            InputError: If the video cannot be written.
         """
         if self._video is not None:
             video, self._video = self._video, None

@@ -1,4 +1,4 @@
-"""Reads a LeRobotDataset v3.0 by pyarrow and PyAV alone."""
+"""Read a LeRobotDataset v3.0 with only pyarrow and PyAV."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from tatamu.lerobot.video import read_video
 
 
 class LeRobotReader:
-    """A dataset in a folder."""
+    """A dataset in a folder, which can be read."""
 
     def __init__(self, root: Path | str) -> None:
         """Open a dataset.
 
         Raises:
-            InputError: If the folder has none, or one of another version.
+            InputError: If the folder contains no dataset, or a dataset of another version.
         """
         self.root = Path(root)
         path = self.root / layout.INFO
@@ -42,7 +42,7 @@ class LeRobotReader:
 
     @cached_property
     def episodes(self) -> list[dict[str, Any]]:
-        """The rows of the table of episodes, without their statistics."""
+        """Rows of the table of episodes, without their statistics."""
         files = sorted((self.root / "meta" / "episodes").glob("*/*.parquet"))
         rows: list[dict[str, Any]] = []
         for file in files:
@@ -53,24 +53,26 @@ class LeRobotReader:
 
     @cached_property
     def tasks(self) -> list[str]:
-        """The tasks in words, by their numbers."""
+        """The tasks as text, in the order of their numbers."""
         file = self.root / layout.TASKS
         with foreign(file, "a Parquet file"):
             rows = needed("pyarrow.parquet").read_table(file).to_pylist()
         return [row["task"] for row in sorted(rows, key=lambda row: int(row["task_index"]))]
 
     def row(self, episode: int) -> dict[str, Any]:
-        """Return the row of an episode.
+        """Return the row of an episode in the table of episodes.
 
         Raises:
-            InputError: If there is no such episode.
+            InputError: If there is no episode with this number.
         """
         if not 0 <= episode < len(self.episodes):
             raise InputError(f"episode: must be from 0 to {len(self.episodes) - 1}, given {episode}")
         return self.episodes[episode]
 
     def numbers(self, episode: int, *names: str) -> dict[str, np.ndarray]:
-        """Return features of an episode that are no pictures, shape (frames, k); single numbers (frames,).
+        """Return features of an episode as arrays, shape (frames, k).
+
+        Features with a single number have the shape (frames,). Pictures cannot be read with this method.
 
         Raises:
             InputError: If there is no such episode or feature, or a file is broken.
@@ -87,7 +89,7 @@ class LeRobotReader:
             return {name: np.array(table[name].to_pylist(), dtype=kind) for name, kind in kinds.items()}
 
     def pictures(self, episode: int, name: str) -> Iterator[np.ndarray]:
-        """Yield the pictures of an episode: RGB, uint8, shape (h, w, 3).
+        """Yield the pictures of one camera in an episode: RGB, uint8, shape (h, w, 3).
 
         Raises:
             InputError: If there is no such episode or camera, or a file is broken.

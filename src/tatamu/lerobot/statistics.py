@@ -1,4 +1,7 @@
-"""Statistics of features, of an episode and of a whole dataset, by which policies scale what they see and do."""
+"""Statistics of features, for an episode and for a whole dataset.
+
+Policies use them to scale observations and actions.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +12,21 @@ import numpy as np
 from tatamu.lerobot.feature import Feature
 
 Statistics = Mapping[str, np.ndarray]
-"""By name: min, max, mean, std and the quantiles, of the shape of the feature; count, shape (1,)."""
+"""The statistics by their names: min, max, mean, std, the quantiles, and count.
+
+All have the shape of the feature, except count, which has the shape (1,).
+"""
 QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
-"""Names of the quantiles."""
+"""Names of the quantiles, with the fraction of values below each quantile."""
 EVERY = 4
-"""Statistics of pictures use one pixel in this many, along each side."""
+"""Distance between the pixels that are used for the statistics of pictures, along each side."""
 
 
 def statistics(feature: Feature, values: np.ndarray) -> Statistics:
-    """Return the statistics of an episode's values, shape (frames, *shape); of pictures for each channel, 0 to 1."""
+    """Return the statistics of an episode's values, shape (frames, *shape).
+
+    Pictures have statistics for each colour channel, with values from 0 to 1.
+    """
     frames = len(values)
     rows = values[:, ::EVERY, ::EVERY].reshape(-1, 3) / 255.0 if feature.is_video else values.astype(np.float64)
     shape = (3, 1, 1) if feature.is_video else feature.shape
@@ -27,7 +36,10 @@ def statistics(feature: Feature, values: np.ndarray) -> Statistics:
 
 
 def joined(episodes: Sequence[Statistics]) -> Statistics:
-    """Return the statistics of several episodes together; quantiles are means over the episodes, by their lengths."""
+    """Return the common statistics of several episodes.
+
+    The quantiles are means of the episodes' quantiles, weighted by the lengths of the episodes.
+    """
     counts = np.array([int(each["count"][0]) for each in episodes])
     weights = counts / counts.sum()
 

@@ -1,4 +1,4 @@
-"""Videos in AV1, as LeRobot keeps cameras: libsvtav1, yuv420p, every second frame a key frame."""
+"""Videos in AV1, in LeRobot's format for cameras: libsvtav1, yuv420p, every second frame a key frame."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from tatamu.lerobot.extras import needed
 
 CODEC = "libsvtav1"
 OPTIONS = {"g": "2", "crf": "30", "preset": "12", "svtav1-params": "fast-decode=0:lp=1"}
-"""LeRobot's options; with one thread (lp) the bytes do not depend on the machine's processors."""
+"""LeRobot's options of the encoder. With one thread (lp), the bytes do not depend on the machine's processors."""
 
 
 def check_codec() -> None:
-    """Refuse to start if videos could not be encoded.
+    """Raise an error if videos cannot be encoded.
 
     Raises:
         InputError: If PyAV is not installed, or has no encoder for AV1.
     """
     av = needed("av")
-    os.environ.setdefault("SVT_LOG", "0")  # otherwise the encoder describes itself on standard error
+    os.environ.setdefault("SVT_LOG", "0")  # otherwise the encoder writes its version to standard error
     try:
         av.codec.Codec(CODEC, "w")
     except (ValueError, av.FFmpegError):
@@ -36,18 +36,18 @@ def check_codec() -> None:
 
 
 class VideoWriter:
-    """A video that grows by pictures.
+    """A video to which pictures are appended.
 
     Attributes:
-        frames: Number of its pictures.
-        size: Size of what is encoded so far [bytes]; the encoder still keeps the last pictures.
+        frames: Number of pictures in the video.
+        size: Size of the pictures that are already encoded [bytes]; the last pictures are still missing.
     """
 
     def __init__(self, path: Path, fps: int, height: int, width: int) -> None:
-        """Create the file.
+        """Create the file of the video.
 
         Raises:
-            InputError: If it cannot be written, or there is no encoder.
+            InputError: If the file cannot be written, or there is no encoder.
         """
         check_codec()
         av = needed("av")
@@ -84,7 +84,7 @@ class VideoWriter:
             raise unwritable(self._path, error) from None
 
     def close(self) -> None:
-        """Write what is left.
+        """Write the remaining pictures, and close the file.
 
         Raises:
             InputError: If the file cannot be written.

@@ -1,4 +1,4 @@
-"""Writes a LeRobotDataset v3.0, episode by episode; the folder appears when it is complete."""
+"""Write a LeRobotDataset v3.0, episode by episode. Its folder appears when the dataset is complete."""
 
 from __future__ import annotations
 
@@ -29,11 +29,14 @@ USUAL: Mapping[str, Feature] = {
     "index": Feature("int64", (1,)),
     "task_index": Feature("int64", (1,)),
 }
-"""Features that every dataset has; the writer fills them."""
+"""Features that every dataset has. The writer fills them."""
 
 
 class LeRobotWriter:
-    """A dataset under construction. As a context it is finished at the end, or removed after an error."""
+    """A dataset that is being written.
+
+    The writer can be used in a `with` statement. At its end, the dataset is finished, or removed after an error.
+    """
 
     def __init__(
         self,
@@ -48,13 +51,13 @@ class LeRobotWriter:
         """Start a dataset.
 
         Args:
-            root: Folder of the dataset, which must not exist, or be empty.
+            root: Folder of the dataset. It must be empty or not exist.
             fps: Frames per second.
-            features: Contents of each frame, by LeRobot's names: "observation.state", "action",
-                "observation.images.top"; the `USUAL` ones are added.
-            robot: Type of the robot; None if there is none.
-            data_mib: A file of numbers that is larger is followed by another [MiB].
-            video_mib: A video that is larger is followed by another [MiB].
+            features: Contents of each frame by LeRobot's names, such as "observation.state", "action" and
+                "observation.images.top". The features in `USUAL` are added.
+            robot: Type of the robot; None if there is no robot.
+            data_mib: Size of a file with numbers at which the next file is started [MiB].
+            video_mib: Size of a video at which the next video is started [MiB].
 
         Raises:
             InputError: If the folder contains something or cannot be written, or a package or an encoder is missing.
@@ -88,8 +91,9 @@ class LeRobotWriter:
 
         Args:
             values: Values of each feature, shape (frames, *shape of the feature); pictures are uint8.
-            task: The task in words, such as "Fold the towel in half."
-            about: Further columns of the table of episodes, the same for every episode: plain values or None.
+            task: The task as text, such as "Fold the towel in half."
+            about: Additional columns of the table of episodes, with plain values or None. Every episode must have the
+                same columns.
 
         Raises:
             InputError: If a feature is missing or unknown, has another shape, or a file cannot be written.
@@ -122,7 +126,7 @@ class LeRobotWriter:
         self.frames += frames
 
     def finish(self) -> Path:
-        """Write the tables and put the dataset in its place; return its folder.
+        """Write the tables, move the dataset to its final folder, and return this folder.
 
         Raises:
             InputError: If there is no episode, or a file cannot be written.
@@ -160,7 +164,7 @@ class LeRobotWriter:
             self.abandon()
 
     def abandon(self) -> None:
-        """Remove what is not finished; a finished dataset stays."""
+        """Remove an unfinished dataset. A finished dataset remains."""
         with suppress(InputError):
             self._close()
         shutil.rmtree(self._building, ignore_errors=True)
@@ -212,7 +216,7 @@ class LeRobotWriter:
         }
 
     def _columns(self) -> dict[str, Any]:
-        """The table of episodes; a column without any value is one of numbers."""
+        """Return the columns of the table of episodes. A column without any value gets the type of numbers."""
         arrays = {name: self._arrow.array([row[name] for row in self._rows]) for name in self._rows[0]}
         empty = self._arrow.null()
         return {name: each.cast("float64") if each.type == empty else each for name, each in arrays.items()}

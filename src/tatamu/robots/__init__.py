@@ -1,4 +1,4 @@
-"""Robots: a learned fold becomes joint trajectories of a dual-arm robot, which are checked, rehearsed and exported.
+"""Robots: turn a learned fold into joint trajectories of a dual-arm robot, then check, rehearse and export them.
 
 hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ folder ─▶ rehearsal
 """

@@ -1,4 +1,4 @@
-"""Single arms that labs own: joints, limits, masses, boxes round the links, and the stock gripper.
+"""Data of single arms that laboratories own: joints, limits, masses, boxes around the links, and the stock gripper.
 
 The data are facts from public models; no meshes are included.
 
@@ -6,7 +6,7 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
 
 [PANDA]  example-robot-data 6.0.0, panda_description/urdf/panda.urdf: joints, limits, masses, boxes of its meshes
 [FR3]    Franka Robotics, Robot and interface specifications, limits for Franka Research 3
-         (frankarobotics.github.io/docs/control_parameters.html); links and joints' places are Panda's
+         (frankarobotics.github.io/docs/control_parameters.html); links and joint positions are Panda's
 [UR]     Universal Robots, Parameters for calculations of kinematics and dynamics: Denavit-Hartenberg parameters, masses
 [UR-M]   robosuite 1.5.2, robots/ur5e/robot.xml: ranges, boxes of its collision meshes
 [XARM]   example-robot-data 6.0.0, xarm_description/urdf/xarm7.urdf: joints, limits, masses
@@ -17,9 +17,10 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
          xarm_gripper.urdf.xacro, driven to 0.85 rad (its link_tcp, 0.172, is 2.5 mm inside)
 Fingertips: `tatamu.folding.fingers` has their sizes and sources
 
-Plans accelerate by at most 5 rad/s^2. This is below Franka's own limits (7.5 for Panda, 10 for FR3) and within MoveIt's
-configurations of UR arms (5 to 10). UFACTORY's limit was not found. Boxes come from `python -m benchmarks.link_boxes`,
-rounded outwards to millimetres.
+Plans accelerate by at most 5 rad/s^2. This limit is below Franka's own limits: 7.5 for Panda, 10 for FR3. MoveIt's
+configurations of UR arms have limits from 5 to 10. UFACTORY's limit was not found.
+
+The boxes come from `python -m benchmarks.link_boxes`. Their faces are moved outwards to whole millimetres.
 """
 
 from __future__ import annotations
@@ -42,28 +43,31 @@ LEROBOT = LeRobotNames()
 
 
 class Hinge(NamedTuple):
-    """A joint and the link that it moves."""
+    """A revolute joint and the link that the joint moves."""
 
     xyz: Vector
-    """Origin in the frame of the link before [m]."""
+    """Origin of the joint in the frame of the previous link [m]."""
     rpy: Vector
-    """Rotation of that frame about fixed x, y, z, at zero [rad]."""
+    """Rotation from the previous link's frame to the joint's frame, about fixed x, y, z, at joint angle zero [rad]."""
     lower: float
     upper: float
     speed: float
     mass: float
-    """Mass of the link that it moves [kg]."""
+    """Mass of the link that the joint moves [kg]."""
     boxes: tuple[Box, ...]
-    """Boxes around that link, in its frame [m]."""
+    """Boxes around the link that the joint moves, in the frame of that link [m]."""
     axis: Vector = (0.0, 0.0, 1.0)
-    """Axis in the frame of the link."""
+    """Axis of the joint, in the frame of the link that the joint moves."""
 
 
 class ParallelGripper(NamedTuple):
-    """A gripper with two fingers; its frame is at the flange, z outwards, the fingers side by side along y."""
+    """A gripper with two fingers.
+
+    Its frame is at the flange: z points outwards, and the fingers are side by side along y.
+    """
 
     xyz: Vector
-    """Flange in the last link [m]."""
+    """Position of the flange in the frame of the last link [m]."""
     rpy: Vector
     """Rotation of the gripper's frame in the last link, about fixed x, y, z [rad]."""
     palm: Box
@@ -85,14 +89,14 @@ class SerialArm:
     base: tuple[Box, ...]
     gripper: ParallelGripper
     ready: tuple[float, ...]
-    """A pose in which the gripper points straight down, before the arm [rad]."""
+    """Joint angles at which the gripper is in front of the arm and points straight down [rad]."""
     acceleration: float
-    """Largest acceleration in plans [rad/s^2]."""
+    """Largest acceleration of a joint in plans [rad/s^2]."""
     lerobot: LeRobotNames = LEROBOT
     lerobot_type: str = ""
-    """Type of a pair in LeRobot."""
+    """Robot type of a pair of these arms in LeRobot."""
     right: SerialArm | None = None
-    """The right arm of a pair; None for the same arm."""
+    """The right arm of a pair; None if both arms of the pair are equal."""
 
 
 _PANDA_BOXES: tuple[tuple[Box, ...], ...] = (
@@ -195,7 +199,11 @@ FR3 = _franka(
         (-3.0159, 3.0159, 5.26),
     ),
 )
-"""Franka Research 3 lowers its speed limits towards the ends of its ranges; plans keep to half of them (`presets`)."""
+"""The arm Franka Research 3.
+
+The arm lowers its speed limits towards the ends of its joints' ranges. Plans therefore use only half of the speed
+limits (`presets`).
+"""
 
 _XARM_LIMITS = (
     (-2 * np.pi, 2 * np.pi),
@@ -280,7 +288,7 @@ _UP, _ASIDE = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
 UR5E = SerialArm(
     name="ur5e",
     joints=("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"),
-    # Lengths of [UR]; how the offset of 0.1333 across the arm is shared among the links is [UR-M]'s, as its boxes are.
+    # Lengths are from [UR]. The boxes, and the division of the offset of 0.1333 m among the links, are from [UR-M].
     hinges=(
         Hinge(
             (0.0, 0.0, 0.1625),

@@ -1,7 +1,9 @@
 """The motion of one arm along the path of one hand, for many placements and holds.
 
-An arm follows the path from point to point by damped least squares. Each point starts from the angles of the last one,
-so a path that would need a jump counts as unreachable.
+A placement is a position of the fold on the table. A hold is an orientation in which the hand grasps the cloth.
+
+An arm follows the path from point to point by damped least squares. Each point starts from the joint angles of the
+previous point. A path that would need a jump of the joints therefore counts as unreachable.
 """
 
 from __future__ import annotations
@@ -16,28 +18,31 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import ASIDE, SHALLOW, Hold, Placement, tool_paths
 
 GOOD_MARGIN = 0.2
-"""Distance from joint limits [rad] above which more distance does not improve the quality."""
+"""Distance from the joint limits [rad] above which a larger distance does not improve the quality."""
 GOOD_SINGULARITY = 0.2
-"""Distance from singularities (see `Chain.singularity`) above which more distance does not improve the quality."""
+"""Distance from singularities above which a larger distance does not improve the quality; see `Chain.singularity`."""
 HOPELESS = -1.0
-"""Quality below which a motion is not followed further."""
+"""Quality below which the motion is discarded."""
 CLEAR = 3
-"""Number of holds that are kept of each arm, the best first."""
+"""Number of holds that are kept for each arm, the best first. A hold is an orientation of the hand at the grasp."""
 
 
 @dataclass(frozen=True)
 class ArmReach:
-    """The motion of one arm along the path of one hand, for every placement and hold."""
+    """The motion of one arm along the path of one hand, for every placement and hold.
+
+    A placement is a position of the fold on the table. A hold is an orientation of the hand at the grasp.
+    """
 
     quality: np.ndarray
-    """Quality of the motion: 1 is comfortable, 0 just possible, negative impossible; shape (placements, holds)."""
+    """Quality of the motion, shape (placements, holds): 1 is comfortable, 0 just possible, negative impossible."""
     reached: np.ndarray
-    """Number of points reached in a row, shape (placements, holds)."""
+    """Number of path points that the arm reaches before the first failure, shape (placements, holds)."""
     angles: np.ndarray
-    """Joint angles [rad], shape (placements, holds, points, k)."""
+    """Joint angles [rad], shape (placements, holds, points, k) for k joints."""
 
     def best(self, placement: int) -> np.ndarray:
-        """Return the best holds, the best first."""
+        """Return the indices of the best holds at this placement, the best first."""
         order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
         return order[self.quality[placement][order] > HOPELESS]
 
@@ -55,11 +60,11 @@ def follow(
 
     Args:
         robot: The robot.
-        arm: The arm of this hand.
+        arm: The arm that follows the path.
         placements: Candidate placements of the fold.
-        holds: Candidate orientations in which the hand grasps the hem.
-        trunk: The trunk's angle from each placement at each point [rad], shape (placements, n + 2).
-        path: The hand's path in F [m], shape (n, 3).
+        holds: Candidate orientations of the hand at the grasp.
+        trunk: The trunk's angle [rad] for each placement and point, shape (placements, n + 2).
+        path: The hand's path in the frame F of the fold [m], shape (n, 3).
         steps: Times from point to point [s], shape (n - 1,).
     """
     chain = Chain.of(robot, arm)
@@ -77,7 +82,10 @@ def follow(
 
 
 def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles (n, m, k) along targets (n, m, 4, 4), and the number of points reached in a row (n,)."""
+    """Return the joint angles (n, m, k) along the poses `targets` (n, m, 4, 4), and the number of points reached (n,).
+
+    Only points before the first failure count as reached.
+    """
     count, points = targets.shape[:2]
     angles = np.full((count, points, len(start)), np.nan)
     reached = np.zeros(count, dtype=np.int64)
@@ -92,7 +100,11 @@ def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.nda
 
 
 def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the smallest margin for angles (n, m, k), reduced for folds that must be slowed down."""
+    """Return the quality of the motions with these joint angles (n, m, k), shape (n,).
+
+    The quality is the smallest distance from joint limits and singularities, divided by a distance that counts as good.
+    It is at most 1, and is reduced for folds that the arm must slow down.
+    """
     count, points, width = angles.shape
     margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
     some = angles[:, ::2]
@@ -101,7 +113,11 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
 
 
 def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Estimate the factor, at least 1, by which the path (n, m, k) with `steps` (m - 1,) [s] must be slowed down."""
+    """Estimate the factor, at least 1, by which a fold must be slowed down to respect the arm's limits, shape (n,).
+
+    `angles` (n, m, k) [rad] are the joint angles at the path's points, `steps` (m - 1,) [s] the times between the
+    points.
+    """
     speed = np.diff(angles, axis=1) / steps[:, None]
     rate = np.diff(speed, axis=1) / ((steps[1:] + steps[:-1]) / 2)[:, None]
     fast = (np.abs(speed) / arm.planned_speed).max(axis=(1, 2))

@@ -1,4 +1,4 @@
-"""The robot of a description, made from the models that it names."""
+"""Build the robot of a description from the models that the description names."""
 
 from __future__ import annotations
 
@@ -23,17 +23,19 @@ from tatamu.robots.pose import to_quaternion
 from tatamu.robots.soundness import check_description
 
 FASTEST = 20.0
-"""Speed limit of joints whose model states none [rad/s]. If degrees are typed instead of radians, speeds are above
-it."""
+"""Speed limit of joints whose model states no limit [rad/s].
+
+Speeds typed in degrees instead of radians exceed the limit.
+"""
 
 
 def described(path: Path) -> Robot:
-    """Load the robot of a description and the models that it names.
+    """Load a robot from its description and the models that the description names.
 
     Raises:
         InputError: If a file cannot be read, a field is wrong, or the robot cannot be planned for.
     """
-    with quiet():  # MuJoCo warns of options that two models do not share, which no plan depends on
+    with quiet():  # MuJoCo warns of options that differ between two models; no plan depends on these options
         return _described(path)
 
 
@@ -103,10 +105,11 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
 def _within_model(
     path: Path, name: str, arm: ArmDescription, file: ModelFile, above: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Speeds and accelerations that plans keep to, shape (k,) each; joints whose speed is lowered go to `above`.
+    """Return the speeds and accelerations that plans respect, shape (k,) each.
 
-    If a joint's speed is lowered, its acceleration is lowered by the same factor, so that the joint reaches its speed
-    in the same time. Otherwise degrees typed instead of radians would leave the acceleration 57 times too high.
+    A speed above the model's own limit is lowered to that limit, and the joint is appended to `above`. The joint's
+    acceleration is lowered by the same factor, so the joint reaches its speed in the same time. Otherwise, an
+    acceleration typed in degrees instead of radians would stay 57 times too high.
     """
     limits = []
     for joint, speed in zip(arm.joints, arm.speed, strict=True):
@@ -139,7 +142,7 @@ def _whole(file: ModelFile) -> object:
 
 
 def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> object:
-    """Join two single arms in one model; their names get `larm_` and `rarm_` in front."""
+    """Join two single arms in one model. Their names get the prefixes `larm_` and `rarm_`."""
     spec = needed("mujoco").MjSpec()
     spec.compiler.degree = False
     contents: dict[str, bytes] = {}

@@ -1,12 +1,17 @@
-"""A motion as ROS bags: trajectory_msgs/JointTrajectory for each controller, control_msgs/GripperCommand for grippers.
+"""A motion as ROS bags.
 
-How hrpsys_ros_bridge reads trajectories (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp): it reads only
-positions and time_from_start, needs every joint of the group, and uses the time of the first point for the motion from
-the robot's present pose to that point.
+The bags contain these messages:
 
-ros_control's controllers of ROS 1 listen on `CONTROLLER/command`, ros2_control's on `CONTROLLER/joint_trajectory`.
-Trajectories are stamped with the start of the motion and grippers' commands with their times, so a player sends each
-when it is due.
+- trajectory_msgs/JointTrajectory for each controller
+- control_msgs/GripperCommand for the grippers
+
+hrpsys_ros_bridge reads trajectories as follows (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp). It reads
+only positions and time_from_start, and needs every joint of the group. The robot moves from its present pose to the
+first point within the time of the first point.
+
+Controllers of ros_control in ROS 1 listen on `CONTROLLER/command`, those of ros2_control on
+`CONTROLLER/joint_trajectory`. Each trajectory has the time stamp of the motion's start, and each gripper command has
+the time stamp at which it is due. A program that plays the bag therefore sends each message at the right time.
 """
 
 from __future__ import annotations
@@ -23,13 +28,13 @@ from tatamu.robots.tables import groups, points
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 GRIPPER = "control_msgs/msg/GripperCommand"
 GRIPPER_FIELDS = "float64 position\nfloat64 max_effort\n"
-"""Definition of control_msgs/GripperCommand, which is not among rosbags' own types: [m] and [N]."""
+"""Definition of control_msgs/GripperCommand, which is not among rosbags' own types. Units are [m] and [N]."""
 STAMP = 1_000_000_000
-"""Time stamp of the motion's start [ns]; ROS has no time 0."""
+"""Time stamp of the motion's start [ns]. It is not 0, because ROS has no time 0."""
 
 
 class Sent(NamedTuple):
-    """A message of a bag."""
+    """One message of a bag."""
 
     time: int
     """Time of the message [ns]."""
@@ -46,14 +51,14 @@ def write_ros1(plan: RobotPlan, path: Path) -> None:
 
 
 def write_ros2(plan: RobotPlan, folder: Path) -> None:
-    """Write a ROS 2 bag: a folder with metadata.yaml and one .mcap."""
+    """Write a ROS 2 bag: a folder with the file metadata.yaml and one .mcap file."""
     store, rosbag2 = typestore("ROS2_HUMBLE"), needed("rosbags.rosbag2")
     with rosbag2.Writer(folder, version=8, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
         _write(writer, _messages(plan, store, "joint_trajectory"), store, store.serialize_cdr)
 
 
 def typestore(name: str) -> Any:
-    """Return the message types of a ROS release, with those of grippers."""
+    """Return the message types of a ROS release, including the type of gripper commands."""
     typesys = needed("rosbags.typesys")
     store = typesys.get_typestore(typesys.Stores[name])
     if GRIPPER not in store.types:
@@ -62,7 +67,7 @@ def typestore(name: str) -> Any:
 
 
 def _write(writer: Any, messages: list[Sent], store: Any, serialize: Any) -> None:
-    # Not latched: a command must not come back to a controller that connects later.
+    # The topics are not latched, because a command must not be sent again to a controller that connects later.
     connections: dict[str, Any] = {}
     for sent in messages:
         if sent.topic not in connections:
@@ -71,7 +76,7 @@ def _write(writer: Any, messages: list[Sent], store: Any, serialize: Any) -> Non
 
 
 def _messages(plan: RobotPlan, store: Any, ending: str) -> list[Sent]:
-    """All messages in the order of time, trajectories on topics with this ending."""
+    """Return all messages in the order of time. The topics of trajectories end in `ending`."""
     controllers = {arm.name: arm.gripper_controller for arm in plan.task.robot.arms}
     trajectories = [
         Sent(STAMP, f"/{group.controller}/{ending}", TRAJECTORY, _trajectory(plan, group.joints, group.names, store))

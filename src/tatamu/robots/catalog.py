@@ -1,4 +1,4 @@
-"""Robots by name, or from a description file."""
+"""Load robots by name or from a description file."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
     """Load a robot by name or from a TOML file.
 
     Args:
-        name: A name in `NAMED`, or the path of a description (see docs/reference/robot-description.md).
-        wrist_offset: J4 to J5 along x, HIRONX and NEXTAGE Open only [m]; see `kawada`.
-        fingertip: Last joint to fingertip, HIRONX and NEXTAGE Open only [m]; see `kawada`.
+        name: A name in `NAMED` or `PAIRS`, or the path of a description (see docs/reference/robot-description.md).
+        wrist_offset: Distance from joint J4 to joint J5 along x [m]; only for HIRONX and NEXTAGE Open, see `kawada`.
+        fingertip: Distance from the last joint to the fingertip [m]; only for HIRONX and NEXTAGE Open, see `kawada`.
 
     Raises:
-        InputError: If there is no such robot, or the description is wrong.
+        InputError: If no robot has this name, or the description is wrong.
     """
     robot = _named(name, wrist_offset, fingertip)
     check_kinematics(robot)

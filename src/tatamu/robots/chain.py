@@ -1,6 +1,7 @@
 """One arm as a chain of revolute joints: tool poses, Jacobians and inverse kinematics for many configurations at once.
 
-The placement search needs thousands of solutions, which numpy computes together. mink solves the plan itself.
+The placement search needs thousands of solutions, so numpy computes them together here. The joint motion of the final
+plan is solved by the library mink instead.
 """
 
 from __future__ import annotations
@@ -15,31 +16,39 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.pose import inverse, pose, rotation_vector
 
 LENGTH = 0.25
-"""Characteristic length that weighs rotations against translations, about wrist to elbow [m per rad]."""
+"""Characteristic length that converts rotations to distances [m per rad]: about the distance from wrist to elbow."""
 
 
 @dataclass(frozen=True)
 class Chain:
-    """Base B to tool T of one arm with k joints, as a product of exponentials.
+    """The chain of one arm with k joints from the base B to the tool T, as a product of exponentials.
 
-    With the robot at rest, joint i turns about the axis w_i through the point o_i, both in B, and the tool is at
-    X_BT(0): X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0). All of these are read from MuJoCo's
-    own kinematics. They therefore include everything between two joints: fixed bodies, slides that stand still, a
-    joint's `ref`.
+    At rest, joint i turns about the axis w_i through the point o_i, both in B, and the pose of the tool is X_BT(0).
+    With the joint angles q and the joint angles at rest r, the pose of the tool is
+
+        X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0)
+
+    where exp(w, o, a) is the rotation by the angle a about the axis w through the point o.
+
+    All these quantities are read from MuJoCo's own kinematics. They therefore include everything between two joints:
+    fixed bodies, sliding joints that do not move, and the attribute `ref` of a joint.
     """
 
     offsets: np.ndarray
-    """Offsets from B to the first joint's origin, then from joint to joint, at rest, in B [m], shape (k, 3)."""
+    """Offsets at rest from the base B to the first joint, then from joint to joint, in B [m], shape (k, 3)."""
     axes: np.ndarray
-    """Unit vectors at rest, in B, shape (k, 3)."""
+    """Unit vectors of the joint axes at rest, in the base B, shape (k, 3)."""
     rest: np.ndarray
     """Joint angles r at rest [rad], shape (k,)."""
     X_LT: np.ndarray
-    """Tool in a frame at the last joint's origin that is parallel to B at rest, shape (4, 4)."""
+    """Pose of the tool T in frame L, shape (4, 4).
+
+    L is at the last joint's origin, and parallel to the base B at rest.
+    """
     limits: np.ndarray
     """Lower and upper joint limits [rad], shape (k, 2)."""
     trunk_origin: np.ndarray
-    """A point of the trunk's axis in B [m], shape (3,)."""
+    """A point on the trunk's axis, in the base B [m], shape (3,)."""
 
     @classmethod
     def of(cls, robot: Robot, arm: Arm) -> Chain:
@@ -67,21 +76,30 @@ class Chain:
         return [(K, K @ K) for K in skews]
 
     def trunk_pose(self, trunk: np.ndarray) -> np.ndarray:
-        """X_BC for trunk angles [rad] (..), shape (.., 4, 4): C is B rotated by the trunk about its axis."""
+        """Return the pose X_BC of frame C in the base B for trunk angles [rad] (..), shape (.., 4, 4).
+
+        C is B rotated by the trunk about the trunk's axis.
+        """
         cosine, sine, zero = np.cos(trunk), np.sin(trunk), np.zeros_like(trunk)
         R = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1], axis=-1)
         R = R.reshape(*np.shape(trunk), 3, 3)
         return pose(R, self.trunk_origin - R @ self.trunk_origin)
 
     def before_trunk(self, X_BT: np.ndarray, trunk: np.ndarray) -> np.ndarray:
-        """Tool poses with the trunk's rotation undone, shape (.., 4, 4): the targets of `solve`."""
+        """Return the tool poses without the trunk's rotation, shape (.., 4, 4).
+
+        These poses are the targets of `solve`.
+        """
         X_BC = self.trunk_pose(trunk)
         R = np.swapaxes(X_BC[..., :3, :3], -1, -2)
         p = (R @ (X_BT[..., :3, 3] - X_BC[..., :3, 3])[..., None])[..., 0]
         return pose(R @ X_BT[..., :3, :3], p)
 
     def tool(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tool poses X_BT (n, 4, 4) and Jacobians (n, 6, k): velocity [m], then rotation [rad], in B, per rad.
+        """Return the tool poses in the base B (n, 4, 4), and the Jacobians (n, 6, k).
+
+        The first three rows of a Jacobian are the velocity of the tool [m per rad], the last three its rotation [rad
+        per rad].
 
         Args:
             angles: Joint angles [rad], shape (n, k).
@@ -95,7 +113,7 @@ class Chain:
             axes.append(R @ self.axes[column])
             origins.append(p)
             angle = turned[:, column, None, None]
-            R = R + np.sin(angle) * _times(R, K) + (1 - np.cos(angle)) * _times(R, K2)  # Rodrigues
+            R = R + np.sin(angle) * _times(R, K) + (1 - np.cos(angle)) * _times(R, K2)  # Rodrigues' formula
         p = p + R @ self.X_LT[:3, 3]
         R = _times(R, self.X_LT[:3, :3])
         jacobian = np.empty((count, 6, len(axes)))
@@ -107,16 +125,16 @@ class Chain:
     def solve(
         self, targets: np.ndarray, start: np.ndarray, steps: int = 12, tolerance: float = 1e-3
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Solve by damped least squares from `start`, inside the limits (Wampler 1986).
+        """Solve for joint angles by damped least squares from `start`, inside the joint limits (Wampler 1986).
 
         Args:
-            targets: X_BT, shape (n, 4, 4).
+            targets: Poses X_BT of the tool T in the base B, shape (n, 4, 4).
             start: Initial joint angles [rad], shape (n, k).
-            steps: Iterations.
-            tolerance: Largest error that counts as reached [m, and rad times LENGTH].
+            steps: Number of iterations.
+            tolerance: Largest error of a reached target [m]. Rotations [rad] are multiplied by LENGTH.
 
         Returns:
-            Angles [rad] (n, k), and whether each reached its target (n,).
+            The joint angles [rad] (n, k), and whether each row reached its target (n,).
         """
         angles = np.clip(start, *self.limits.T)
         reached = np.zeros(len(angles), dtype=bool)
@@ -135,7 +153,10 @@ class Chain:
         return angles, reached
 
     def _error(self, angles: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Six errors [m] (rotations times LENGTH), shape (n, 6), and the Jacobian in the same units."""
+        """Return the six pose errors [m], shape (n, 6), and the Jacobian in the same units.
+
+        Rotations are multiplied by LENGTH.
+        """
         X_BT, jacobian = self.tool(angles)
         turn = rotation_vector(targets[:, :3, :3] @ X_BT[:, :3, :3].transpose(0, 2, 1))
         error = np.concatenate([targets[:, :3, 3] - X_BT[:, :3, 3], LENGTH * turn], axis=1)
@@ -157,21 +178,21 @@ class Chain:
 
     @property
     def shoulder(self) -> np.ndarray:
-        """Position of the arm's first joint in B at rest [m], shape (3,)."""
+        """Position of the arm's first joint at rest, in the base B [m], shape (3,)."""
         return self.offsets[0]
 
     @cached_property
     def reach(self) -> float:
-        """Upper bound on the distance from shoulder to tool [m]."""
+        """Upper bound on the distance from the first joint to the tool [m]."""
         between = [*self.offsets[1:], self.X_LT[:3, 3]]
         return float(sum(np.linalg.norm(offset) for offset in between))
 
     def near(self, positions: np.ndarray) -> np.ndarray:
-        """Whether all of each row's positions (n, m, 3) [m] are within reach, shape (n,)."""
+        """Return whether all positions of each row (n, m, 3) [m] are within the arm's reach, shape (n,)."""
         return (np.linalg.norm(positions - self.shoulder, axis=2) <= self.reach).all(axis=1)
 
     def singularity(self, angles: np.ndarray) -> np.ndarray:
-        """Return the smallest singular value of the Jacobian, with metres divided by LENGTH, shape (n,).
+        """Return the smallest singular value of each Jacobian, shape (n,). Metres are divided by LENGTH.
 
         Only the directions that the arm must keep count; see `demand`.
         """
@@ -185,16 +206,16 @@ class Chain:
         return np.sqrt(np.maximum(least, 0.0))
 
     def margin(self, angles: np.ndarray) -> np.ndarray:
-        """Distance to the nearest joint limit [rad], shape (n,)."""
+        """Return the distance from each configuration to its nearest joint limit [rad], shape (n,)."""
         return np.minimum(angles - self.limits[:, 0], self.limits[:, 1] - angles).min(axis=1)
 
 
 def _times(R: np.ndarray, constant: np.ndarray) -> np.ndarray:
-    """Multiply rotations (n, 3, 3) by one matrix (3, 3), as one product."""
+    """Multiply rotations (n, 3, 3) by one matrix (3, 3), in one matrix product."""
     return (R.reshape(-1, 3) @ constant).reshape(-1, 3, 3)
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The cross product a x b, shapes (n, 3)."""
+    """Return the cross products a x b of rows, shape (n, 3)."""
     (a0, a1, a2), (b0, b1, b2) = a.T, b.T
     return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=1)

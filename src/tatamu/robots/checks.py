@@ -1,4 +1,7 @@
-"""Checks that a plan must pass before it is written: a value, a limit, and where along the motion it occurs."""
+"""Checks that a plan must pass before it is written.
+
+A check has a value, its limit, and the time of the worst value.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
-"""Samples between two distance queries (50 queries a second); MuJoCo's contacts are tested at every sample."""
+"""Number of samples from one distance query to the next (50 queries a second).
+
+MuJoCo tests contacts at every sample.
+"""
 TO_CLOTH = "to the cloth"
 LEAST_DISTANCE = {
     "between arms": 0.015,
@@ -32,21 +38,24 @@ LEAST_DISTANCE = {
     "of fingers to the table": 0.0003,
     TO_CLOTH: 0.002,
 }
-"""Least distances [m], between boxes that contain the links; fingers pass over the table at `jaw.GAP`."""
+"""Smallest allowed distances [m] between boxes that contain the links. Fingers pass `jaw.GAP` above the table."""
 LEAST_MARGIN = 0.01
-"""Least distance to joint limits [rad]."""
+"""Smallest allowed distance to joint limits [rad]."""
 LEAST_SINGULARITY = 0.03
-"""Least singular value of the Jacobian; see `Chain.singularity`."""
+"""Smallest allowed singular value of the Jacobian; see `Chain.singularity`."""
 PATH_ERROR = 1e-3
 """Largest distance of the tool from the hand's Bezier curve [m]."""
 TURN_ERROR = 5e-3
 """Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""Largest time scaling at full speed; a motion that is slower still would make another fold than the simulated one."""
+"""Largest ratio of the fold's duration on the robot to its simulated duration, at full speed.
+
+A motion that is even slower would make another fold than the simulated one.
+"""
 
 
 class Checks:
-    """Checks one motion."""
+    """The checks of one motion of the robot."""
 
     def __init__(self, task: PlacedFold, paths: Paths, motion: Motion) -> None:
         self._task, self._paths, self._motion = task, paths, motion
@@ -54,7 +63,7 @@ class Checks:
         self._tools = tool_poses(task.robot, paths.chains, motion.angles)
 
     def all(self) -> dict[str, PlanCheck]:
-        """All checks by name."""
+        """Return all checks by name."""
         return {
             "joint_limit_margin": self._margin(),
             "joint_speed": self._rate("rad/s", 1),
@@ -69,7 +78,10 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """Return the time of a sample as text, and its frame; the fold's first frame before it, the last after it."""
+        """Return the time of a sample as text, and the number of the simulation's frame.
+
+        Before the fold, the frame is the fold's first frame; after the fold, the fold's last frame.
+        """
         motion = self._motion
         time = motion.times[row]
         part = [part for part in motion.parts if part.start <= time + 1e-9][-1]
@@ -105,7 +117,7 @@ class Checks:
         return self._check(room.min(), LEAST_MARGIN, "rad", int(row), names[joint], least=True)
 
     def _rate(self, unit: str, order: int) -> PlanCheck:
-        """Speed or acceleration of the joint nearest to its limit, by finite differences."""
+        """Check the speed or acceleration of the joint that is nearest to its limit, by finite differences."""
         names, columns = zip(*self._task.robot.columns.items(), strict=True)
         limits = self._task.robot.planned()[order - 1][list(columns)]
         rate = np.abs(np.diff(self._motion.angles[:, columns], n=order, axis=0)) / self._motion.times[1] ** order
@@ -132,7 +144,7 @@ class Checks:
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
-        """Check the speed of the tools, which must not exceed that of the simulated hands."""
+        """Check the speed of the tools. It must not exceed the speed of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
@@ -140,7 +152,7 @@ class Checks:
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _grasps(self) -> dict[str, PlanCheck]:
-        """Check how the hands take their hems; each value is that of the worse hand."""
+        """Check how the hands grasp the edges of the cloth. Each value belongs to the hand with the worse value."""
         row, takes = grasp.takes(self._task, self._motion, self._tools)
 
         def worst(
@@ -178,7 +190,10 @@ class Checks:
         }
 
     def _nearest(self) -> dict[str, Distance]:
-        """Return the smallest distance of each kind: of some samples, and of all that MuJoCo reports as too near."""
+        """Return the smallest distance of each kind.
+
+        Distances are computed at some samples. In addition, MuJoCo reports all pairs that come too near at any sample.
+        """
         robot, height, angles = self._task.robot, self._task.table, self._motion.angles
         clearance = Clearance(robot)
         clearance.set_table(height)
@@ -201,7 +216,7 @@ class Checks:
         return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
 
     def _scaling(self) -> PlanCheck:
-        """Time scaling: duration of the fold over its simulated duration."""
+        """Check the time scaling: the fold's duration on the robot divided by its simulated duration."""
         times, fold = self._task.hands.times, self._motion.part("fold")
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
@@ -210,12 +225,12 @@ class Checks:
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:
-    """Return a check as text: value, unit (millimetres for metres) and limit."""
+    """Return the value, the unit and the limit of a check as text. Metres are converted to millimetres."""
     scale, unit = (1e3, "mm") if unit == "m" else (1.0, "" if unit == "1" else unit)
     bound = "at least" if ok == (value > limit) else "at most"
     return f"{scale * value:.4g}", unit, f"{bound} {scale * limit:.4g}"
 
 
 def failing(checks: dict[str, PlanCheck]) -> tuple[str, PlanCheck] | None:
-    """The first check that failed, if any."""
+    """Return the name of the first check that failed, and the check; None if all checks passed."""
     return next(((name, check) for name, check in checks.items() if not check.ok), None)

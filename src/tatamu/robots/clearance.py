@@ -1,8 +1,9 @@
 """Clearance of the robot from itself, its surroundings and the table: MuJoCo's distances between collision shapes.
 
-The robot's own controller does not check collisions, so plans must. `pairs` defines which shapes are compared. A broad
-phase rules out pairs whose bounds are farther apart than the least distance found. The bounds are spheres, and planes
-themselves. A shape without a bound is never ruled out.
+The robot's own controller does not check collisions, so plans must. `pairs` defines which shapes are compared.
+
+A broad phase skips pairs of shapes whose bounds are farther apart than the smallest distance so far. The bounds are
+spheres; a plane is its own bound. A shape without a bound is never skipped.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from tatamu.robots.model import TABLE, Robot
 from tatamu.robots.pairs import FINGERS, KINDS, OBSTACLES, ON_TABLE, link_name, pairs_of
 
 FAR = 0.15
-"""Cut-off beyond which distances are not computed [m]."""
+"""Largest distance that is computed [m]."""
 
 
 @dataclass(frozen=True)
@@ -25,18 +26,18 @@ class Distance:
     """The smallest distance of one kind over many configurations."""
 
     value: float
-    """Distance [m]; FAR if everything was farther away."""
+    """Distance [m]; `FAR` if all shapes were farther apart."""
     row: int
-    """Index of the configuration."""
+    """Index of the configuration with the smallest distance."""
     pair: tuple[str, str]
-    """Names of the two links."""
+    """Names of the two links with the smallest distance."""
 
 
 class Clearance:
     """Distance queries on one robot."""
 
     def __init__(self, robot: Robot, kinds: tuple[str, ...] = KINDS, arm: str | None = None) -> None:
-        """Prepare the queries, only for some kinds of pairs or for one arm if these are given."""
+        """Prepare the queries for all pairs of shapes, or only for these kinds of pairs or for one arm."""
         mujoco = needed("mujoco")
         self._mujoco, self.model = mujoco, robot.model
         self._data = robot.at_rest()
@@ -58,12 +59,12 @@ class Clearance:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of distances that the model has shapes for."""
+        """Kinds of distances for which the model has shapes."""
         return tuple(self._pairs)
 
     @property
     def pairs(self) -> list[tuple[str, str, str]]:
-        """Kind of each pair whose distance is taken, and the names of its two shapes."""
+        """Kind of each pair whose distance is computed, and the names of the pair's two shapes."""
         return [
             (kind, str(self.model.geom(first).name), str(self.model.geom(second).name))
             for kind, rows in self._pairs.items()
@@ -71,9 +72,10 @@ class Clearance:
         ]
 
     def set_table(self, height: float) -> None:
-        """Move the table top to a height in B [m].
+        """Move the table top to a height in the base B [m].
 
-        An obstacle that is nowhere above the table top counts as the table: a floor, or the model's own table.
+        An obstacle that is completely below the table top counts as a part of the table: a floor, or the model's own
+        table.
         """
         top = self._data.body(self._base).xpos[2] + height
         self.model.geom_pos[self._table][2] = top - self.model.geom_size[self._table][2]
@@ -87,7 +89,7 @@ class Clearance:
         self._pairs = {kind: pairs for kind, pairs in joined.items() if len(pairs)}
 
     def lowest(self, configuration: np.ndarray) -> float:
-        """Height of the arms' lowest point above the base's origin at a configuration (nq,) [m]."""
+        """Return the height of the arms' lowest point above the base's origin in this configuration (nq,) [m]."""
         probe = -5.0
         self.set_table(probe)
         self._move(configuration)
@@ -107,7 +109,7 @@ class Clearance:
         return best
 
     def nearest(self, configurations: np.ndarray) -> float:
-        """Return the smallest distance of any kind over configurations (n, nq) [rad], at most FAR [m]."""
+        """Return the smallest distance of any kind over configurations (n, nq) [rad]; at most FAR [m]."""
         return min((found.value for found in self.least(configurations).values()), default=FAR)
 
     def _move(self, configuration: np.ndarray) -> None:
@@ -115,7 +117,7 @@ class Clearance:
         self._mujoco.mj_kinematics(self.model, self._data)
 
     def _nearest(self, pairs: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
-        """The nearest pair closer than `limit`, if any."""
+        """Return the distance and names of the nearest pair; `limit` and empty names if every pair is farther away."""
         value, names = limit, ("", "")
         bound = self._bounds(pairs)
         for number in np.argsort(bound):
@@ -128,7 +130,10 @@ class Clearance:
         return value, names
 
     def _bounds(self, pairs: np.ndarray) -> np.ndarray:
-        """Return a lower bound of the distance of each pair [m], shape (n,); only its second shape may be a plane."""
+        """Return a lower bound of the distance of each pair [m], shape (n,).
+
+        Only the second shape of a pair may be a plane.
+        """
         first, second = pairs.T
         between = self._data.geom_xpos[first] - self._data.geom_xpos[second]
         normal = self._data.geom_xmat[second].reshape(-1, 3, 3)[:, :, 2]
@@ -145,7 +150,7 @@ class Clearance:
 
 
 def _top(model: Any, data: Any, geom: int) -> float:
-    """Height of the highest point of a shape that does not move [m]."""
+    """Return the height of the highest point of a shape that does not move [m]."""
     R, p = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]
     if model.geom_type[geom] == needed("mujoco").mjtGeom.mjGEOM_PLANE:
         return float(p[2]) if R[2, 2] > 1 - 1e-9 else np.inf

@@ -1,4 +1,4 @@
-"""The distance of palms and forearms from the simulated cloth of the learned fold."""
+"""The distance of the robot's palms and forearms from the simulated cloth of the learned fold."""
 
 from __future__ import annotations
 
@@ -13,30 +13,31 @@ from tatamu.rollout import Rollout
 from tatamu.study import ResultFolder
 
 AT_THE_JAW = 0.04
-"""Distance from a tool within which cloth counts as held or lifted by the fingers [m]."""
+"""Distance from a tool [m]. Cloth that is nearer counts as held or lifted by the fingers."""
 FAR = 0.15
 """Largest distance that is computed [m]."""
 EVERY = 20
-"""Samples from one query to the next."""
+"""Number of motion samples from one distance query to the next."""
 
 
 def simulated_cloth(task: PlacedFold) -> Rollout | None:
-    """Return the rollout of the learned fold; None if the folder has no rollout."""
+    """Return the simulated motion of the cloth in the learned fold; None if the folder does not contain it."""
     folder = ResultFolder(task.source)
     return folder.rollout if folder.rollout_file.is_file() else None
 
 
 def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Rollout) -> Distance:
-    """Return the smallest distance of shapes other than fingers from the cloth, from lowering to leaving.
+    """Return the smallest distance of the cloth from shapes other than fingers.
 
-    Shapes are represented by boxes that contain them, and the cloth by its vertices. The cloth is at rest before the
-    fold starts and after the fold ends.
+    The distance is taken from the time when the hands are lowered until they have left the cloth. Shapes are
+    represented by boxes that contain them, and the cloth by its vertices. The cloth is at rest before the fold starts
+    and after the fold ends.
 
     Args:
-        task: The fold before the robot.
+        task: The learned fold, placed in front of the robot.
         motion: The robot's motion.
-        tools: X_BT of each arm at the samples of the motion, shape (arms, n, 4, 4).
-        cloth: The rollout of the learned fold, in F.
+        tools: Pose of each arm's tool in the base, at the samples of the motion, shape (arms, n, 4, 4).
+        cloth: The simulated motion of the cloth, in the frame of the fold.
     """
     mujoco, model = needed("mujoco"), task.robot.model
     data = task.robot.at_rest()
@@ -68,7 +69,7 @@ def _rows(motion: Motion) -> np.ndarray:
 
 
 def _frame(task: PlacedFold, motion: Motion, cloth: Rollout, row: int) -> int:
-    """The cloth's frame when the robot is at a sample."""
+    """Return the index of the cloth's frame when the robot is at this sample of its motion."""
     fold, time = motion.part("fold"), motion.times[row]
     if time < fold.start:
         return 0

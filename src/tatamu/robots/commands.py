@@ -2,7 +2,8 @@
 
     approach ─▶ close ─▶ fold ─▶ open ─▶ leave
 
-The robot is at rest before the jaws close and before they open. There a program can wait for a person.
+The robot is at rest before the jaws close, and again before the jaws open. At these times a program can wait for a
+person.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.planfile import GripperCommand, Segment
 
 SHUT = 0.0
-"""Width that is commanded to hold cloth [m]; the cloth stops the fingers at a larger width."""
+"""Commanded width of a jaw that grips cloth [m]. The cloth stops the fingers at a larger width."""
 
 
 def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
-    """Return the parts of a motion between which a program that plays it may stop."""
+    """Return the parts of a motion. A program that plays the motion may stop between two parts."""
     closing, opening = motion.part("close"), motion.part("open")
     end = max(part.start + part.timed.duration for part in motion.parts)
     spans = (
@@ -38,7 +39,10 @@ def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
 
 
 def gripper_commands(motion: Motion, arms: tuple[Arm, ...], hover: float) -> tuple[GripperCommand, ...]:
-    """Return the commands to the grippers in the order of time: open at the start, closed and opened at the events."""
+    """Return the commands to the grippers in the order of time.
+
+    The jaws open at the start, close at the event `close` and open again at the event `open`.
+    """
     widths = [("lead", False)] if hover else [("lead", False), ("close", True), ("open", False)]
     return tuple(
         GripperCommand.model_validate(

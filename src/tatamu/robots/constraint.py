@@ -1,4 +1,4 @@
-"""Reach as a constraint while a fold is learned: a number that is negative if the robot cannot do the fold."""
+"""A constraint on learned folds: a number that is negative if the robot cannot do the fold."""
 
 from __future__ import annotations
 
@@ -17,13 +17,16 @@ from tatamu.robots.reach import best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 
 REMEMBERED = 8
-"""Number of placements of earlier folds that are tried first, because trials of one study are similar."""
+"""Number of placements of earlier folds that are tried first.
+
+They often fit, because trials of one study are similar.
+"""
 
 
 class ReachConstraint:
     """The quality with which a robot can do a fold.
 
-    Placements of earlier folds are tried first. They make the computation faster, and do not change the quality.
+    Placements of earlier folds on the table are tried first. They make the computation faster.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -31,7 +34,7 @@ class ReachConstraint:
         self._known: list[tuple[Robot, Placement]] = []
 
     def __call__(self, manipulation: Manipulation) -> float:
-        """Return the quality of the best placement, from 0 (just possible) to 1; negative if impossible.
+        """Return the quality of the best placement, from 0 (just possible) to 1; negative if the fold is impossible.
 
         Args:
             manipulation: The hands' paths, on Bezier curves.
@@ -49,7 +52,9 @@ class ReachConstraint:
         return max(self._searched(robot, hands) for robot in self._ways(hands))
 
     def refusal(self, manipulation: Manipulation) -> str | None:
-        """Return why the robot cannot do a fold, or None if it can; its placement is not kept for later calls.
+        """Return why the robot cannot do a fold, or None if the robot can do the fold.
+
+        The placement that is found is not kept for later calls.
 
         Args:
             manipulation: The hands' paths, on Bezier curves.
@@ -71,11 +76,14 @@ class ReachConstraint:
         return str(max(refusals, key=lambda refusal: refusal.progress))
 
     def forget(self) -> None:
-        """Forget all placements."""
+        """Forget the placements of all earlier folds."""
         self._known = []
 
     def _ways(self, hands: HandMotion) -> Iterator[Robot]:
-        """Return the robot with each of its start poses; if one hand folds, also with either arm as the folding one."""
+        """Yield the robot with each of its start poses.
+
+        If only one hand folds, either arm is tried as the folding arm.
+        """
         for robot in self._starting:
             yield from robot.with_hands(len(hands.curves))
 
@@ -90,13 +98,13 @@ class ReachConstraint:
 
 
 def find_reach(name: str) -> Reach:
-    """Return the reach of a robot for a task.
+    """Return the reach of a robot: the manipulations of the cloth that the robot can execute.
 
     Args:
-        name: Name of a robot, or a .toml that describes one.
+        name: Name of a robot, or the path of a .toml file that describes a robot.
 
     Raises:
-        InputError: If there is no such robot, or its description is wrong.
+        InputError: If no robot has this name, or its description is wrong.
     """
     robot = load(name)
     constraint = ReachConstraint(robot)

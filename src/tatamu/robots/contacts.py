@@ -1,6 +1,7 @@
-"""Pairs that come too near along a motion, by MuJoCo's collision detection: a second check besides `clearance`.
+"""Find pairs of shapes that come too near along a motion, by MuJoCo's collision detection.
 
-Both checks share only the list of pairs. This one has no broad phase of its own, and tests every sample.
+This is a second check in addition to `clearance`. The two checks share only the list of pairs. The check of this module
+has no broad phase of its own, and tests every sample of the motion.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from tatamu.robots.stage import stage
 def touches(
     robot: Robot, table_height: float, configurations: np.ndarray, limits: Mapping[str, float]
 ) -> dict[str, Distance]:
-    """The deepest contact of each kind of pair that comes nearer than its limit.
+    """Return the contact with the smallest distance for each kind of pair that comes nearer than its limit.
 
     Args:
         robot: The robot.
-        table_height: Height of the table top in B [m].
+        table_height: Height of the table top in the base B [m].
         configurations: Configurations [rad], shape (n, nq).
         limits: Smallest allowed distance of each kind [m].
     """
@@ -46,7 +47,7 @@ def touches(
 
 
 def _pairs(robot: Robot, table_height: float, model: Any) -> dict[frozenset[int], tuple[str, tuple[str, str]]]:
-    """Kind and links of each pair of shapes, by their numbers in the model."""
+    """Return the kind and the links of each pair of shapes. The keys are the numbers of the two shapes in the model."""
     clearance = Clearance(robot)
     clearance.set_table(table_height)
     found = {}

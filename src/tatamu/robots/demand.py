@@ -1,10 +1,12 @@
-"""The directions of motion that a fold needs of an arm; they are defined only here.
+"""The directions of motion that a fold requires from an arm. They are defined only in this module.
 
-A fold prescribes the position of a hand in three directions, and its orientation in three more. An arm with six joints
-or more can keep all six. An arm with five joints keeps only two directions of the orientation: those of the jaw's
-opening axis. This axis lies across the hem and has the jaw's tilt. The free turn is about this axis, in the plane of
-the fingers' pads; the cloth between the pads turns with them. If an arm had fewer joints, its jaw could not stay across
-the hem.
+A fold prescribes the position of a hand in three directions, and the orientation of the hand in three more. An arm with
+six or more joints can keep all six directions.
+
+An arm with five joints keeps only two directions of the orientation: those of the axis along which the jaw opens. This
+axis lies across the edge of the cloth and has the jaw's tilt. The arm may turn freely about this axis, in the plane of
+the finger pads. The cloth between the pads turns with the pads. If an arm had fewer than five joints, its jaw could not
+stay across the edge.
 """
 
 from __future__ import annotations
@@ -12,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 FEWEST = 5
-"""Least number of joints of an arm."""
+"""Smallest number of joints that an arm must have."""
 ALL = 6
-"""Number of joints from which on an arm keeps its tool's whole orientation."""
+"""Smallest number of joints with which an arm can keep its tool's whole orientation."""
 OPENING = 1
-"""The axis of T along which the jaw opens: y."""
+"""Index of the axis of the tool T along which the jaw opens: y."""
 
 
 def turns_freely(joints: int) -> bool:
@@ -25,7 +27,10 @@ def turns_freely(joints: int) -> bool:
 
 
 def weights(joints: int) -> np.ndarray:
-    """Return the weights, 1 or 0, of rotations about the axes of T, shape (3,)."""
+    """Return the weights of rotations about the axes of the tool T, shape (3,).
+
+    The weight is 1 if the arm controls the rotation about this axis, and 0 if not.
+    """
     counted = np.ones(3)
     if turns_freely(joints):
         counted[OPENING] = 0.0
@@ -33,7 +38,7 @@ def weights(joints: int) -> np.ndarray:
 
 
 def too_few(joints: int) -> str:
-    """Return why an arm with so few joints cannot fold."""
+    """Return a message that explains why an arm with this number of joints cannot fold."""
     return (
         f"joints must be at least {FEWEST}, given {joints}: three move the hand and two keep the jaw across the hem at "
         "its tilt; an arm with fewer cannot"

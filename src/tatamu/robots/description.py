@@ -1,4 +1,4 @@
-"""Any dual-arm robot: a short TOML file that names its model, arms, tool frames and limits.
+"""The description of any dual-arm robot: a short TOML file that names its model, arms, tool frames and limits.
 
 docs/reference/robot-description.md has an example.
 """
@@ -22,14 +22,14 @@ from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
 Length = Annotated[float, Field(ge=-10, le=10)]
-"""A length within ten metres [m]."""
+"""A length or coordinate from -10 to 10 [m]."""
 Vector = tuple[Length, Length, Length]
-"""Lengths [m] or angles [rad]."""
+"""Three lengths [m] or angles [rad]."""
 Numbers = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=1)]
 
 
 class Frame(Record):
-    """A pose: translation, and rotation about fixed x, then y, then z, as in URDF."""
+    """A pose: a translation, and a rotation about fixed x, then y, then z, as in URDF."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
     """Translation [m]."""
@@ -46,32 +46,35 @@ class ArmDescription(Record):
     """Description of one arm."""
 
     model: str | None = None
-    """URDF or MJCF of this single arm of a pair, relative to the description."""
+    """URDF or MJCF file of this single arm if the robot is a pair of arms; relative to the description."""
     mount: Frame = Frame()
-    """Pose of that arm's model in the pair's base."""
+    """Pose of this arm's model in the base of the pair."""
     joints: list[str]
-    """Joint names of the model, from the base outwards."""
+    """Names of the arm's joints in the model, from the base outwards."""
     link: str
-    """The body of the last joint, or one fixed to it: the wrist."""
+    """Body of the wrist: the body that the last joint moves, or a body fixed to that one."""
     tool: Frame
-    """X_WT, between the ends of the closed fingertips; z is the direction of approach, y the jaw's opening."""
+    """Pose X_WT of the tool T in the wrist W. T is between the ends of the closed fingertips.
+
+    The z axis of T is the direction of approach, and the jaw opens along the y axis.
+    """
     initial: Numbers
     """Joint angles at which motions start [rad]."""
     speed: Numbers
-    """Greatest speed of each joint [rad/s]."""
+    """Largest speed of each joint [rad/s]."""
     acceleration: Numbers
-    """Greatest acceleration of each joint [rad/s^2]."""
+    """Largest acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
-    """Joints whose `speed` counts although the model's own limit is below it."""
+    """Joints whose `speed` is used although the model's own limit is lower."""
     ros: RosNames = RosNames()
     """Names of the arm's controllers and joints in ROS."""
     lerobot: LeRobotNames = LeRobotNames()
     """Keys and units of the arm in LeRobot."""
     standing: dict[str, float] = Field(default_factory=dict)
-    """Positions of joints of this arm's model outside `joints` [rad, m], for single arms of a pair."""
+    """Positions of this arm's joints that are not in `joints` [rad, m]; only for single arms of a pair."""
 
     jaw: Jaw = Jaw()
-    """The fingers, and how they take a hem."""
+    """The fingers, and how they grasp the edge of the cloth."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -98,25 +101,25 @@ class ArmDescription(Record):
 
 
 class Description(Record):
-    """Description of a robot."""
+    """Description of a whole robot."""
 
     name: str
     model: str | None = None
-    """URDF or MJCF of the whole robot, relative to the description."""
+    """URDF or MJCF file of the whole robot, relative to the description."""
     base: str = "world"
-    """The body that plans are written in; it must not move."""
+    """Body whose frame plans are written in. It must not move."""
     table_heights: tuple[Length, Length] = (0.0, 0.0)
     """Lowest and highest table top that may be chosen, in the base [m]."""
     lerobot_type: str = ""
-    """Type of the robot in LeRobot, for datasets; empty for its name here."""
+    """Type of the robot in LeRobot datasets; empty if the type is the robot's name."""
     front: Length = 0.1
-    """Near edge of the table, along x of the base [m]."""
+    """Position of the table's near edge along x of the base [m]."""
     packages: dict[str, str] = Field(default_factory=dict)
-    """Folders of ROS packages that URDFs name; relative to the description."""
+    """Folders of the ROS packages that URDF files name, relative to the description."""
     standing: dict[str, float] = Field(default_factory=dict)
     """Positions of joints outside the arms [rad, m], by their names in the model of the whole robot."""
     disturbances: str | dict[str, Any] | None = None
-    """Disturbances of this robot: a file relative to the description, or the contents of such a file."""
+    """Disturbances of this robot: a file relative to the description, or the contents of a disturbances file."""
     larm: ArmDescription
     rarm: ArmDescription
 
@@ -129,7 +132,7 @@ class Description(Record):
 
     @property
     def models(self) -> list[str]:
-        """The models that it names, each once."""
+        """The models that the description names, each only once."""
         named = (self.model, self.larm.model, self.rarm.model)
         return list(dict.fromkeys(name for name in named if name is not None))
 
@@ -152,7 +155,9 @@ class Description(Record):
 
 
 def files_of(path: Path) -> list[Path]:
-    """The files that a robot is made from: its description, the models and disturbances that this names, and meshes.
+    """Return the files that a robot is made from.
+
+    They are the description, the models, the meshes, and the file of disturbances.
 
     Raises:
         InputError: If the description or another file cannot be read.
@@ -168,10 +173,10 @@ def files_of(path: Path) -> list[Path]:
 
 
 def disturbances_of(path: Path) -> Disturbances | None:
-    """Return the disturbances that a robot's description names or contains; None if it has no disturbances.
+    """Return the disturbances that a robot's description names or contains; None if there are no disturbances.
 
     Raises:
-        InputError: If the description or the file that it names cannot be read, or a field is wrong.
+        InputError: If the description or the file of disturbances cannot be read, or a field is wrong.
     """
     return disturbances_in_description(path, read_description(path))
 
@@ -180,13 +185,13 @@ def read_description(path: Path) -> Description:
     """Read and validate a description.
 
     Raises:
-        InputError: If it cannot be read, or a field is wrong.
+        InputError: If the description cannot be read, or a field is wrong.
     """
     return validated(Description, read_toml(path), path)
 
 
 def disturbances_in_description(path: Path, description: Description) -> Disturbances | None:
-    """Return the disturbances of a description; None if it has no disturbances."""
+    """Return the disturbances of a description; None if the description has no disturbances."""
     own = description.disturbances
     if own is None:
         return None
@@ -199,7 +204,7 @@ def model_of(path: Path, description: Description, model: str) -> ModelFile:
     """Read a model that a description names, with all files that the model names.
 
     Raises:
-        InputError: If one of them cannot be read.
+        InputError: If one of the files cannot be read.
     """
     file = path.parent / model
     if not file.is_file():

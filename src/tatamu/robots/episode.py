@@ -1,6 +1,7 @@
 """A plan as one episode of a LeRobotDataset, in the robot's own keys and units, for LeRobot's replay.
 
-`observation.state` is the plan at each frame, `action` the plan one frame later: the command that leads there.
+`observation.state` is the plan at each frame. `action` is the plan one frame later, because it is the command that
+leads there.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def episode_writer(robot: Robot, folder: Path) -> LeRobotWriter:
 
 
 def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
-    """Append a plan as an episode."""
+    """Append a plan to the dataset, as one episode."""
     last = float(plan.motion.times[-1])
     times = np.arange(int(np.ceil(last * FPS)) + 1) / FPS
     values = {STATE: state(plan, times), ACTION: state(plan, np.minimum(times + 1 / FPS, last))}
@@ -41,7 +42,7 @@ def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
 
 
 def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
-    """The robot's values at times [s] (n,) in the order of `state_names`, shape (n, k)."""
+    """Return the robot's values at these times [s] (n,), shape (n, k), in the order of `state_names`."""
     robot, motion = plan.task.robot, plan.motion
     columns: list[np.ndarray] = []
     for arm in robot.arms:
@@ -53,7 +54,7 @@ def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
 
 
 def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
-    """Planned distance between the fingertips [m] at times [s], shape (n,)."""
+    """Return the planned distance between the fingertips [m] at these times [s], shape (n,)."""
     commands = [command for command in plan.gripper_commands if command.arm == arm.name]
     found = np.full(len(times), arm.jaw.opening)
     for before, command in itertools.pairwise(commands):
@@ -63,7 +64,7 @@ def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
 
 
 def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
-    """The robot's values of jaw widths [m], linear between the closed jaw and the open one."""
+    """Return the gripper values of the robot for jaw widths [m]. They are linear between closed and open jaw."""
     names = arm.lerobot
     if names.open is None or names.closed is None:
         return widths
@@ -72,7 +73,7 @@ def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
 
 
 def _task(plan: RobotPlan) -> str:
-    """Return the task as text."""
+    """Return the task of the plan as text, for the dataset."""
     learned = ResultFolder(plan.task.source)
     if not learned.result_file.exists():
         return "Fold the cloth."

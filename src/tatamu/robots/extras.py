@@ -1,4 +1,4 @@
-"""Optional packages of `tatamu.robots`; a missing package is reported in one line, with the command to install it."""
+"""Optional packages of `tatamu.robots`. If a package is missing, one line reports it with the command to install it."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from functools import partial
 from tatamu import extras
 
 needed = partial(extras.needed, extra="robot")
-"""Function that imports a package which the extra `robot` installs."""
+"""Function that imports a package. The extra `robot` installs the package."""
 
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Suppress MuJoCo's warnings on standard error, its own and Python's."""
+    """Suppress MuJoCo's warnings on standard error, and Python's warnings."""
     mujoco = needed("mujoco")
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
@@ -28,5 +28,5 @@ def quiet() -> Iterator[None]:
 
 
 def one_line(error: Exception) -> str:
-    """Return the text of another package's error in one line."""
+    """Return the message of an error from another package, in one line."""
     return " ".join(str(error).split())

@@ -23,21 +23,24 @@ RATE = 10
 WIDTH, HEIGHT = 480, 360
 """Size of the pictures [pixels]."""
 MARGIN = 0.12
-"""Margin between the path of the tools and the edge of the drawn table [m]."""
+"""Distance between the path of the tools and the edge of the table in the picture [m]."""
 LOOKS = 12
-"""Number of poses of the robot that the camera shows."""
+"""Number of the robot's poses, evenly spread in time, that the camera must show completely."""
 ACROSS = 1.4
-"""Ratio of a robot's width to its depth above which it counts as two arms that face each other."""
+"""Ratio of width to depth above which a robot counts as two arms that face each other."""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
-"""The cloth's two sides, a mesh of one colour each."""
+"""Names and colours of the two meshes for the front and the back of the cloth."""
 
 
 def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | None:
-    """Write the GIF; return the reason if this machine cannot draw (MuJoCo needs OpenGL: see MUJOCO_GL)."""
+    """Write the GIF. Return None, or the reason if this machine cannot draw.
+
+    MuJoCo draws with OpenGL; see MUJOCO_GL.
+    """
     image = needed("PIL.Image")
     try:
         frames = [image.fromarray(pixels).quantize(64) for pixels in _frames(rehearsal, fold)]
-    except Exception as error:  # whatever a missing or broken OpenGL raises
+    except Exception as error:  # the error depends on how OpenGL is missing or broken
         return one_line(error)
     buffer = io.BytesIO()
     frames[0].save(buffer, "GIF", save_all=True, append_images=frames[1:], duration=1000 // RATE, loop=0)
@@ -70,7 +73,10 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
 
 
 def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
-    """Return the nearest camera that shows the robot and the table all the time, between arms that face each other."""
+    """Return the nearest camera that shows the robot and the table during the whole film.
+
+    If two arms face each other, the camera looks between them.
+    """
     shown = [k for k in range(model.ngeom) if model.geom(k).name not in (TABLE, *SIDES)]
     shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
     poses = np.linspace(0, poser.poses - 1, LOOKS).astype(int)
@@ -90,12 +96,12 @@ def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
 def framed(
     points: np.ndarray, around: np.ndarray, direction: tuple[float, float], view: float
 ) -> tuple[np.ndarray, float]:
-    """Return the point that a camera must look at, and its distance [m], for spheres to fill its picture.
+    """Return the point that a camera must look at, and its distance [m], so that spheres fill the camera's picture.
 
     Args:
-        points: Middles of the spheres [m], shape (n, 3).
-        around: Their radii [m], shape (n,).
-        direction: Where the camera looks, about z from x and above the horizontal [degrees].
+        points: Centres of the spheres [m], shape (n, 3).
+        around: Radii of the spheres [m], shape (n,).
+        direction: Direction in which the camera looks: about z from x, and above the horizontal [degrees].
         view: Angle of the picture's height [degrees].
     """
     a, e = np.radians(direction)
@@ -112,7 +118,10 @@ def framed(
 
 
 def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any) -> None:
-    """Light, a table of a table's size, and the cloth as a mesh that is moved frame by frame."""
+    """Add a light and the cloth, and cut the table to a size that fits the picture.
+
+    The cloth is a mesh whose vertices are moved frame by frame.
+    """
     spec.worldbody.add_light(pos=[0.5, 0.5, 2.0], dir=[0, -0.2, -1], castshadow=False)
     spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
     sky, plain = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
@@ -127,7 +136,7 @@ def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any)
         kind, shell = mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         for (side, colour), faces in zip(SIDES.items(), (fold.faces, fold.faces[:, ::-1]), strict=True):
             spec.add_mesh(name=side, uservert=vertices.ravel(), userface=faces.ravel(), inertia=shell)
-            rgba = [int(colour[k : k + 2], 16) / 340 for k in (1, 3, 5)] + [1]  # the light is bright
+            rgba = [int(colour[k : k + 2], 16) / 340 for k in (1, 3, 5)] + [1]  # darkened, because the light is bright
             spec.worldbody.add_geom(name=side, type=kind, meshname=side, contype=0, conaffinity=0, rgba=rgba)
 
 
@@ -137,7 +146,7 @@ def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
 
 
 def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: np.ndarray, mujoco: Any) -> None:
-    """Move the cloth's mesh; MuJoCo keeps meshes in a frame of their own."""
+    """Move the cloth's mesh to these positions. MuJoCo stores the vertices of a mesh in the mesh's own frame."""
     in_base = _in_base(rehearsal, positions)
     for side in SIDES:
         geom = data.geom(side)

@@ -1,4 +1,4 @@
-"""The two fingers of a hand as bodies of a MuJoCo model, which slide along the jaw's opening axis."""
+"""The two fingers of a hand as bodies of a MuJoCo model. They slide along the axis on which the jaw opens."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ MASS = 0.01
 
 
 class FingerShape(NamedTuple):
-    """One finger as boxes, from its tip upwards [m]."""
+    """The shape of one finger: two boxes, from the tip upwards [m]."""
 
     hand: str
-    """Name of the hand in `tatamu.folding.fingers.PRESETS`, which has the size of the tip."""
+    """Name of the hand in `tatamu.folding.fingers.PRESETS`, where the size of the tip is given."""
     root: tuple[float, float]
-    """Thickness and width above the tip [m]."""
+    """Thickness and width of the finger above the tip [m]."""
     length: float
-    """Length of the finger, with its tip [m]."""
+    """Length of the whole finger, including its tip [m]."""
     depth: float = Jaw().depth
-    """Distance beyond the hem's edge at which the tips meet [m]; larger for thick fingers, because cloth rises to the
-    tips."""
+    """Distance from the edge of the cloth to the place where the tips meet [m].
+
+    It is larger for thick fingers, because the cloth rises to the tips.
+    """
 
 
 def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:
@@ -42,12 +44,15 @@ def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:
 
 
 def finger_names(arm: str) -> tuple[str, str]:
-    """Names of the bodies of an arm's fingers, and of their joints."""
+    """Return the names of the bodies of an arm's two fingers. The joints of the fingers have the same names."""
     return f"{arm}_finger1", f"{arm}_finger2"
 
 
 def add_fingers(wrist: Any, arm: str, X_WT: np.ndarray, shape: FingerShape, widest: float) -> None:
-    """Add both fingers to a wrist; T is between the ends of the closed fingertips, y the opening."""
+    """Add two fingers to a wrist.
+
+    The tool frame T is between the ends of the closed fingertips, and the jaw opens along its y axis.
+    """
     mujoco = needed("mujoco")
     tip = FingerSize.of_hand(shape.hand)
     parts = (("tip", 0.0, tip.length, tip.thickness, tip.width), ("root", tip.length, shape.length, *shape.root))

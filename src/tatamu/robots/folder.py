@@ -1,4 +1,4 @@
-"""The folder of a plan, written in one piece. See docs/reference/robot-plan.md."""
+"""The folder of a plan, which is written as a whole or not at all. See docs/reference/robot-plan.md."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.version import __version__
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
-"""Files of the learned fold that a plan contains; all but the first may be missing."""
+"""Files of the learned fold that a plan contains. All files except the first may be missing."""
 
 
 def check_out(out: Path) -> None:
-    """Refuse an existing path that is not a plan, before any work is done.
+    """Raise an error if this path exists and is not a plan, before any work is done.
 
     Raises:
-        InputError: If the path holds something else.
+        InputError: If the path contains something else.
     """
     if out.resolve() == Path.cwd():
         raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")
@@ -46,7 +46,7 @@ def check_out(out: Path) -> None:
 
 
 def save(plan: RobotPlan, out: Path) -> None:
-    """Write the plan's folder; an earlier plan there is replaced, other folders are not touched.
+    """Write the folder of a plan. An earlier plan in this folder is replaced; other folders are not changed.
 
     Raises:
         InputError: If `out` cannot be written, or contains something other than a plan.
@@ -68,7 +68,7 @@ def save(plan: RobotPlan, out: Path) -> None:
 
 
 def _carry_fold(source: Path, folder: Path) -> None:
-    """Copy the learned fold's files that a rehearsal reads, so that a plan's folder is self-contained."""
+    """Copy the files of the learned fold that a rehearsal reads, so that the plan's folder is self-contained."""
     folder.mkdir()
     for name in FOLD_FILES:
         if (source / name).is_file():
@@ -77,9 +77,9 @@ def _carry_fold(source: Path, folder: Path) -> None:
 
 @contextmanager
 def _replacing(out: Path) -> Iterator[Path]:
-    """Yield a temporary folder next to `out` that replaces it if the block succeeds."""
+    """Yield a temporary folder next to `out`. It replaces `out` if the block succeeds."""
     try:
-        out = out.resolve()  # a link stays one
+        out = out.resolve()  # a symbolic link remains a link
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
         try:
@@ -95,7 +95,7 @@ def _replacing(out: Path) -> Iterator[Path]:
 
 
 def plan_file(plan: RobotPlan) -> PlanFile:
-    """The plan as plan.json holds it."""
+    """Return the contents of plan.json."""
     task = plan.task
     motion = plan.motion
     robot = task.robot
@@ -129,7 +129,10 @@ def plan_file(plan: RobotPlan) -> PlanFile:
 
 
 def _hand_in_wrist(arm: Arm, R_BT: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    """X_WH: H is where the simulated hand is, T less the offset in B, parallel to T."""
+    """Return the pose X_WH of the simulated hand H in the wrist W.
+
+    H is parallel to the tool T. Its position is the tool's position minus `offset`, which is in the base B.
+    """
     return arm.tool_in_wrist @ pose(np.eye(3), -R_BT.T @ offset)
 
 
@@ -150,7 +153,7 @@ def _jaw(arm: Arm, hold: Hold) -> JawFile:
 
 
 def _via_points(plan: RobotPlan) -> ToolViaPoints:
-    """Return the simulated hands at the via-points, and the times at which the joints are there."""
+    """Return the positions of the simulated hands at the via-points, and the times at which the joints are there."""
     task = plan.task
     fold = plan.motion.part("fold")
     times = plan.via_times

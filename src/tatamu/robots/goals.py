@@ -1,9 +1,11 @@
-"""A motion as goals of ROS 2 actions, in the steps of a player: one file for each controller and segment.
+"""A motion as goals of ROS 2 actions: one file for each controller and segment, and a list of steps.
+
+A program that plays the motion sends these goals step by step.
 
     goals/steps.json                        the steps in order: what moves, what grips, where to stop
     goals/1-approach/larm_controller.json   control_msgs/action/FollowJointTrajectory, the goal's fields
 
-The trajectory of a segment starts from where the segment before it ended. Velocities are given too, so that
+The trajectory of a segment starts where the previous segment ended. The files also contain velocities, so that
 controllers interpolate with cubic splines.
 """
 
@@ -25,7 +27,7 @@ GRIP = "control_msgs/action/GripperCommand"
 
 
 def write_goals(plan: RobotPlan, folder: Path) -> None:
-    """Write the goals of all segments, and the steps that name them."""
+    """Write the goals of all segments, and the steps that name these goals."""
     steps: list[dict[str, Any]] = [_grip(plan, "open", 0)]
     for number, segment in enumerate(plan.segments, start=1):
         goals = {}
@@ -42,7 +44,7 @@ def write_goals(plan: RobotPlan, folder: Path) -> None:
 
 
 def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
-    """A step of the grippers: the `number`-th command of each."""
+    """Return a step of the grippers, which contains the `number`-th command of each gripper."""
     arms = plan.task.robot.folding
     commands = plan.gripper_commands[len(arms) * number : len(arms) * (number + 1)]
     return {
@@ -60,7 +62,7 @@ def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
 
 
 def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
-    """The fields of a FollowJointTrajectory goal."""
+    """Return the fields of a FollowJointTrajectory goal for one segment and one controller."""
     rows = _rows(plan, segment)
     times = plan.motion.times[rows] - segment.start
     speeds = np.gradient(plan.motion.angles, plan.motion.times, axis=0)[rows]
@@ -81,7 +83,11 @@ def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
 
 
 def _rows(plan: RobotPlan, segment: Segment) -> np.ndarray:
-    """Samples of a segment: the first after its start or lead, then 50 a second, the last one at rest at its end."""
+    """Return the numbers of a segment's samples.
+
+    The first sample is the one after the segment's start. In the segment `approach`, it is the sample at the end of the
+    initial rest. Then 50 samples follow for each second. At the last sample, the segment ends and the robot is at rest.
+    """
     times = plan.motion.times
     begins = plan.motion.part("approach").start if segment.name == "approach" else segment.start + times[1]
     first = int(np.searchsorted(times, begins - 1e-6))

@@ -1,4 +1,4 @@
-"""The grasp of the hem in a plan, measured from the poses that the robot reaches. See docs/theory/grasp.md."""
+"""The grasp of the cloth's edge in a plan, measured from the poses that the robot reaches. See docs/theory/grasp.md."""
 
 from __future__ import annotations
 
@@ -11,44 +11,44 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 
 UNDERNEATH = 0.003
-"""Largest height of the lower finger over the table [m]; a higher finger would pass over the hem."""
+"""Largest height of the lower finger above the table [m]. A higher finger would pass over the edge of the cloth."""
 ASKEW = 5e-3
-"""Amount by which the jaw's angle to the plane across the hem may exceed `Jaw.yaw` [rad]."""
+"""Amount by which the jaw's angle to the plane across the edge of the cloth may exceed `Jaw.yaw` [rad]."""
 
 
 @dataclass(frozen=True)
 class Take:
-    """One hand at the moment when its jaw starts to close."""
+    """The grasp of one hand at the moment when its jaw starts to close."""
 
     arm: str
     jaw: Jaw
     depth: float
-    """Distance beyond the hem's edge at which the fingertips will meet, across the hem [m]."""
+    """Distance from the edge of the cloth to the place where the fingertips will meet, across the edge [m]."""
     height: float
-    """Height of T over the table [m]."""
+    """Height of the tool T above the table [m]."""
     askew: float
-    """Angle between the jaw's opening, seen from above, and the direction across the hem [rad]."""
+    """Angle between the jaw's opening, seen from above, and the direction across the edge of the cloth [rad]."""
     rise: float
-    """Sine of the angle of the jaw's opening from level."""
+    """Sine of the angle between the jaw's opening and the horizontal."""
 
     @property
     def lowest(self) -> float:
-        """Height of the lower finger of the open jaw over the table [m]."""
+        """Height of the lower finger of the open jaw above the table [m]."""
         return self.height - (self.jaw.opening / 2 + self.jaw.thickness) * self.rise
 
     @property
     def held(self) -> float:
-        """Depth of cloth between the fingertips when they have closed [m]."""
+        """Depth of cloth between the fingertips after the jaw has closed [m]."""
         return self.jaw.held(self.depth, self.height)
 
 
 def takes(task: PlacedFold, motion: Motion, tools: np.ndarray) -> tuple[int, list[Take]]:
-    """Return the row at which the jaws start to close, and the grasp of each hand.
+    """Return the sample at which the jaws start to close, and the grasp of each hand.
 
     Args:
-        task: The fold before the robot.
+        task: The fold, placed in front of the robot.
         motion: The robot's motion.
-        tools: X_BT of each arm at its samples, shape (arms, n, 4, 4).
+        tools: Poses X_BT of each arm's tool T in the base B at the samples of the motion, shape (arms, n, 4, 4).
     """
     row = int(motion.rows("close")[0])
     X_BF = task.placement.matrix

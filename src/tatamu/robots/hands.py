@@ -1,6 +1,7 @@
-"""The motion of the hands in a fold, as its manipulation has it.
+"""The motion of the hands in a fold, as given in the fold's file manipulation.json.
 
-F is the fold's frame: the scene's, z = 0 at the table top. Time is the simulation's.
+F is the frame of the fold. It is the frame of the simulated scene, with z = 0 at the table top. Times are times of the
+simulation.
 """
 
 from __future__ import annotations
@@ -23,15 +24,21 @@ Travel = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class HandMotion:
-    """The motion of one hand or two from the grasp to the place of release; the left of two hands is that of `larm`."""
+    """The motion of one hand or two hands from the grasp to the release.
+
+    The left of two hands belongs to the arm `larm`.
+    """
 
     frame_rate: float
     every_frames: int
     timing: Timing
     times: np.ndarray
-    """Times of the via-points [s], from the last one at rest before the motion to the first after it, shape (v,)."""
+    """Times of the via-points [s], shape (v,).
+
+    The first is the last time at rest before the motion, the last is the first time at rest after the motion.
+    """
     curves: tuple[Bezier, ...]
-    """Curve of each hand, the left one first."""
+    """Curve of each hand, the left hand first."""
     travelled: tuple[Travel, ...]
 
     @classmethod
@@ -55,10 +62,10 @@ class HandMotion:
 
     @classmethod
     def exact(cls, manipulation: Manipulation) -> HandMotion:
-        """The motion of a manipulation: minimum jerk along its Bezier curves.
+        """Return the motion of a manipulation: minimum jerk along the hands' Bezier curves.
 
         Raises:
-            InputError: If there is no hand, or one that does not move.
+            InputError: If there is no hand, or a hand does not move.
         """
         curves = manipulation.curves
         if not curves:
@@ -72,7 +79,7 @@ class HandMotion:
         return cls(FRAME_RATE, VIA_EVERY, manipulation.timing, times, curves, travelled)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Positions of the hands at simulated times [s] (n,): in F [m], shape (hands, n, 3)."""
+        """Return the positions of the hands at simulated times [s] (n,), in the fold's frame [m], (hands, n, 3)."""
         times = np.clip(times, self.times[0], self.times[-1])
         points = []
         for curve, travelled in zip(self.curves, self.travelled, strict=True):
@@ -81,26 +88,28 @@ class HandMotion:
         return np.array(points)
 
     def evenly(self, count: int) -> np.ndarray:
-        """Return times [s] (count,) between which the hands travel equal distances."""
+        """Return `count` times [s]. The hands travel equal distances between them."""
         times = np.linspace(self.times[0], self.times[-1], 1001)
         steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2).mean(axis=0)
         length = np.append(0.0, np.cumsum(steps + 1e-9))
         return np.interp(np.linspace(0, length[-1], count), length, times)
 
     def frame(self, time: float) -> int:
-        """The simulation's frame at a simulated time [s]."""
+        """Return the number of the simulation's frame at a simulated time [s]."""
         return round(time * self.frame_rate)
 
     @property
     def top_speed(self) -> float:
-        """The fastest that either hand moves [m/s]."""
+        """The highest speed of either hand [m/s]."""
         times = np.linspace(self.times[0], self.times[-1], 2000)
         steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2)
         return float(steps.max() / (times[1] - times[0]))
 
 
 def grippers_by_hand(scene: Scene) -> list[list[Gripper]]:
-    """Return the grippers of the left and of the right hand of a scene; the first of each moves as the hand does.
+    """Return the grippers of the left hand and of the right hand of a scene.
+
+    The first gripper of each hand moves exactly like the hand.
 
     Raises:
         InputError: If a gripper has no hand.
@@ -113,7 +122,7 @@ def grippers_by_hand(scene: Scene) -> list[list[Gripper]]:
 
 
 def _check_unpressed(folder: ResultFolder) -> None:
-    """Refuse a fold that something other than the hands helps to make."""
+    """Refuse a fold in which a body other than the hands moves the cloth, such as a press."""
     others = [body.name for body in folder.scene.bodies if body.hand is None] if folder.scene_file.is_file() else []
     if others:
         raise InputError(
@@ -128,7 +137,7 @@ def _check_moves(curve: Bezier, name: str, source: Path | str) -> None:
 
 
 def _no_fold(folder: ResultFolder) -> str:
-    """Return why a folder without manipulation.json is no learned fold."""
+    """Return why a folder without manipulation.json is not a learned fold."""
     steps = folder.learned_steps()
     if not steps:
         return "must be the folder of a learned fold, and has no manipulation.json"
@@ -136,7 +145,7 @@ def _no_fold(folder: ResultFolder) -> str:
 
 
 def _minimum_jerk(curve: Bezier, timing: Timing) -> Travel:
-    """Travel along a curve at rest at both ends."""
+    """Return the distance along a curve as a function of time. The hand is at rest at both ends."""
     length = curve.arc_lengths()[1][-1]
     duration = timing.arrives - timing.starts
     return lambda times: length * minimum_jerk((times - timing.starts) / duration)

@@ -1,6 +1,7 @@
 """HIRONX and NEXTAGE Open (Kawada): numbers of the chain, the collision boxes, masses, speeds and poses.
 
-The numbers are facts read from public models; no mesh and no text of them is shipped. Lengths [m], angles [rad].
+The numbers are facts read from public models. The package contains no mesh and no text of these models. Lengths [m],
+angles [rad].
 
 [H-URDF] start-jsk/rtmros_hironx f2de65e: hironx_moveit_config/models/HiroNX.urdf
 [H-WRL]  kensuke-harada/hironx-interface cda5912: HiroNXInterface/HiroNXGUI/main.wrl
@@ -9,11 +10,14 @@ The numbers are facts read from public models; no mesh and no text of them is sh
 [CLIENT] start-jsk/rtmros_hironx f2de65e: hironx_ros_bridge/src/hironx_ros_bridge/hironx_client.py
 
 These sources disagree on three numbers:
-- the wrist offset (J4 to J5 along x): -0.047 on NEXTAGE Open and in CAD since 2016 (pull request 461), -0.040 in
-  [H-URDF] and [H-WRL]: a parameter. A wrong one misplaces the fingertip by 7 mm;
-- LARM_JOINT3: [H-URDF] repeats the right arm's range, [H-WRL] and [N-WRL] mirror it: mirrored for NEXTAGE Open,
-  the part common to both for HIRONX;
-- the fingertip: 0.093 beyond the wrist (JSK, hironxjsk-utils.l) or 0.097 (iv-plan): a parameter, 0.093.
+
+- The wrist offset, from joint J4 to joint J5 along x, is -0.047 on NEXTAGE Open and in CAD since 2016 (pull request
+  461). It is -0.040 in [H-URDF] and [H-WRL]. The offset is therefore a parameter. A wrong offset misplaces the
+  fingertip by 7 mm.
+- The range of LARM_JOINT3 in [H-URDF] repeats the right arm's range; [H-WRL] and [N-WRL] mirror that range. NEXTAGE
+  Open uses the mirrored range. HIRONX uses the range that is common to both ranges.
+- The fingertip is 0.093 from the wrist (JSK, hironxjsk-utils.l) or 0.097 (iv-plan). The distance is a parameter with
+  the default 0.093.
 """
 
 from __future__ import annotations
@@ -24,25 +28,25 @@ Vector = tuple[float, float, float]
 
 
 class Joint(NamedTuple):
-    """One revolute joint and the link that it moves; `sign` is +1 on the left, -1 on the right."""
+    """One revolute joint and the link that the joint moves."""
 
     name: str
     parent: str
     position: Vector
-    """Origin in the parent link's frame, at zero [m]."""
+    """Origin of the joint in the parent link's frame, at joint angle zero [m]."""
     roll: float
-    """Rotation about the parent's x, at zero [rad]."""
+    """Rotation of the joint's frame about the parent's x axis, at joint angle zero [rad]."""
     axis: Vector
     lower: float
     upper: float
     speed: float
-    """Speed limit of HIRONX [rad/s], [H-WRL] uvlimit."""
+    """Speed limit of HIRONX [rad/s], from [H-WRL], uvlimit."""
     nextage_speed: float
-    """Speed limit of NEXTAGE Open [rad/s], [N-WRL]."""
+    """Speed limit of NEXTAGE Open [rad/s], from [N-WRL]."""
 
 
 class Body(NamedTuple):
-    """Mass [kg], centre of mass [m] and diagonal inertia about it [kg m^2] of one link, [H-WRL]."""
+    """Mass [kg], centre of mass [m], and diagonal inertia about the centre [kg m^2] of one link, from [H-WRL]."""
 
     mass: float
     centre: Vector
@@ -52,9 +56,12 @@ class Body(NamedTuple):
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 WRIST_OFFSET = -0.047
 FINGERTIP = 0.093
-"""Fingertip beyond the origin of the last link, along its -x [m]."""
+"""Distance from the origin of the last link to the fingertip, along the link's -x [m]."""
 NEXTAGE_FINGERTIP = 0.19
-"""rtmros_tutorials: nextage_tutorials/config/nextage.yaml."""
+"""Distance from the origin of the last link to NEXTAGE Open's fingertip [m].
+
+The source is rtmros_tutorials: nextage_tutorials/config/nextage.yaml.
+"""
 
 TRUNK = (
     Joint("CHEST_JOINT0", "WAIST", (0, 0, 0), 0, Z, -2.844887, 2.844887, 2.268928, 1.919862),
@@ -64,7 +71,10 @@ TRUNK = (
 
 
 def arm(side: str, wrist_offset: float, mirrored: bool) -> tuple[Joint, ...]:
-    """The six joints of the `R` or `L` arm; `mirrored`: the full mirrored range of LARM_JOINT3."""
+    """Return the six joints of the right arm (`R`) or the left arm (`L`).
+
+    If `mirrored` is true, LARM_JOINT3 has the full mirrored range of the right arm's joint.
+    """
     sign = 1.0 if side == "L" else -1.0
     name = [f"{side}ARM_JOINT{i}" for i in range(6)]
     link = ["CHEST_JOINT0_Link", *(f"{joint}_Link" for joint in name)]
@@ -98,10 +108,13 @@ BOXES: dict[str, tuple[tuple[Vector, Vector], ...]] = {
     "LARM_JOINT4_Link": (((-0.041, -0.0265, -0.1162), (0.0335, 0.0713, 0.0244)),),
     "LARM_JOINT5_Link": (((-0.0387, -0.0428, -0.0526), (0.029, 0.0428, 0.022)),),
 }
-"""Smallest boxes around the visible links in their frames [m], computed from [H-DAE]; the right arm mirrors y.
+"""Smallest boxes around the visible links, in the links' frames [m].
 
-The chest's box, |y| up to 0.2226, holds the shoulders too, and the hanging arms would intersect it: the arms' first
-links themselves begin at |y| = 0.105. So below the shoulders (z < 0.42) the chest is taken as |y| <= 0.105.
+The boxes are computed from [H-DAE]. Those of the right arm have mirrored y.
+
+A box around the whole chest would have |y| up to 0.2226, because the chest includes the shoulders. The hanging arms
+would intersect this box, because the first links of the arms begin at |y| = 0.105. Below the shoulders (z < 0.42), the
+chest's box therefore ends at |y| = 0.105.
 """
 
 BODIES: dict[str, Body] = {
@@ -116,22 +129,33 @@ BODIES: dict[str, Body] = {
     "LARM_JOINT4_Link": Body(0.418434, (0.002431, 0.003797, -0.057704), (0.000520, 0.000506, 0.000140)),
     "LARM_JOINT5_Link": Body(1.05156, (-0.048476, 0.0, -0.038899), (0.001941, 0.002094, 0.000358)),
 }
-"""The right arm mirrors y of the centre."""
+"""Mass properties of the links. For the right arm, y of the centre of mass is mirrored."""
 
 START_DEGREES = {
     "initial": {"RARM": (-0.6, 0.0, -100.0, 15.2, 9.4, 3.2), "LARM": (0.6, 0.0, -100.0, -15.2, 9.4, -3.2)},
     "factory": {"RARM": (0.0, 0.0, -130.0, 0.0, 0.0, 0.0), "LARM": (0.0, 0.0, -130.0, 0.0, 0.0, 0.0)},
 }
-"""[CLIENT] _InitialPose, goInitial(): tools level above the table top, fingertips 0.025 m below WAIST; and
-_InitialPose_Factory, goInitial(init_pose_type=1): tools high, for table tops that the first one would hit."""
+"""Joint angles of the two start poses [degrees], from [CLIENT].
+
+- `initial` is _InitialPose, of goInitial(). The tools are level above the table top, with the fingertips 0.025 m below
+  WAIST.
+- `factory` is _InitialPose_Factory, of goInitial(init_pose_type=1). The tools are high, for table tops that the arms
+  would hit in the pose `initial`.
+"""
 
 PLANNED_SPEED = 1.0
-"""MoveIt's cap on every arm joint [rad/s]: hironx_moveit_config and nextage_moveit_config, joint_limits.yaml."""
+"""MoveIt's limit for every arm joint [rad/s].
+
+The sources are hironx_moveit_config and nextage_moveit_config, joint_limits.yaml.
+"""
 PLANNED_ACCELERATION = 1.0
-"""MoveIt's cap [rad/s^2]; Kawada publishes no figure."""
+"""MoveIt's limit for every arm joint [rad/s^2]. Kawada publishes no limit."""
 NEXTAGE_PLANNED_ACCELERATION = 1.5
 TABLE_HEIGHTS = (-0.20, 0.10)
-"""Heights of table tops that serve both arms, in WAIST [m]: with the tool within 3 degrees of vertical, both arms share
-x from 0.10 to 0.40 m and |y| up to 0.25 m at -0.10 m, and half of that at -0.20 m (computed from this chain)."""
+"""Lowest and highest table top that both arms can use, in the frame of the body WAIST [m].
+
+The range is computed from the joints of this module, with the tool within 3 degrees of vertical. At -0.10 m, both arms
+reach x from 0.10 to 0.40 m and |y| up to 0.25 m. At -0.20 m, they reach half of that.
+"""
 FRONT = 0.10
-"""Least distance of a table from the robot's column, along x of WAIST [m]."""
+"""Smallest distance of a table from the robot's column, along x of the body WAIST [m]."""

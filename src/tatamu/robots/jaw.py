@@ -1,7 +1,8 @@
-"""The jaw of a hand, and the geometry of taking a hem. docs/theory/grasp.md has a drawing.
+"""The jaw of a hand, and the geometry of the grasp. docs/theory/grasp.md has a drawing.
 
-T is the tool: the point between the ends of the closed fingertips, z the direction of approach, y the jaw's opening.
-One finger goes under the hem, the other over it. The ends meet `depth` beyond the hem's edge, across the hem.
+The tool T is the point between the ends of the closed fingertips. Its z is the direction of approach, and the jaw opens
+along its y. One finger goes under the edge of the cloth, the other finger goes over it. The fingertips meet at the
+distance `depth` from the edge, measured across the edge.
 """
 
 from __future__ import annotations
@@ -14,32 +15,32 @@ from pydantic import Field, model_validator
 from tatamu.folding.fingers import FingerSize
 
 GAP = 0.001
-"""Height at which the lower finger of the open jaw passes over the table [m]; it is less than the cloth's thickness."""
+"""Height at which the lower finger of the open jaw passes over the table [m]. It is less than the cloth's thickness."""
 LEAST_HELD = 0.005
-"""Least depth of cloth between the closed fingertips [m]."""
+"""Smallest depth of cloth between the closed fingertips [m]."""
 HELD = 0.0005
-"""Distance of each closed fingertip from the jaw's middle [m]: half of a thin cloth."""
+"""Distance of each closed fingertip from the jaw's middle [m]: half the thickness of a thin cloth."""
 Length = Annotated[float, Field(ge=0, le=0.2)]
 Angle = Annotated[float, Field(ge=0, le=float(np.pi / 2))]
 
 
 class Jaw(FingerSize):
-    """Two fingers that open and close in parallel, and how they take a hem."""
+    """A jaw with two fingers that open and close in parallel, and the way in which they grasp the edge of the cloth."""
 
     widest: Length = 0.05
-    """The farthest that the hand opens [m]."""
+    """Largest opening of the jaw [m]."""
     force: Annotated[float, Field(gt=0, le=500)] = 20.0
-    """Force with which the fingers hold cloth [N]."""
+    """Force with which the fingers grip the cloth [N]."""
     depth: Length = 0.011
-    """Distance beyond the hem's edge at which the fingertips meet, across the hem [m]."""
+    """Distance from the edge of the cloth to the place where the fingertips meet, across the edge [m]."""
     tilt: tuple[Angle, Angle] = (0.17, 1.05)
-    """Smallest and largest angle of the approach from straight down [rad]."""
+    """Smallest and largest angle between the approach and straight down [rad]."""
     yaw: Angle = 1.05
-    """Greatest turn of the jaw's plane from the plane across the hem, towards the other hand [rad]."""
+    """Largest rotation of the jaw's plane away from the plane across the edge, towards the other hand [rad]."""
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
-    """Joints of the model that move the fingers: their positions at `opening` and when closed [rad, m]."""
+    """Joints of the model that move the fingers, with their positions at `opening` and when closed [rad, m]."""
     links: list[str] = Field(default_factory=list)
-    """Links of the model whose shapes are the fingers, which may come nearer to the table than the rest of the arm."""
+    """Links of the model whose shapes are the fingers. They may come nearer to the table than the rest of the arm."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -52,17 +53,20 @@ class Jaw(FingerSize):
     def held(self, depth: float, height: float) -> float:
         """Return the depth of cloth between the closed fingertips [m].
 
-        The fingertips meet `depth` beyond the hem and `height` over the table [m]. The cloth rises to them at 45
-        degrees, which takes more length than cloth that lies flat.
+        The fingertips meet at the distance `depth` from the edge of the cloth and at `height` above the table [m]. The
+        cloth rises to the fingertips at 45 degrees. It therefore needs more length than cloth that lies flat.
         """
         return depth - (float(np.sqrt(2)) - 1) * height
 
     def takes_at(self, tilt: float) -> bool:
-        """Whether enough cloth is between the fingertips of a jaw of this tilt."""
+        """Return whether enough cloth is between the fingertips of a jaw with this tilt [rad]."""
         return self.held(self.depth, self.height(tilt)) >= LEAST_HELD
 
     def height(self, tilt: float) -> float:
-        """Height of T above the table, at which the lower finger of the open jaw passes at GAP [m]."""
+        """Return the height of the tool T above the table [m] for a jaw with this tilt [rad].
+
+        At this height, the lower finger of the open jaw passes over the table at the distance GAP.
+        """
         return float(GAP + (self.opening / 2 + self.thickness) * np.sin(tilt))
 
     def prefixed(self, prefix: str) -> Jaw:

@@ -1,4 +1,4 @@
-"""HIRONX and NEXTAGE Open as MuJoCo models, from the numbers in `hironx` and boxes only."""
+"""HIRONX and NEXTAGE Open as MuJoCo models, made only from boxes and the numbers in `hironx`."""
 
 from __future__ import annotations
 
@@ -14,28 +14,31 @@ from tatamu.robots.model import Arm, Robot, StartPose
 from tatamu.robots.pose import pose, turn
 
 HAND_HALF = (0.042, 0.016)
-"""Half the width of the open hand along y and half its depth along z [m]: finger links of [H-DAE] at 30 degrees."""
+"""Half the width of the open hand along y, and half its depth along z [m].
+
+The values are those of the finger links in [H-DAE] at 30 degrees; `hironx` lists this source.
+"""
 FINGER_LENGTH = 0.030
 FINGERS = FingerShape("hironx", root=(0.0, 0.0), length=FINGER_LENGTH)
-"""One box, the pad with the plate behind it."""
+"""Shape of a finger: a single box, which contains the pad and the plate behind it."""
 WIDEST = 0.1
-"""The hand's widest opening [m], of [CLIENT] setHandWidth."""
+"""Largest opening of the hand [m], from setHandWidth in [CLIENT]; `hironx` lists this source."""
 
 
 def kawada(
     name: str, wrist_offset: float | None = None, fingertip: float | None = None, nextage: bool = False
 ) -> Robot:
-    """HIRONX, or NEXTAGE Open with `nextage`.
+    """Return the robot HIRONX, or NEXTAGE Open if `nextage` is true.
 
     Args:
-        name: Name in plans.
-        wrist_offset: Offset from J4 to J5 along x [m]; None for -0.047.
-        fingertip: Distance of the fingertip from the origin of the last link along its -x [m]; None for the stock
-            hand's.
-        nextage: NEXTAGE Open's speeds, range of LARM_JOINT3 and tool.
+        name: Name of the robot in plans.
+        wrist_offset: Offset from joint J4 to joint J5 along x [m]; None for -0.047.
+        fingertip: Distance from the origin of the last link to the fingertip, along the link's -x [m]; None for the
+            distance of the stock hand.
+        nextage: Whether to use the speeds, the range of LARM_JOINT3 and the tool of NEXTAGE Open.
 
     Raises:
-        InputError: If a length is out of the range of such a wrist or hand.
+        InputError: If a length is outside the range that is possible for this wrist or hand.
     """
     wrist_offset = facts.WRIST_OFFSET if wrist_offset is None else wrist_offset
     usual = facts.NEXTAGE_FINGERTIP if nextage else facts.FINGERTIP
@@ -91,7 +94,11 @@ def _arm(
 
 
 def _tool(fingertip: float) -> np.ndarray:
-    """X_WT: the hand points along -x of the last link; T has z along it, as the tip frame of [H-DAE]."""
+    """Return the pose X_WT of the tool T in the wrist W.
+
+    The hand points along -x of the last link. The z axis of T points the same way, like the tip frame of [H-DAE], which
+    `hironx` lists.
+    """
     return pose(turn(1, -np.pi / 2), np.array([-fingertip, 0.0, 0.0]))
 
 
@@ -117,7 +124,7 @@ def _spec(rows: tuple[facts.Joint, ...], fingertip: float) -> Any:
 
 
 def _left(name: str) -> tuple[str, float]:
-    """The left arm's name of a link, and the sign that mirrors y."""
+    """Return the name of the left arm's matching link, and the sign that mirrors y."""
     return (f"L{name[1:]}", -1.0) if name.startswith("RARM") else (name, 1.0)
 
 
@@ -138,7 +145,7 @@ def _box(body: Any, name: str, mujoco: Any) -> None:
 
 
 def _hand(body: Any, fingertip: float, mujoco: Any) -> None:
-    """The hand as a box between the last link and the fingers, and the fingers."""
+    """Add the hand to a link: a box between the link and the fingers, and the fingers."""
     wrist = -facts.BOXES["LARM_JOINT5_Link"][0][0][0]
     start, end = wrist, max(wrist + 1e-3, fingertip - FINGER_LENGTH)
     width, depth = HAND_HALF

@@ -1,4 +1,4 @@
-"""Names of a robot's numbers in datasets, as LeRobot names those of pairs of arms: `left_shoulder_pan.pos`."""
+"""Names of a robot's numbers in datasets. They follow LeRobot's names for pairs of arms: `left_shoulder_pan.pos`."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from tatamu.robots.model import Arm, Robot
 
 
 def state_names(robot: Robot) -> tuple[str, ...]:
-    """Return the names of the joints and the gripper of the left arm, then of the right one; then the trunk's, if any.
+    """Return the names of the robot's numbers: left arm, right arm, then the trunk if the robot has a trunk.
 
-    Joints have the names in `lerobot` of the description. Otherwise they have those of the robot, without a common
-    prefix such as `larm_`.
+    Each arm has the names of its joints, then the name of its gripper. Joints have the names in `lerobot` of the
+    description. If `lerobot` has no names, joints have their names in the model, without a common prefix such as
+    `larm_`.
     """
     names = [name for side, arm in zip(("left", "right"), robot.arms, strict=True) for name in _keys(side, arm)]
     return (*names, *(() if robot.trunk is None else (f"{robot.trunk.lower()}.pos",)))
 
 
 def _keys(side: str, arm: Arm) -> list[str]:
-    """The keys of an arm's joints and gripper."""
+    """Return the keys of an arm's joints and of its gripper."""
     *joints, gripper = [f"{side}_{stem}.pos" for stem in _of(arm)]
     return [*(arm.lerobot.joints or joints), arm.lerobot.gripper or gripper]
 

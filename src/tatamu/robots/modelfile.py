@@ -1,4 +1,4 @@
-"""A robot's URDF or MJCF with every file that it names, read into memory as one independent model."""
+"""A robot's URDF or MJCF file, read into memory as one independent model with every file that it names."""
 
 from __future__ import annotations
 
@@ -20,37 +20,42 @@ from tatamu.robots.packages import located
 from tatamu.robots.urdf import read_urdf
 
 MESHES = (".stl", ".obj", ".msh")
-"""Formats of meshes that MuJoCo reads; of .stl the binary one."""
+"""Formats of meshes that MuJoCo reads. Of the two .stl formats, it reads only the binary format."""
 CONVERTED = (".ply", ".off")
-"""Formats that are converted to binary STL, like ASCII STL; their lengths have no unit."""
+"""Formats of meshes that are converted to binary STL. ASCII STL is converted too.
+
+The lengths in these files have no unit.
+"""
 LARGEST_FILE = 64 * MIB
-"""Largest size of a model, and of each file that it names [bytes]."""
+"""Largest size of a model file, and of each file that the model names [bytes]."""
 
 
 @dataclass(frozen=True)
 class ModelFile:
-    """A model as read."""
+    """A model that has been read."""
 
     spec: Any
-    """mujoco.MjSpec whose assets are named by their content. `give` adds the assets to it, or to a model that contains
-    it."""
+    """The model, a mujoco.MjSpec. Its assets are named by their content.
+
+    `give` adds the assets to this model, or to a model that contains this model.
+    """
     speeds: Mapping[str, float]
-    """Speed limits of joints that state one [rad/s, m/s]."""
+    """Speed limits of the joints that state a limit [rad/s, m/s]."""
     contents: Mapping[str, bytes]
-    """Content of each asset."""
+    """Content of each asset, by the name of the asset."""
     files: tuple[Path, ...]
     """Every file that was read, the model first."""
 
 
 def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
-    """Read a URDF or an MJCF.
+    """Read a URDF or an MJCF file.
 
     Args:
         path: The file.
         packages: Folders of ROS packages by name; see `located`.
 
     Raises:
-        InputError: If it or a file that it names cannot be read.
+        InputError: If the file or a file that it names cannot be read.
     """
     mujoco = needed("mujoco")
     root = _root(path)
@@ -66,14 +71,17 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
     except ValueError as error:
         raise InputError(f"{path}: is no URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
     spec.compiler.fusestatic = False
-    spec.option.disableflags = spec.option.enableflags = 0  # a model may switch contacts off
-    for part in (*spec.sensors, *spec.actuators, *spec.keys, *spec.skins):  # a plan has its own drives
+    spec.option.disableflags = spec.option.enableflags = 0  # because a model may switch contacts off
+    for part in (*spec.sensors, *spec.actuators, *spec.keys, *spec.skins):  # a plan needs none of these parts
         spec.delete(part)
     return ModelFile(spec, speeds, store.contents, tuple(dict.fromkeys(store.files)))
 
 
 def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = ()) -> None:
-    """Give a model its assets; attaching a model may have put a prefix before their names."""
+    """Give a model its assets.
+
+    If the model was attached to another model, `prefixes` are removed from the asset names.
+    """
     for asset in (*spec.meshes, *spec.hfields, *spec.textures):
         for prefix in prefixes:
             asset.file = asset.file.removeprefix(prefix)
@@ -81,7 +89,10 @@ def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = (
 
 
 class _Store:
-    """Assets named by their content: files of the same name do not collide, and equal files are kept once."""
+    """Assets that are named by their content.
+
+    Files of the same name do not collide, and equal files are stored only once.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -89,7 +100,7 @@ class _Store:
         self.contents: dict[str, bytes] = {}
 
     def mesh(self, file: Path) -> str:
-        """Read a mesh file; returns the name of its content."""
+        """Read a mesh file and return the name of its content."""
         suffix = file.suffix.lower()
         if suffix not in (*MESHES, *CONVERTED):
             formats = ", ".join((*MESHES, *CONVERTED))
@@ -102,7 +113,7 @@ class _Store:
         return self._store(content, suffix)
 
     def keep(self, file: Path) -> str:
-        """Read any file; returns the name of its content."""
+        """Read any file and return the name of its content."""
         return self._store(self._read(file), file.suffix.lower())
 
     def _store(self, content: bytes, suffix: str) -> str:
@@ -120,7 +131,10 @@ class _Store:
 
 
 def _is_ascii(content: bytes) -> bool:
-    """Return whether an STL is text; the length of a binary one follows from its number of triangles."""
+    """Return whether an STL file is text.
+
+    The length of a binary STL file follows from its number of triangles.
+    """
     count = int.from_bytes(content[80:84], "little")
     return content.lstrip()[:5] == b"solid" and len(content) != 84 + 50 * count
 
@@ -132,7 +146,7 @@ def _as_stl(file: Path, content: bytes, suffix: str) -> bytes:
 
 
 def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
-    """Replace the names of an MJCF's asset files by those of their contents."""
+    """Replace the names of an MJCF's asset files by the names of their contents."""
     meshes = spec.meshes
     for assets, place in (
         (meshes, spec.meshdir),
@@ -153,7 +167,7 @@ def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
 
 
 def _root(path: Path) -> ElementTree.Element:
-    """The root element of a URDF or MJCF."""
+    """Return the root element of a URDF or MJCF file."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
     root = _parsed(path)
@@ -170,13 +184,13 @@ def _parsed(path: Path) -> ElementTree.Element:
 
 
 def _included(path: Path, root: ElementTree.Element) -> list[Path]:
-    """Return the files that an MJCF includes, directly or through others."""
+    """Return the files that an MJCF file includes, directly or through other files."""
     found: list[Path] = []
     todo = [root]
     while todo:
         for include in todo.pop().iter("include"):
             file = path.parent / include.get("file", "")
-            if file.is_file() and file not in found:  # MuJoCo says which one is missing
+            if file.is_file() and file not in found:  # MuJoCo reports a missing file
                 found.append(file)
                 todo.append(_parsed(file))
     return found

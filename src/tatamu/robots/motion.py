@@ -1,4 +1,4 @@
-"""The whole motion over time: stages, waits for the fingers, events; sampled at the robot's own rate."""
+"""The whole motion over time: stages, waits for the fingers, and events. It is sampled at the robot's own rate."""
 
 from __future__ import annotations
 
@@ -15,34 +15,37 @@ from tatamu.robots.planfile import FingerEvent
 from tatamu.robots.timing import Timed, timed
 
 PERIOD = 0.005
-"""Time between samples [s]: HIRONX is driven at 200 Hz."""
+"""Time between samples [s]. It is that of HIRONX, which is driven at 200 Hz."""
 ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return")
-"""Stages and waits, one after another."""
+"""Names of the stages and waits in their order."""
 AT_THE_TABLE = ("lower", "enter", "raise")
 GENTLE = 0.25
-"""Fraction of the joints' accelerations used close above the table, because drives follow with a delay."""
+"""Fraction of the joints' accelerations that is used close above the table, because drives follow with a delay."""
 JOINT_MOVE = 20.0
-"""Rate of stages from pose to pose, with s from 0 to 1 [1/s]; only the joints' limits slow them down."""
+"""Largest rate ds/dt of stages from pose to pose [1/s]. Their parameter s runs from 0 to 1.
+
+The rate is so high that only the joints' limits slow these stages down.
+"""
 
 
 class Pace(Record):
     """Speeds [m/s] and waiting times [s] of a motion."""
 
     lead: float = Field(3.0, ge=0.1)
-    """Rest at the start, in which a robot that is not quite at its initial pose moves there."""
+    """Time of rest at the start. A robot that is not exactly at its initial pose moves there during this time."""
     closing: float = Field(1.0, ge=0.0)
     """Time in which the fingers close."""
     opening: float = Field(1.5, ge=0.0)
-    """Time in which the fingers open: slowly, so that the cloth keeps its shape (paper, section VI-C)."""
+    """Time in which the fingers open. They open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
     speed_scale: float = Field(1.0, ge=0.05, le=1.0)
-    """Ratio of the speed of the whole motion, waits included, to that of a plan."""
+    """Speed of the whole motion, including waits, relative to the speed of a plan."""
 
 
 @dataclass(frozen=True)
 class TimedStage:
-    """A stage or a wait, and its start time."""
+    """A stage or a wait of the motion, with its start time."""
 
     name: str
     start: float
@@ -51,10 +54,10 @@ class TimedStage:
 
 @dataclass(frozen=True)
 class Motion:
-    """Joint angles over time."""
+    """Joint angles of the robot over time."""
 
     times: np.ndarray
-    """[s], PERIOD apart, shape (n,)."""
+    """Times of the samples [s], PERIOD apart, shape (n,)."""
     angles: np.ndarray
     """Full configurations [rad], shape (n, nq)."""
     parts: tuple[TimedStage, ...]
@@ -62,25 +65,25 @@ class Motion:
     speed_scale: float = 1.0
 
     def part(self, name: str) -> TimedStage:
-        """A part by its name."""
+        """Return the part of the motion with this name."""
         return next(part for part in self.parts if part.name == name)
 
     def rows(self, name: str) -> np.ndarray:
-        """The samples within a part, shape (m,)."""
+        """Return the numbers of the samples within a part, shape (m,)."""
         part = self.part(name)
         inside = (self.times >= part.start) & (self.times <= part.start + part.timed.duration)
         return np.flatnonzero(inside)
 
     def simulated(self, rows: np.ndarray) -> np.ndarray:
-        """The simulated time [s] of samples of the fold, shape (m,)."""
+        """Return the simulated times [s] of samples of the fold, shape (m,)."""
         fold = self.part("fold")
         return fold.timed.parameter(self.times[rows] - fold.start)
 
 
 def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hovers: bool = False) -> Motion:
-    """Compute the times of all stages under the robot's limits, with waits between them.
+    """Compute the times of all stages under the robot's limits, with waits between the stages.
 
-    If the motion hovers, the jaws stay open.
+    If `hovers` is true, the jaws stay open.
     """
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}
@@ -116,7 +119,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
 
 
 def closing(times: np.ndarray, close: TimedStage, opening: TimedStage) -> np.ndarray:
-    """Return the closing of the jaws at times (n,): 0 for open as before the grasp, 1 for closed."""
+    """Return how far the jaws are closed at these times (n,): 0 if open as before the grasp, 1 if closed."""
     knots = [part.start + elapsed for part in (close, opening) for elapsed in (0.0, max(part.timed.duration, 1e-6))]
     return np.interp(times, knots, [0.0, 1.0, 1.0, 0.0])
 

@@ -1,4 +1,4 @@
-"""Files that a URDF names by `package://NAME/PATH`, found as in ROS or next to the URDF."""
+"""Files that a URDF names by `package://NAME/PATH`. They are searched as in ROS, or next to the URDF."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ DEPTH = 3
 def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     """Find the file of a URI in a URDF: `package://`, `file://`, or a path relative to the URDF.
 
-    Packages are searched in the description's own table, then above the URDF, then in the paths of ROS.
+    Packages are searched in this order: the table in the robot's description, the folders above the URDF, the paths of
+    ROS.
 
     Args:
-        uri: As the URDF has it.
-        urdf: The URDF.
+        uri: The URI as the URDF contains it.
+        urdf: The URDF file.
         packages: Folders of packages by name.
 
     Raises:
-        InputError: If no folder of that package holds the file.
+        InputError: If no folder of the package contains the file.
     """
     scheme, _, rest = uri.partition("://")
     if scheme == "file" and rest:
@@ -45,7 +46,7 @@ def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
 
 
 def _folders(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
-    """Folders that may be the package, the likeliest first."""
+    """Yield the folders that may be the package, the most likely folder first."""
     if name in packages:
         yield packages[name]
     for above in Path(os.path.abspath(urdf)).parents:

@@ -1,4 +1,4 @@
-"""The page of a rehearsal: the robot and the cloth in one replay, the result of the fold, the errors of the joints."""
+"""The page of a rehearsal: a replay of robot and cloth, the result of the fold, and the errors of the joints."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from tatamu.robots.report import AS_FLOATING, as_planned, halved
 from tatamu.rollout import Rollout
 
 POINTS = 400
-"""Most points of a curve."""
+"""Largest number of points in a curve."""
 
 
 def write_page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None, folder: Path) -> Path:
-    """Write `report.html` and return it; `figures` is the contents of rehearsal.json."""
+    """Write `report.html` and return its path; `figures` has the contents of rehearsal.json."""
     write_text(folder / "report.html", page(rehearsal, figures, fold))
     return folder / "report.html"
 
 
 def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> str:
-    """The whole page; the same rehearsal gives the same bytes."""
+    """Return the whole page. The same rehearsal gives the same bytes."""
     robot = figures["robot"].upper()
     return render(
         "robots/page.html",
@@ -66,7 +66,7 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
 
 
 def _columns(figures: dict[str, Any]) -> list[Column]:
-    """The scores of the fold by the robot, by floating hands, and where it was learned."""
+    """Return the scores of the fold by the robot, of the fold by floating hands, and of the learned fold."""
     scores = figures["fold"]["scores"] if figures["fold"] else {}
     return [Column(name, Score.model_validate(score)) for name, score in scores.items()]
 
@@ -79,7 +79,7 @@ def _views(fold: Refold | None) -> list[TopView]:
 
 
 def _apart(fold: Refold | None) -> list[Chart]:
-    """Charts of the distance of each vertex from where floating hands leave it."""
+    """Return charts of the distance from each vertex to its position after a fold by ideal floating hands."""
     if fold is None or fold.learned is None:
         return []
     floating = replace(fold.robot, extra={"target": fold.floating.positions[-1]})
@@ -90,7 +90,10 @@ def _apart(fold: Refold | None) -> list[Chart]:
 
 
 def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
-    """Data of the viewer over the whole motion: cloth and hands in the fold's frame, the robot's links as boxes."""
+    """Return the viewer's data over the whole motion.
+
+    The cloth and the hands are in the fold's frame. The robot's links are boxes.
+    """
     closes = rehearsal.closes
     times = np.linspace(0.0, max(rehearsal.times[-1], closes + fold.robot.times[-1]), FRAMES)
     moved = np.clip(np.searchsorted(rehearsal.times, times), 0, len(rehearsal.times) - 1)
@@ -107,7 +110,7 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
 
 
 def _events(rehearsal: Rehearsal) -> list[tuple[float, str]]:
-    """Marks under the slider, at parts of the whole time: when the fingers close and open."""
+    """Return the marks under the slider: the times when the fingers close and open, as fractions of the whole time."""
     return [
         (rehearsal.planned.event(rehearsal.planned.arms[0], name) / rehearsal.times[-1], name)
         for name in ("close", "open")

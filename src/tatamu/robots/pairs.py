@@ -1,14 +1,15 @@
-"""Decides which pairs of a robot's collision shapes are compared when distances are computed.
+"""Decide which pairs of a robot's collision shapes are compared when distances are computed.
 
-- *between arms*: every shape of one arm with every shape of the other;
-- *within an arm*: shapes with three or more of the arm's joints between them;
-- *to the trunk*: the body that carries the arm, and bodies fixed to it, with links beyond the arm's second joint;
-- *to obstacles*: everything else at rest (walls, floors, furniture, the other arm's foot), with every link;
-- *to the table*: the table of the plan, with every link but the fingers;
-- *of fingers to the table*: with the fingers, which go under a hem that lies on it.
+- *between arms*: every shape of one arm with every shape of the other arm.
+- *within an arm*: shapes with three or more of the arm's joints between them.
+- *to the trunk*: the body that carries the arm, and bodies fixed to it, with links after the arm's second joint.
+- *to obstacles*: every link with everything else at rest, such as walls, floors, furniture and the other arm's foot.
+- *to the table*: the table of the plan with every link except the fingers.
+- *of fingers to the table*: the table with the fingers, which go under the edge of cloth that lies on the table.
 
-Shapes that are connected by one or two joints are left out, because the joints' ranges separate them. An obstacle that
-an arm's first or second link touches at the initial pose is left out, too: the arm stands on it.
+Shapes that are connected by one or two joints are not compared, because the joints' ranges separate these shapes. An
+arm stands on an obstacle if its first or second link touches the obstacle at the initial pose. This link and this
+obstacle are not compared either.
 """
 
 from __future__ import annotations
@@ -24,38 +25,38 @@ from tatamu.robots.model import TABLE, Robot
 ON_TABLE, FINGERS, OBSTACLES = "to the table", "of fingers to the table", "to obstacles"
 KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE, FINGERS)
 STANDS_ON = 0.005
-"""Distance from an obstacle within which an arm's first links are assumed to stand on it [m]."""
+"""Largest distance between an obstacle and an arm's first links at which the arm is assumed to stand on it [m]."""
 JOINTS_BETWEEN = 3
-"""Least number of an arm's joints between two shapes that are compared."""
+"""Smallest number of an arm's joints between two shapes that are compared."""
 
 
 @dataclass(frozen=True)
 class ShapePairs:
-    """Pairs of shapes by kind."""
+    """The pairs of shapes that are compared, by kind."""
 
     rows: dict[str, np.ndarray]
-    """Numbers of the shapes, the arm's first, shape (n, 2) for each kind."""
+    """Numbers of the two shapes of each pair, the arm's shape first, shape (n, 2) for each kind."""
     untested: list[tuple[str, str]]
-    """Names of links and of obstacles that they stand on, which are not tested."""
+    """Names of a link and of an obstacle on which the link stands. These pairs are not tested."""
 
 
 @dataclass(frozen=True)
 class _Shape:
-    """A collision shape and the joints that move it."""
+    """A collision shape, and the joints that move the shape."""
 
     geom: int
     arm: str
-    """The arm that moves it; empty if none does."""
+    """The arm that moves this shape; empty if no arm moves it."""
     depth: int
-    """Number of the arm's joints that carry it."""
+    """Number of the arm's joints that move this shape."""
     carries: frozenset[str]
-    """The arms that its body carries."""
+    """The arms that are attached to the body of this shape."""
     still: bool
-    """Whether no joint moves it."""
+    """Whether no joint moves this shape."""
 
 
 def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
-    """Return the pairs of a robot, or those of one arm if it is given."""
+    """Return the pairs of a robot, or only the pairs of one arm if `only` names an arm."""
     model = robot.model
     shapes = _shapes(robot)
     rows: dict[str, list[tuple[int, int]]] = {kind: [] for kind in KINDS}
@@ -79,7 +80,7 @@ def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
 
 
 def link_name(model: Any, geom: int) -> str:
-    """Return the name of a shape as text: that of its link, or its own if it is fixed to the world."""
+    """Return the name of a shape as text: the name of its link, or its own name if the shape is fixed to the world."""
     if model.geom(geom).name == TABLE:
         return "table"
     body = int(model.geom_bodyid[geom])
@@ -87,12 +88,12 @@ def link_name(model: Any, geom: int) -> str:
 
 
 def _at_table(robot: Robot, geom: int) -> str:
-    """Kind of the pair that a shape makes with the table."""
+    """Return the kind of the pair that a shape and the table make."""
     return FINGERS if link_name(robot.model, geom) in robot.fingers else ON_TABLE
 
 
 def _kind(a: _Shape, b: _Shape) -> str | None:
-    """Return the kind of the pair of a shape of an arm and another shape; None if the pair is not compared."""
+    """Return the kind of the pair of two shapes; None if the shapes are not compared."""
     if not a.arm:
         return None
     if b.arm:
@@ -125,7 +126,7 @@ def _shapes(robot: Robot) -> list[_Shape]:
 
 
 def _ancestors(model: Any, body: int) -> list[int]:
-    """A body and those that carry it, without the world."""
+    """Return a body and all bodies that carry it, without the world."""
     found = []
     while body:
         found.append(body)
@@ -134,7 +135,7 @@ def _ancestors(model: Any, body: int) -> list[int]:
 
 
 def _standing(robot: Robot, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """The pairs that touch at the pose in which motions start, or nearly so."""
+    """Return the pairs that touch, or almost touch, at the pose in which motions start."""
     if not pairs:
         return []
     mujoco = needed("mujoco")

@@ -1,7 +1,8 @@
-"""The path of the whole motion in joint angles: approach, lower, fold, raise, return.
+"""The path of the whole motion in joint angles: approach, lower, enter, fold, raise, return.
 
-The tool keeps its orientation from before the grasp until after the release. As in the paper (section VI-C), the curve
-is cut into via-points every ten frames. The joints of both arms pass smoothly through all of them at the same times.
+The tool keeps its orientation from before the grasp until after the release. As in the paper (section VI-C), the hands'
+curves are divided by via-points, every ten frames. The joints of both arms pass smoothly through all via-points at the
+same times.
 """
 
 from __future__ import annotations
@@ -22,12 +23,15 @@ from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement
 from tatamu.robots.pose import pose
 
 CLOSE_ENOUGH = 1.5e-4
-"""Largest distance of the joints' splines from the hands' curves [m]; beyond it a point is inserted."""
+"""Largest distance of the joints' splines from the hands' curves [m].
+
+If the distance is larger, a point is inserted.
+"""
 ROUNDS = 4
 
 
 class Unreachable(TatamuError):
-    """An arm cannot follow its path; `progress` is the fraction reached, from 0 to 1."""
+    """An error: an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -36,32 +40,32 @@ class Unreachable(TatamuError):
 
 @dataclass(frozen=True)
 class Stage:
-    """One part of the motion as q(s)."""
+    """One part of the motion: the configuration q as a function q(s) of a parameter s."""
 
     name: str
     spline: CubicSpline
-    """Full configurations [rad] over s."""
+    """Full configurations of the robot [rad] as a function of s."""
     rate: float
-    """Upper bound on ds/dt: at most 1 if s is in simulated seconds; a speed if s is in metres."""
+    """Upper bound on ds/dt. It is at most 1 if s is simulated time [s], and a speed [m/s] if s is a distance [m]."""
 
 
 @dataclass(frozen=True)
 class PlacedFold:
-    """A fold put before a robot."""
+    """A fold at a placement in front of a robot."""
 
     robot: Robot
     hands: HandMotion
     placement: Placement
     holds: tuple[Hold, ...]
-    """Tool orientation of each hand."""
+    """Orientation of the tool at the grasp, for each hand."""
     source: Path
-    """The folder of the fold, for messages."""
+    """Folder of the fold."""
     hover: float = 0.0
-    """Height of the placement over the table [m]; above 0, the motion is only watched and grasps nothing."""
+    """Height of the placement above the table [m]. If it is above 0, the motion is only watched and grasps nothing."""
 
     @property
     def table(self) -> float:
-        """Height of the table top in B [m]."""
+        """Height of the table top in the base B [m]."""
         return self.placement.z - self.hover
 
     def hovering(self, height: float) -> PlacedFold:
@@ -70,25 +74,30 @@ class PlacedFold:
         return replace(self, placement=placement, hover=height)
 
     def trunk(self, times: np.ndarray) -> np.ndarray:
-        """The trunk's angle [rad] at simulated times (n,)."""
+        """Return the trunk's angles [rad] at simulated times (n,)."""
         return self.placement.trunk(self.hands.at(times))
 
     def tools(self, times: np.ndarray) -> np.ndarray:
-        """X_BT of each arm at simulated times (n,), shape (arms, n, 4, 4)."""
+        """Return the poses X_BT of each arm's tool T in the base B at simulated times (n,), shape (arms, n, 4, 4)."""
         X_BF = self.placement.matrix
         points = self.hands.at(times) @ X_BF[:3, :3].T + X_BF[:3, 3]
         return np.array([pose(R, p + offset) for (R, offset, _), p in zip(self.grips, points, strict=True)])
 
     @cached_property
     def grips(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Return for each arm, in B: R_BT, the offset from the hand to T [m], the direction under the hem."""
+        """The grip of each arm as three values in the base B.
+
+        - the orientation R_BT of the tool T
+        - the offset from the hand to T [m]
+        - the direction in which the lower finger moves under the cloth
+        """
         ends = self.hands.at(self.hands.times[[0, -1]])
         grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.folding, ends, strict=True)]
         return [grip.tool(self.placement, hold) for grip, hold in zip(grips, self.holds, strict=True)]
 
 
 def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.ndarray:
-    """X_BT of each arm (arms, n, 4, 4) at full configurations (n, nq) [rad]."""
+    """Return the poses X_BT of each arm's tool T in the base B (arms, n, 4, 4) at full configurations (n, nq) [rad]."""
     trunk = q[:, robot.columns[robot.trunk]] if robot.trunk else np.zeros(len(q))
     return np.array(
         [
@@ -99,7 +108,7 @@ def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.nda
 
 
 class Paths:
-    """Solver of the stages of a task."""
+    """Solver for the stages of a placed fold."""
 
     def __init__(self, task: PlacedFold) -> None:
         self.task = task
@@ -107,15 +116,15 @@ class Paths:
         self._kinematics = Kinematics(task.robot)
 
     def stages(self, lower_speed: float, raise_speed: float, rate: float) -> list[Stage]:
-        """All stages in order.
+        """Return all stages in order.
 
         Args:
             lower_speed: Speed of the tools towards the cloth [m/s].
-            raise_speed: Speed of the tools off the cloth [m/s].
-            rate: The fold's fastest rate, in simulated seconds per second.
+            raise_speed: Speed of the tools along the table and away from the cloth [m/s].
+            rate: Largest rate of the fold, in simulated seconds per second.
 
         Raises:
-            Unreachable: An arm cannot follow the hands.
+            Unreachable: If an arm cannot follow the hands.
         """
         first, last = float(self.task.hands.times[0]), float(self.task.hands.times[-1])
         lower = self._lower(first, self._before())
@@ -133,7 +142,7 @@ class Paths:
         ]
 
     def _before(self) -> np.ndarray:
-        """Return a configuration next to the hems and above them, near the initial pose."""
+        """Return a configuration with the tools next to the cloth's edges and above them, near the initial pose."""
         targets = self._beside(float(self.task.hands.times[0]), np.array([UNDER]), LIFT)
         trunk = self.task.trunk(self.task.hands.times[:1])
         angles = [
@@ -143,29 +152,32 @@ class Paths:
         return self.task.robot.configuration(angles, trunk[0])
 
     def _back(self, time: float, distances: np.ndarray) -> np.ndarray:
-        """Tool poses (arms, n, 4, 4) at a time, drawn back along the tools' axes by distances [m]."""
+        """Return tool poses (arms, n, 4, 4) at a time, moved back along the tools' axes by these distances [m]."""
         offsets = pose(np.eye(3), np.outer(-distances, [0.0, 0.0, 1.0]))
         return self.task.tools(np.array([time])) @ offsets
 
     def _beside(self, time: float, distances: np.ndarray, back: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return tool poses (arms, n, 4, 4) moved out from under the hems by some distances [m], and back by others."""
+        """Return tool poses (arms, n, 4, 4) at a time, moved out from under the edge of the cloth.
+
+        The poses are moved horizontally by `distances` [m], and back along the tools' axes by `back` [m].
+        """
         tools = self._back(time, np.broadcast_to(back, np.broadcast_shapes(np.shape(back), distances.shape)))
         ahead = np.array([ahead for _, _, ahead in self.task.grips])
         tools[:, :, :3, 3] -= distances[None, :, None] * ahead[:, None, :]
         return tools
 
     def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Move down next to the hem, along the tool's axis."""
+        """Return the motion down to the table next to the edge of the cloth, along the tool's axis."""
         s = np.linspace(0, LIFT, 7)
         return self._line(time, s, self._beside(time, np.full(len(s), UNDER), LIFT - s), start, 0.0)
 
     def _enter(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Move in, one finger under the hem and one over it."""
+        """Return the motion to the edge of the cloth, with one finger under the cloth and one finger over it."""
         s = np.linspace(0, UNDER, 5)
         return self._line(time, s, self._beside(time, UNDER - s), start, 0.0)
 
     def _leave(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Out of the turned hem, along the tool's axis, so that no finger lifts it."""
+        """Return the motion away from the folded edge, along the tool's axis, so that no finger lifts the edge."""
         s = np.linspace(0, LIFT, 7)
         return self._line(time, s, self._back(time, s), start, 1.0)
 
@@ -193,7 +205,7 @@ class Paths:
         return spline
 
     def _error(self, spline: CubicSpline, times: np.ndarray) -> np.ndarray:
-        """Distance of the worse tool from its hand at simulated times [m], shape (n,)."""
+        """Return the distance of the worse tool from its simulated hand at simulated times [m], shape (n,)."""
         wanted, q = self.task.tools(times)[:, :, :3, 3], spline(times)
         reached = tool_poses(self.task.robot, self.chains, q)[:, :, :3, 3]
         return np.linalg.norm(reached - wanted, axis=2).max(axis=0)

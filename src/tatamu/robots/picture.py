@@ -1,8 +1,13 @@
 """The reachability picture: the ground in front of the robot from above, as SVG.
 
-Each square is a place for the middle of the fold, at the chosen height and turn. It is green if both arms can do the
-whole fold easily, yellow if they only just can, and red if they cannot. The lines are the hands' paths at the chosen
-place.
+Each square is a position for the middle of the fold, at the chosen height and orientation. The
+colours mean:
+
+- green: both arms can easily do the whole fold
+- yellow: both arms can only just do the fold
+- red: the arms cannot do the fold
+
+The lines are the hands' paths at the chosen position.
 """
 
 from __future__ import annotations
@@ -17,14 +22,17 @@ from tatamu.robots.chain import Chain
 from tatamu.robots.plan import RobotPlan
 
 SCALE = 900.0
-"""Pixels per metre."""
+"""Scale of the picture: pixels per metre."""
 LEFT = 0.55
 RIGHT = -0.55
 NEAR = -0.15
 FAR = 0.85
-"""Edges of the picture, y and x of B [m]; x points up and y to the left, as seen from behind the robot."""
+"""Edges of the picture along y and x of the base B [m].
+
+In the picture, x points up and y points to the left, as seen from behind the robot.
+"""
 CELL = 0.034
-"""Side of a square [m]."""
+"""Side length of a square [m]."""
 COLOURS = {"larm": "left", "rarm": "right"}
 
 
@@ -48,7 +56,10 @@ def reach_svg(plan: RobotPlan) -> str:
 
 
 def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
-    """Every place that was tried with about the chosen height and turn; the best ones drawn last."""
+    """Draw a square for every position that was tried with about the chosen height and orientation.
+
+    The best positions are drawn last.
+    """
     reach = plan.reach
     chosen = plan.task.placement
     if reach is None:
@@ -62,13 +73,13 @@ def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
 
 
 def _middle(plan: RobotPlan) -> np.ndarray:
-    """The middle of both hands' paths in F, homogeneous, shape (4,)."""
+    """Return the middle of both hands' paths in the fold's frame F, as homogeneous coordinates, shape (4,)."""
     points = plan.task.hands.at(plan.via_times).reshape(-1, 3)
     return np.append((points.min(axis=0) + points.max(axis=0)) / 2, 1.0)
 
 
 def _colour(quality: float) -> str:
-    """Return a colour from yellow to green by the quality; red if the place is out of reach."""
+    """Return a colour from yellow to green by the quality; red if the position is out of reach."""
     if quality < 0:
         return "#f3c6c0"
     hue = (60 + 60 * min(1.0, quality / 0.5)) / 360
@@ -76,7 +87,7 @@ def _colour(quality: float) -> str:
 
 
 def _draw_robot(drawing: Drawing, plan: RobotPlan) -> None:
-    """Draw the shoulders and their reach."""
+    """Draw the shoulders of the robot and the reach of its arms."""
     turn = np.linspace(0.0, 2 * np.pi, 97)
     around = np.column_stack([np.cos(turn), np.sin(turn)])
     for arm in plan.task.robot.folding:

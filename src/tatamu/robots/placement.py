@@ -1,6 +1,7 @@
-"""Placements of the fold before the robot, and orientations of the tools: the candidates that `reach` rates.
+"""Placements of the fold in front of the robot, and orientations of the tools. `reach` rates these candidates.
 
-B is the robot's base, F the fold's frame, T the tool. A placement is X_BF, turned about z only.
+B is the robot's base, F the fold's frame, T the tool. A placement is the pose X_BF of F in B. It is rotated about z
+only.
 """
 
 from __future__ import annotations
@@ -16,37 +17,37 @@ from tatamu.robots.model import Arm
 from tatamu.robots.pose import pose, turn
 
 LIFT = 0.06
-"""Distance of the tool from the cloth before the grasp and after the release, along the tool's approach [m]."""
+"""Distance of the tool from the cloth before the grasp and after the release, along the direction of approach [m]."""
 UNDER = 0.02
-"""Distance outside the place of the grasp at which the tool comes down before it moves in [m]."""
+"""Horizontal distance from the grasp at which the tool comes down to the table, before it moves in [m]."""
 
 
 @dataclass(frozen=True)
 class Placement:
-    """X_BF."""
+    """A placement: the pose X_BF of the fold's frame F in the robot's base B."""
 
     x: float
-    """Origin of F in B [m]."""
+    """Coordinate x of the fold's origin in the robot's base [m]. The field `y` is the coordinate y."""
     y: float
     z: float
-    """Height of the table top in B [m]."""
+    """Height of the table top in the base B [m]."""
     yaw: float
-    """Rotation about z [rad]."""
+    """Rotation of the fold's frame F about z [rad]."""
     turning: float = 0.0
-    """Fraction, from 0 to 1, of the turn towards the middle between the hands that the trunk makes."""
+    """How far the trunk turns towards the middle between the hands: a fraction from 0 to 1."""
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
-        """The trunk's angle [rad] (n,) when the hands are at points (arms, n, 3) of F."""
+        """Return the trunk's angles [rad] (n,) when the hands are at `points` (arms, n, 3) in the fold's frame F."""
         middle = points.mean(axis=0) @ self.matrix[:3, :3].T + self.matrix[:3, 3]
         return self.turning * np.arctan2(middle[:, 1], middle[:, 0])
 
     @property
     def matrix(self) -> np.ndarray:
-        """X_BF, shape (4, 4)."""
+        """The pose X_BF of the fold's frame F in the base B, shape (4, 4)."""
         return pose(turn(2, self.yaw), np.array([self.x, self.y, self.z]))
 
     def begins(self, points: np.ndarray) -> float:
-        """Distance of the nearest of points (.., 3) of F before the robot, along x of B [m]."""
+        """Return the smallest x of `points` (.., 3) in the base B [m]. The points are given in the fold's frame F."""
         return float((points @ self.matrix[0, :3]).min() + self.x)
 
     def __str__(self) -> str:
@@ -58,22 +59,23 @@ class Placement:
 
 @dataclass(frozen=True)
 class Hold:
-    """The orientation of one hand, constant from grasp to release, while the hem is turned over."""
+    """The orientation of one hand. It is constant from grasp to release."""
 
     tilt: float
-    """Angle of the approach from straight down, towards the cloth [rad]."""
+    """Angle between the approach and straight down, towards the cloth [rad]."""
     yaw: float = 0.0
-    """Turn of the vertical plane of the jaw, about z, from the plane across the hem [rad]."""
+    """Rotation about z of the jaw's vertical plane, away from the plane across the edge of the cloth [rad]."""
     flipped: bool = False
-    """Whether the jaw's fingers have changed places."""
+    """Whether the two fingers of the jaw have changed sides."""
 
     def rotation(self, heading: float) -> np.ndarray:
         """Return R_BT, the rotation from the tool's frame T to the base's frame B, shape (3, 3).
 
-        The rotation starts with both axes of the jaw in the vertical plane across the hem, which is the plane y = 0 of
-        B. The approach z of T is then (sin tilt, 0, -cos tilt), and the opening y of T is (cos tilt, 0, sin tilt). The
-        jaw is then turned about z of B by `heading` and `yaw`. `heading` is the direction in which the hand folds, as
-        an angle about z from x of B [rad].
+        The rotation starts with both axes of the jaw in a vertical plane, the plane y = 0 of B. The approach, z of T,
+        is then (sin tilt, 0, -cos tilt). The jaw opens along y of T, which is (cos tilt, 0, sin tilt). The jaw is then
+        rotated about z of B by `heading` and `yaw`.
+
+        `heading` is the direction in which the hand folds, as an angle about z from x of B [rad].
         """
         cosine, sine = np.cos(self.tilt), np.sin(self.tilt)
         across = np.array([[0.0, cosine, sine], [1.0, 0.0, 0.0], [0.0, sine, -cosine]])
@@ -81,19 +83,19 @@ class Hold:
         return turn(2, heading + self.yaw) @ across @ flip
 
     def ahead(self, heading: float) -> np.ndarray:
-        """The horizontal direction in B in which the fingers go under and over the hem, shape (3,)."""
+        """Return the horizontal direction in the base B in which the fingers go under and over the cloth, (3,)."""
         return np.array([np.cos(heading + self.yaw), np.sin(heading + self.yaw), 0.0])
 
     def offset(self, jaw: Jaw, heading: float, over: float) -> np.ndarray:
-        """Return the constant offset from the simulated hand to T in B [m], shape (3,).
+        """Return the constant offset from the simulated hand to the tool T, in the base B [m], shape (3,).
 
-        The simulated hand holds the hem's edge. The fingertips meet at `jaw.depth` beyond it, across the hem, at the
-        lowest height that the lower finger allows.
+        The simulated hand grips the edge of the cloth. The fingertips of the tool meet at the distance `jaw.depth` from
+        this edge, measured across the edge. They meet at the lowest height that the lower finger allows.
 
         Args:
             jaw: The hand's jaw.
             heading: Direction in which the hand folds, as an angle about z from x of B [rad].
-            over: Height of the simulated hand over the table at the grasp [m].
+            over: Height of the simulated hand above the table at the grasp [m].
         """
         across = jaw.depth * np.array([np.cos(heading), np.sin(heading)])
         return np.append(across, jaw.height(self.tilt) - over)
@@ -101,31 +103,39 @@ class Hold:
 
 @dataclass(frozen=True)
 class Grip:
-    """The jaw of one hand in the fold's frame: how it holds, and where its hem is."""
+    """The grip of one hand in the fold's frame F: its jaw, and the direction and height of the simulated hand."""
 
     jaw: Jaw
     heading: float
-    """Direction of the fold, as an angle about z from x of F [rad]."""
+    """Direction in which the hand folds, as an angle about z from x of the fold's frame F [rad]."""
     over: float
-    """Height of the simulated hand over the table at the grasp [m]."""
+    """Height of the simulated hand above the table at the grasp [m]."""
 
     @classmethod
     def of(cls, jaw: Jaw, path: np.ndarray) -> Grip:
-        """The grip of a hand whose path in F is (n, 3) [m]."""
+        """Return the grip of a hand with this path in the fold's frame F (n, 3) [m]."""
         x, y = (path[-1] - path[0])[:2]
         return cls(jaw, float(np.arctan2(y, x)), float(path[0, 2]))
 
     def tool(self, placement: Placement, hold: Hold) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """R_BT (3, 3), from the simulated hand to T (3,) [m], and the direction ahead (3,), all in B."""
+        """Return three values in the base B for a placement and an orientation of the hand.
+
+        - the orientation R_BT of the tool T (3, 3)
+        - the offset from the simulated hand to T (3,) [m]
+        - the direction in which the lower finger moves under the cloth (3,)
+        """
         heading = placement.yaw + self.heading
         return hold.rotation(heading), hold.offset(self.jaw, heading, self.over), hold.ahead(heading)
 
 
 def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: np.ndarray, jaw: Jaw) -> np.ndarray:
-    """Return X_BT for a hand's points in F (n, 3) [m], preceded by the approach and followed by the retreat.
+    """Return the poses X_BT of the tool T in the base B along a hand's path.
+
+    The path is given by points in the fold's frame F (n, 3) [m]. A pose of the approach precedes it, and a pose of the
+    retreat follows it.
 
     Returns:
-        Shape (placements, holds, n + 2, 4, 4).
+        Poses, shape (placements, holds, n + 2, 4, 4).
     """
     grip = Grip.of(jaw, points)
     X_BF = np.stack([placement.matrix for placement in placements])
@@ -141,9 +151,11 @@ def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: n
 
 
 def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
-    """Ways to hold within the jaw's limits: few for a whole search, more for the neighbourhood of a good placement.
+    """Return the orientations of a hand that are tried, within the jaw's limits.
 
-    Hands come from outside the cloth. If they do not go straight across the hem, they turn towards each other.
+    A whole search tries few orientations. If `fine` is true, more orientations are tried, for the neighbourhood of a
+    good placement. Hands come from outside the cloth. If they do not go straight across the edge, they turn towards
+    each other.
     """
     tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
     (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0
@@ -154,9 +166,9 @@ def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
 
 TILTS, YAWS = (15, 30, 45), (0, 30, 60)
 FINE_TILTS, FINE_YAWS = (12, 20, 30, 42), (0, 15, 30, 45, 60)
-"""Tilts and yaws that are tried [degrees]."""
+"""Tilts and yaws that are tried near good placements [degrees]. `TILTS` and `YAWS` are tried elsewhere."""
 SHALLOW, ASIDE = 0.3, 0.3
-"""Reduction of a hold's quality for a vertical instead of a level tool, and for a yaw of 1 rad."""
+"""Reductions of the quality: for a vertical instead of a horizontal tool, and for a yaw of 1 rad."""
 
 
 TURNS = [
@@ -171,20 +183,23 @@ TURNS = [
         (-75, (0.5, 1.0)),
     )
 ]
-"""Headings of the fold in B, from straight ahead [rad], each with the fraction by which the trunk may turn."""
+"""Directions of the fold that are tried, as angles from straight ahead in the base B [rad].
+
+Each direction has the fractions by which the trunk may turn.
+"""
 
 
 def grid(
     chains: tuple[Chain, ...], points: np.ndarray, heights: tuple[float, float], front: float, trunk: bool
 ) -> list[Placement]:
-    """Placements before the robot: near to far, left to right, low to high, and turned.
+    """Return placements in front of the robot: near and far, left and right, low and high, and rotated.
 
     Args:
         chains: The arms that fold.
-        points: Their hands' paths in F [m], shape (arms, n, 3).
-        heights: Lowest and highest table top in B [m].
-        front: Near edge of the table, along x of B [m].
-        trunk: Whether the robot can turn its trunk; it does for folds that go sideways.
+        points: Paths of the arms' hands in the fold's frame F [m], shape (arms, n, 3).
+        heights: Lowest and highest table top in the base B [m].
+        front: Position of the table's near edge along x of B [m].
+        trunk: Whether the robot can turn its trunk. The trunk turns for folds that go sideways.
     """
     shoulder = np.mean([chain.shoulder for chain in chains], axis=0)
     reach = min(chain.reach for chain in chains)
@@ -201,7 +216,7 @@ def grid(
 
 
 def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float], front: float) -> list[Placement]:
-    """Placements around a good one, half a step of the grid away."""
+    """Return placements around a good placement, half a step of the grid away."""
     steps = np.array(
         [
             *([x, y, z, 0.0] for x in (-0.02, 0.0, 0.02) for y in (-0.03, 0.0, 0.03) for z in (-0.02, 0.0, 0.02)),
@@ -213,12 +228,15 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
 
 
 def _heading(points: np.ndarray) -> float:
-    """Return the direction of the hands, as an angle about z from x of F [rad]."""
+    """Return the direction in which the hands move, as an angle about z from x of the fold's frame F [rad]."""
     x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
     return float(np.arctan2(y, x))
 
 
 def _beginning(x: float, y: float, z: float, yaw: float, points: np.ndarray, turning: float) -> Placement:
-    """The placement that brings the nearest of points (.., 3) of F to x of B, and their middle to y."""
+    """Return the placement that puts the nearest of `points` at x, and the middle of `points` at y.
+
+    x and y are in the base B. The points (.., 3) are in the fold's frame F.
+    """
     ahead, aside = (points @ row for row in pose(turn(2, yaw), np.zeros(3))[:2, :3])
     return Placement(float(x - ahead.min()), float(y - (aside.min() + aside.max()) / 2), z, float(yaw), turning)

@@ -1,8 +1,8 @@
-"""A robot plan: the place of the fold, the motion of the robot, and the results of its checks.
+"""A robot plan: the placement of the fold, the motion of the robot, and the results of its checks.
 
     task ──▶ paths ──▶ motion ──▶ checks ──▶ plan
 
-The search proposes placements, best first. The first placement whose checks all pass becomes the plan.
+The search proposes placements, the best first. The first placement whose checks all pass becomes the plan.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 from tatamu.robots.timing import Untimed
 
 CANDIDATES = 12
-"""Number of placements that are planned in full before the fold is refused."""
+"""Number of placements for which a whole plan is tried before the fold is refused."""
 
 
 class NoPlacement(InputError):
-    """The robot can do the fold nowhere before it."""
+    """An error: the robot cannot do the fold from any placement in front of it."""
 
 
 @dataclass(frozen=True)
 class RobotPlan:
-    """A motion that passed all checks."""
+    """A motion of the robot that passed all checks."""
 
     task: PlacedFold
     motion: Motion
     checks: dict[str, PlanCheck]
     reach: PlacementRanking | None
-    """Result of the search; None if the place was given."""
+    """Result of the search for placements; None if the placement was given."""
 
     @property
     def via_times(self) -> np.ndarray:
@@ -50,7 +50,7 @@ class RobotPlan:
 
     @property
     def events(self) -> tuple[FingerEvent, ...]:
-        """Times at which fingers close and open; none if the plan hovers."""
+        """Times at which fingers close and open; empty if the motion only hovers above the table."""
         return () if self.task.hover else self.motion.events
 
     @property
@@ -60,7 +60,7 @@ class RobotPlan:
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """The parts of the motion between which a program that plays it may stop."""
+        """The parts of the motion. A program that plays the motion may stop between two parts."""
         return segments(self.motion, self.task.hover)
 
 
@@ -72,19 +72,19 @@ def plan_fold(
     pace: Pace | None = None,
     hover: float = 0.0,
 ) -> RobotPlan:
-    """Plan a learned fold.
+    """Plan the motion of a robot for a learned fold.
 
     Args:
         folder: Folder of the learned fold.
-        robot: Which robot.
-        place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search it.
-        table_height: Height of the table top in the robot's base [m]; None to search it.
+        robot: The robot.
+        place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search for them.
+        table_height: Height of the table top in the robot's base [m]; None to search for it.
         pace: Limits of the motion's speed.
-        hover: Height above the table at which the motion of the plan is made with open jaws [m]; 0 to fold.
+        hover: Height above the table at which the robot makes the motion with open jaws [m]; 0 to fold.
 
     Raises:
-        NoPlacement: If the robot cannot do it from any placement; the message has the reason.
-        InputError: If the folder is no learned fold, or the robot cannot do it from the given place.
+        NoPlacement: If the robot cannot do the fold from any placement; the message has the reason.
+        InputError: If the folder is not a learned fold, or the robot cannot do the fold from the given place.
     """
     hands = HandMotion.load(folder)
     refusals: list[Refused] = []
@@ -116,12 +116,15 @@ def _candidates(
     heights: tuple[float, float],
     refusals: list[Refused],
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
-    """Return the most promising tasks; if there are none, the reasons are added to `refusals`."""
+    """Return the most promising placements of the fold, each as a task.
+
+    If no placement is within reach, the reason is added to `refusals`.
+    """
     reach = best_placements(robot, hands, heights) if place is None else _at(robot, hands, place, heights)
     count = min(CANDIDATES, reach.good)
     if count == 0:
         refusals.append(out_of_reach(robot, hands, reach))
-        count = int(reach.reached[:, 0].min() == len(reach.times))  # worked out all the same: it names what touches
+        count = int(reach.reached[:, 0].min() == len(reach.times))  # planned anyway: the plan names what touches
     return [
         (PlacedFold(robot, hands, placement, holds, folder), reach)
         for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]
@@ -131,7 +134,7 @@ def _candidates(
 def _at(
     robot: Robot, hands: HandMotion, place: tuple[float, float, float], heights: tuple[float, float]
 ) -> PlacementRanking:
-    """Rank placements at a given place, with table heights between two bounds [m]."""
+    """Rank the placements with this x, y [m] and yaw [rad], and table heights between two bounds [m]."""
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
     places = [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]
@@ -139,10 +142,10 @@ def _at(
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
-    """Return the same motion above the table, at the place of the fold.
+    """Return the same motion above the table, with the same placement of the fold.
 
     Raises:
-        InputError: If the robot cannot do it at that height.
+        InputError: If the robot cannot make the motion at this height.
     """
     try:
         return _worked_out(plan.task.hovering(height), pace, plan.reach)

@@ -1,4 +1,7 @@
-"""The models of plan.json: written with a plan, read by a rehearsal. See docs/theory/robot-planning.md."""
+"""The data model of the file plan.json, which a plan writes and a rehearsal reads.
+
+See docs/theory/robot-planning.md.
+"""
 
 from __future__ import annotations
 
@@ -15,24 +18,24 @@ Place = Annotated[float, Field(ge=-100, le=100)]
 
 
 class FoldPose(OpenRecord):
-    """X_BF: the pose of the fold's frame in the robot's base frame."""
+    """The pose X_BF of the fold's frame F in the robot's base frame B."""
 
     xyz: tuple[Place, Place, Place]
-    """[m]."""
+    """Position of the fold's origin in the robot's base [m]."""
     yaw: float = Field(ge=-100, le=100)
-    """[rad]."""
+    """Rotation of the fold's frame about z [rad]."""
 
     @property
     def matrix(self) -> np.ndarray:
-        """Shape (4, 4)."""
+        """The pose as a matrix, shape (4, 4)."""
         return pose(turn(2, self.yaw), np.array(self.xyz))
 
 
 class FingerEvent(OpenRecord):
-    """Fingers close or open."""
+    """An event: the fingers of one arm close or open."""
 
     time: float = Field(ge=0)
-    """[s]."""
+    """Time of the event [s]."""
     arm: Literal["larm", "rarm"]
     event: Literal["close", "open"]
 
@@ -41,30 +44,30 @@ class GripperCommand(OpenRecord):
     """A command to a gripper."""
 
     time: float = Field(ge=0)
-    """[s]."""
+    """Time of the command [s]."""
     arm: Literal["larm", "rarm"]
     width: float = Field(ge=0)
-    """Wanted distance between the fingertips [m]."""
+    """Commanded distance between the fingertips [m]."""
     force: float = Field(gt=0)
-    """Largest force [N]."""
+    """Largest force of the fingers [N]."""
     duration: float = Field(ge=0)
-    """Time that the plan allows for it [s]."""
+    """Time that the plan allows for the motion of the fingers [s]."""
 
 
 class Segment(OpenRecord):
-    """A part of the motion from rest to rest. A program that plays it may pause after it for any time."""
+    """A part of the motion that starts and ends at rest. A program that plays the motion may pause after this part."""
 
     name: Literal["approach", "fold", "leave"]
     start: float = Field(ge=0)
-    """[s]."""
+    """Start of this part [s]."""
     duration: float = Field(ge=0)
-    """[s]."""
+    """Duration of this part [s]."""
     then: Literal["close", "open", ""]
     """The gripper event after this segment; empty if no event follows."""
 
     @property
     def end(self) -> float:
-        """[s]."""
+        """End of this part [s]."""
         return self.start + self.duration
 
 
@@ -77,19 +80,22 @@ class StageTime(OpenRecord):
 
 
 class PlanCheck(OpenRecord):
-    """One figure of a plan, and its limit."""
+    """One checked value of a plan, and its limit."""
 
     value: float
     limit: float
     unit: str
     ok: bool
     where: str = ""
-    """The joint or the links, and the time, as text."""
+    """Text with the joint or the links, and the time, of the worst value."""
     frame: int = 0
-    """The simulation's frame of the value; the fold's first or last frame for values before or after it."""
+    """Number of the simulation's frame in which the worst value occurs.
+
+    It is the fold's first frame for values before the fold, and the fold's last frame for values after the fold.
+    """
 
     def failed(self, name: str) -> str:
-        """The line that refuses a plan."""
+        """Return the line with which a plan is refused because of this check."""
         return (
             f"{name.replace('_', ' ')} is {self.value:.4g} {self.unit}, the limit {self.limit:.4g} {self.unit}, "
             f"{self.where}"
@@ -97,76 +103,79 @@ class PlanCheck(OpenRecord):
 
 
 class JawFile(OpenRecord):
-    """The grasp of the hem by one hand."""
+    """The grasp of the cloth's edge by one hand."""
 
     tilt: float
-    """Angle of the approach from straight down [rad]."""
+    """Angle between the approach and straight down [rad]."""
     yaw: float
-    """Turn of the jaw's plane from the plane across the hem [rad]."""
+    """Rotation of the jaw's plane away from the plane across the edge of the cloth [rad]."""
     opening: float = Field(ge=0)
     """Distance between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
     """Thickness of one finger at its tip, along the opening [m]."""
     width: float = Field(0.03, gt=0, le=0.15)
-    """Width of one finger along the hem [m]."""
+    """Width of one finger along the edge of the cloth [m]."""
     length: float = Field(0.02, ge=0.005, le=0.2)
-    """Length of one finger along its axis, as far as it is straight [m]."""
+    """Length of the straight part of one finger, along the finger's axis [m]."""
     depth: float
-    """Distance beyond the hem's edge at which the fingertips meet [m]."""
+    """Distance from the edge of the cloth to the place where the fingertips meet [m]."""
     height: float
-    """Height over the table at which they meet [m]."""
+    """Height above the table at which the fingertips meet [m]."""
     fingertips_in_wrist: list[list[float]] = Field(default_factory=list)
-    """X_WT: between the ends of the closed fingertips, shape (4, 4)."""
+    """Pose X_WT of the tool T in the wrist W, shape (4, 4). T is between the ends of the closed fingertips."""
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
-    """Joints of robot.xml that move the fingers: open and closed positions [rad, m]."""
+    """Joints of robot.xml that move the fingers, with their open and closed positions [rad, m]."""
 
 
 class ToolViaPoints(OpenRecord):
-    """The simulated hands in B at the via-points of the fold."""
+    """Positions of the simulated hands at the via-points of the fold, in the base B."""
 
     every_frames: int
     frames: list[int]
-    """The simulation's frames."""
+    """Numbers of the simulation's frames."""
     simulated_times: list[float]
-    """Times at which the hands of the simulation were there [s]."""
+    """Times at which the simulated hands are at the via-points [s]."""
     times: list[float]
-    """Times at which the robot is there [s]."""
+    """Times at which the robot is at the via-points [s]."""
     larm: Points | None = None
-    """[m], shape (v, 3); None if the other arm folds alone."""
+    """Positions of the left hand [m], shape (v, 3); None if the right arm folds alone."""
     rarm: Points | None = None
 
 
 class PlanFile(OpenRecord):
-    """The file plan.json; a rehearsal needs only the fields without a default."""
+    """The contents of the file plan.json. A rehearsal needs only the fields that have no default."""
 
     version: Literal[1]
     tatamu: str = ""
-    """The version that wrote it."""
+    """Version of tatamu that wrote the file."""
     robot: str
     base_frame: str
     task_in_base: FoldPose
     notes: list[str] = Field(default_factory=list)
     """Notes for the user on how the robot's files were read."""
     initial_pose: str = ""
-    """Name of the pose that the motion starts from."""
+    """Name of the pose in which the motion starts."""
     trunk_turning: float = 0.0
-    """Fraction by which the trunk turns with the hands [-]."""
+    """How far the trunk turns towards the middle between the hands: a fraction from 0 to 1."""
     tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
-    """The point of each arm's hand that follows the simulated hand, which holds the hem's edge, shape (4, 4)."""
+    """Pose of the simulated hand in each arm's wrist, shape (4, 4). The simulated hand grips the edge of the cloth."""
     jaws: dict[str, JawFile] = Field(default_factory=dict)
-    """The grasp of the hem by each arm."""
+    """The grasp of the cloth's edge by each arm."""
     wrist_frame: dict[str, str] = Field(default_factory=dict)
-    """Link of each arm's last joint."""
+    """Name of the link that each arm's last joint moves."""
     joints: list[str]
     duration: float | None = None
-    """[s]."""
+    """Duration of the motion [s]."""
     events: list[FingerEvent]
     gripper_commands: list[GripperCommand] = Field(default_factory=list)
     segments: list[Segment] = Field(default_factory=list)
     speed_scale: float = 1.0
-    """Ratio of the speed of the motion to the fastest that the robot and the fold allow."""
+    """Speed of the motion, relative to the highest speed that the robot and the fold allow."""
     hover: float = Field(0.0, ge=0)
-    """Height of the whole motion above the one that folds [m]; above 0 the jaws stay open and there are no events."""
+    """Height of the whole motion above the motion that folds [m].
+
+    Above 0, the jaws stay open and there are no events.
+    """
     stages: list[StageTime] = Field(default_factory=list)
     checks: dict[str, PlanCheck] = Field(default_factory=dict)
     via_points: ToolViaPoints | None = None

@@ -1,4 +1,4 @@
-"""The folder of a plan, read back: the part that a rehearsal needs."""
+"""Read the folder of a plan: the part that a rehearsal needs."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ FARTHEST = 100.0
 
 @dataclass(frozen=True)
 class Planned:
-    """A plan as written."""
+    """A plan that has been read from its folder."""
 
     folder: Path
     plan: PlanFile
     times: np.ndarray
-    """[s], shape (n,)."""
+    """Times of the samples [s], shape (n,)."""
     angles: np.ndarray
     """Angles of `plan.joints` [rad], shape (n, j)."""
 
     @classmethod
     def load(cls, folder: Path) -> Planned:
-        """Read plan.json and joint_trajectory.csv.
+        """Read the files plan.json and joint_trajectory.csv of a plan's folder.
 
         Raises:
             InputError: If a file is missing or wrong.
@@ -60,16 +60,19 @@ class Planned:
 
     @property
     def arms(self) -> tuple[str, ...]:
-        """Names of the arms that fold, the left one first."""
+        """Names of the arms that fold, the left arm first."""
         return _arms(self.plan)
 
     @property
     def fold(self) -> ResultFolder:
-        """Folder of the learned fold inside the plan; some of its files may be missing."""
+        """Folder of the learned fold inside the plan's folder. Some of its files may be missing."""
         return ResultFolder(self.folder / FOLD)
 
     def fingers(self, times: np.ndarray) -> dict[str, np.ndarray]:
-        """Positions of the joints that move fingers, by name, at times [s] (n,): open, closed, and open again."""
+        """Return the positions of the finger joints at these times [s] (n,), by the names of the joints.
+
+        The fingers are open at first, then closed, then open again.
+        """
         lasting = {stage.name: stage.duration for stage in self.plan.stages}
         found: dict[str, np.ndarray] = {}
         for arm, jaw in self.plan.jaws.items():
@@ -81,20 +84,26 @@ class Planned:
         return found
 
     def event(self, arm: str, event: str) -> float:
-        """Return the time at which an arm's fingers close or open [s], or would do so if the plan did not hover."""
+        """Return the time at which an arm's fingers close or open [s].
+
+        If the plan only hovers above the table, it is the time at which they would close or open.
+        """
         if self.plan.hover:
             return self.plan.segments[("close", "open").index(event)].end
         return next(found.time for found in self.plan.events if (found.arm, found.event) == (arm, event))
 
 
 def _arms(plan: PlanFile) -> tuple[str, ...]:
-    """Names of the arms that fold: those with events, or with jaws if the plan hovers."""
+    """Return the names of the arms that fold: those with events, or those with jaws if the plan only hovers."""
     named = set(plan.jaws) if plan.hover else {event.arm for event in plan.events}
     return tuple(arm for arm in ARMS if arm in named)
 
 
 def _check_events(path: Path, plan: PlanFile) -> None:
-    """Refuse a plan whose fingers do not close and open once, or that hovers and lacks its segments."""
+    """Raise an error if a hand of the plan does not close exactly once and open exactly once.
+
+    A plan that only hovers must have its three segments instead.
+    """
     if plan.hover:
         if [segment.name for segment in plan.segments] != ["approach", "fold", "leave"]:
             raise InputError(f"{path}: segments: must be approach, fold and leave in a plan that hovers")

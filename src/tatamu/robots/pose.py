@@ -1,4 +1,4 @@
-"""Poses as 4 x 4 matrices. X_AB is the pose of frame B in frame A; X_AC = X_AB @ X_BC."""
+"""Poses as 4 x 4 matrices. X_AB is the pose of frame B in frame A, so X_AC = X_AB @ X_BC."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def turn(axis: int, angle: float) -> np.ndarray:
-    """Rotation about the x, y or z axis (0, 1, 2) by an angle [rad], shape (3, 3)."""
+    """Return the rotation about the x, y or z axis (0, 1, 2) by an angle [rad], shape (3, 3)."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     rotation = np.eye(3)
     rotation[i, i] = rotation[j, j] = np.cos(angle)
@@ -16,12 +16,12 @@ def turn(axis: int, angle: float) -> np.ndarray:
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Return the rotation about fixed x, then y, then z [rad], as in URDF, shape (3, 3)."""
+    """Return the rotation about fixed x, then y, then z by these angles [rad], as in URDF, shape (3, 3)."""
     return turn(2, yaw) @ turn(1, pitch) @ turn(0, roll)
 
 
 def pose(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """X_AB from R_AB (.., 3, 3) and p_AB (.., 3) [m], shape (.., 4, 4)."""
+    """Return the poses X_AB of rotations R_AB (.., 3, 3) and positions p_AB (.., 3) [m], shape (.., 4, 4)."""
     leading = np.broadcast_shapes(rotation.shape[:-2], position.shape[:-1])
     matrix = np.broadcast_to(np.eye(4), (*leading, 4, 4)).copy()
     matrix[..., :3, :3] = rotation
@@ -30,18 +30,21 @@ def pose(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
-    """X_BA from X_AB, shape (4, 4)."""
+    """Return the inverse of a pose: X_BA from X_AB, shape (4, 4)."""
     rotation = matrix[:3, :3].T
     return pose(rotation, -rotation @ matrix[:3, 3])
 
 
 def into(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Transform points of A to B, both (.., 3) [m], given X_AB."""
+    """Transform points from frame A to frame B, both (.., 3) [m], given the pose X_AB."""
     return np.asarray((points - matrix[:3, 3]) @ matrix[:3, :3])
 
 
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:
-    """Unit quaternion w, x, y, z of a rotation (3, 3); w >= 0 (Bar-Itzhack 2000: the largest eigenvector)."""
+    """Return the unit quaternion w, x, y, z of a rotation (3, 3), with w >= 0.
+
+    It is the eigenvector of the largest eigenvalue of a matrix (Bar-Itzhack 2000).
+    """
     (a, b, c), (d, e, f), (g, h, i) = rotation
     symmetric = np.array(
         [
@@ -56,7 +59,10 @@ def to_quaternion(rotation: np.ndarray) -> np.ndarray:
 
 
 def rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """Axis times angle [rad] of rotations (n, 3, 3), shape (n, 3); accurate for small angles, safe up to pi."""
+    """Return the axis times the angle [rad] of rotations (n, 3, 3), shape (n, 3).
+
+    The result is accurate for small angles, and safe for angles up to pi.
+    """
     skew = np.stack(
         [
             rotation[:, 2, 1] - rotation[:, 1, 2],

@@ -1,8 +1,9 @@
-"""Pairs of single arms by name, mounted to face each other across the cloth, or side by side.
+"""Pairs of single arms by name. The arms are mounted to face each other across the cloth, or side by side.
 
-Each mount is the one with which the pair can do most folds.
+Of the mounts that were compared, each pair has the mount with which it can do most folds.
 
-The origin of B is the middle between both feet, on the table; x is the direction of the fold, y points to the left arm.
+The origin of the base B is on the table, in the middle between both feet. x is the direction of the fold, and y points
+to the left arm.
 """
 
 from __future__ import annotations
@@ -21,23 +22,23 @@ from tatamu.robots.placement import Hold
 from tatamu.robots.pose import from_rpy, pose, to_quaternion, turn
 
 CAREFUL = 0.5
-"""Fraction of a joint's speed that plans keep to."""
+"""Fraction of a joint's largest speed that plans use."""
 FASTEST = 3.0
-"""Speed limit in plans for joints whose motors are faster than an arm should be [rad/s]."""
+"""Speed limit in plans for joints whose motors are faster than an arm should move [rad/s]."""
 
 
 @dataclass(frozen=True)
 class Mount:
-    """Places of the feet of a pair; the right arm mirrors the left one."""
+    """Positions of the feet of a pair of arms. The right arm mirrors the left arm."""
 
     x: float
-    """[m]."""
+    """x of both feet [m]."""
     y: float
-    """y of the left foot [m]; x of its own frame points forward."""
+    """y of the left foot [m]. x of the foot's own frame points forward."""
     yaw: float
-    """Yaw of the left foot [rad]: 0 for arms side by side, -pi / 2 for facing the right arm."""
+    """Yaw of the left foot [rad]: 0 if the arms are side by side, -pi / 2 if the left arm faces the right arm."""
     front: float
-    """Near edge of the table, along x of B [m]."""
+    """Position of the table's near edge along x of the base B [m]."""
     z: float = 0.0
     """Height of the feet [m]."""
     table_heights: tuple[float, float] = (0.0, 0.0)
@@ -45,17 +46,17 @@ class Mount:
 
 
 def side_by_side(y: float) -> Mount:
-    """Feet 2 y apart, both facing the table."""
+    """Return a mount with feet at the distance 2 y, both facing the table."""
     return Mount(0.0, y, 0.0, 0.15)
 
 
 def facing(y: float, front: float, z: float = 0.0) -> Mount:
-    """Return arms that face each other, with feet 2 y apart; the table begins at `front`."""
+    """Return a mount with arms that face each other. Their feet are 2 y apart, and the table begins at `front`."""
     return Mount(0.0, y, -np.pi / 2, front, z)
 
 
 PEDESTAL = Mount(0.0, 0.031, 0.0, 0.12, table_heights=(-0.50, -0.28))
-"""OpenArm's pedestal, from whose top both arms hang."""
+"""Mount of OpenArm: a pedestal from whose top both arms hang."""
 
 
 PAIRS: dict[str, tuple[SerialArm, Mount]] = {
@@ -67,11 +68,11 @@ PAIRS: dict[str, tuple[SerialArm, Mount]] = {
     "aloha2": (VIPERX, facing(0.469, -0.45, 0.02)),
     "openarm": (OPENARM, PEDESTAL),
 }
-"""Each name's arm and mount; `python -m benchmarks.presets` compares mounts."""
+"""The arm and the mount of each pair, by the pair's name. `python -m benchmarks.presets` compares mounts."""
 
 
 def pair_of_arms(name: str, arm: SerialArm, mount: Mount) -> Robot:
-    """Make the robot of two arms on a mount."""
+    """Return the robot that consists of two arms on a mount."""
     larm, rarm = _arm("larm", arm, mount), _arm("rarm", arm.right or arm, mount)
     return Robot(
         name=name,
@@ -91,7 +92,7 @@ def pair_of_arms(name: str, arm: SerialArm, mount: Mount) -> Robot:
 
 
 def _feet(mount: Mount) -> dict[str, np.ndarray]:
-    """X_BM of both feet."""
+    """Return the poses X_BM of the two feet in the base B."""
     return {
         "larm": pose(turn(2, mount.yaw), np.array([mount.x, mount.y, mount.z])),
         "rarm": pose(turn(2, -mount.yaw), np.array([mount.x, -mount.y, mount.z])),
@@ -99,7 +100,7 @@ def _feet(mount: Mount) -> dict[str, np.ndarray]:
 
 
 def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
-    """Return the arm in the pose in which its jaw opens along x of B, across the hem.
+    """Return the arm in the pose in which its jaw opens along x of the base B, across the edge of the cloth.
 
     If the last joint does not turn about the approach, the arm stays in its ready pose.
     """
@@ -107,11 +108,11 @@ def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
     initial = np.array(arm.ready)
     X_WG = pose(from_rpy(*arm.gripper.rpy), np.array(arm.gripper.xyz))
     R_BG = yaw @ _wrist(arm, initial) @ X_WG[:3, :3]
-    wanted = R_BG.T @ Hold(0.0).rotation(0.0)  # a turn about the gripper's z
+    wanted = R_BG.T @ Hold(0.0).rotation(0.0)  # a rotation about the gripper's z
     last = arm.hinges[-1]
     about = float(np.array(last.axis) @ X_WG[:3, 2])
     angle = about * float(np.arctan2(wanted[1, 0], wanted[0, 0]))
-    turns = (angle, angle - np.copysign(np.pi, angle))  # a gripper looks the same after half a turn
+    turns = (angle, angle - np.copysign(np.pi, angle))  # after half a turn, a gripper looks the same
     turned = min(turns, key=lambda by: abs(initial[-1] + by - (last.lower + last.upper) / 2))
     initial[-1] += turned
     flip = turn(2, np.pi) if turned != angle else np.eye(3)
@@ -132,7 +133,7 @@ def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
 
 
 def _wrist(arm: SerialArm, angles: np.ndarray) -> np.ndarray:
-    """Rotation of the last link in the foot, shape (3, 3)."""
+    """Return the rotation of the last link relative to the foot, shape (3, 3)."""
     R = np.eye(3)
     for hinge, angle in zip(arm.hinges, angles, strict=True):
         number = int(np.argmax(np.abs(hinge.axis)))
@@ -159,7 +160,7 @@ def _spec(arm: SerialArm, mount: Mount) -> Any:
 
 
 _SMALL: tuple[Box, ...] = (((-0.03, -0.03, -0.02), (0.03, 0.03, 0.0)),)
-"""Box for a flange, which has no shape in its source."""
+"""Box of a flange whose source has no shape for it."""
 
 
 def _add_gripper(wrist: Any, side: str, arm: SerialArm, mujoco: Any) -> None:
@@ -171,7 +172,7 @@ def _add_gripper(wrist: Any, side: str, arm: SerialArm, mujoco: Any) -> None:
 
 
 def _add_boxes(body: Any, boxes: tuple[Box, ...], mass: float, mujoco: Any) -> None:
-    """Boxes of one density that weigh `mass` together."""
+    """Add boxes of equal density to a body. Together they weigh `mass`."""
     halves = [(np.array(high) - np.array(low)) / 2 for low, high in boxes]
     volume = sum(float(np.prod(half)) for half in halves)
     for half, (low, high) in zip(halves, boxes, strict=True):

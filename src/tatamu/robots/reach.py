@@ -1,7 +1,7 @@
-"""The placements from which both arms can follow the whole fold, and the best of them.
+"""Find the placements from which both arms can follow the whole fold, and the best of these placements.
 
-Each candidate placement is tried with each hold (`arm_reach`). Then the distances from the trunk and the table, and
-between both arms, are computed for paths that are reached.
+Each candidate placement is tried with each orientation of the hands (`arm_reach`). If both arms reach their paths, the
+distances are computed: to the trunk, to the table, and between the arms.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import Hold, Placement, grid, holds_of, neighbours
 
 SAMPLES = 10
-"""Points of the fold that are tried, equally far apart along the hands' paths."""
+"""Number of points of the fold that are tried, at equal distances along the hands' paths."""
 DISTANCES = {
     "between arms": (0.018, 0.06),
     "to the trunk": (0.008, 0.04),
@@ -28,43 +28,56 @@ DISTANCES = {
     "to the table": (0.003, 0.012),
     "of fingers to the table": (0.0004, 0.0008),
 }
-"""Distances of each kind [m]: below the first a motion is impossible, above the second more distance is no better."""
+"""Two distances of each kind [m].
+
+If the distance is below the first value, the motion counts as impossible. Above the second value, a larger distance
+does not improve the quality.
+"""
 ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
-"""Kinds of distances that one arm alone decides."""
+"""Kinds of distances that depend on one arm alone."""
 TABLE_ROOM = 0.01
-"""Least distance of a table below the robot at its initial pose [m]."""
+"""Smallest distance of a table below the robot at its initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Points between the initial pose and the first or last point that are also tested, as fractions of the way."""
+"""Points that are also tested on the way from the initial pose, and back to it, as fractions of the way."""
 REFINED = 2
-"""Placements, the best first, whose neighbourhoods are searched too."""
+"""Number of the best placements whose neighbourhoods are also searched."""
 ASKED = 80
-"""Number of best placements whose distances are computed."""
+"""Number of the best placements whose distances are computed."""
 TRIED = 8
-"""Largest number of holds of an arm that are tested until CLEAR of them touch nothing."""
+"""Largest number of hand orientations of an arm that are tested.
+
+The test ends earlier if CLEAR of them touch nothing.
+"""
 
 
 @dataclass(frozen=True)
 class PlacementRanking:
-    """The answer of the search, best placement first."""
+    """The result of the search for placements, the best placement first."""
 
     placements: list[Placement]
     holds: list[tuple[Hold, ...]]
-    """Hold of each arm that folds."""
+    """Orientation of the hand at each placement, for each arm that folds."""
     quality: np.ndarray
-    """Quality of the worse arm, shape (n,)."""
+    """Quality of the worse arm at each placement, shape (n,)."""
     reached: np.ndarray
-    """Number of points that each arm reached in a row, shape (arms, n)."""
+    """Number of points that each arm reached before its first failure, shape (arms, n)."""
     times: np.ndarray
-    """Simulated time of each point [s]; the first and the last are approach and retreat."""
+    """Simulated time of each point [s]. The first point is the approach, the last point is the retreat."""
 
     @property
     def good(self) -> int:
-        """Number of placements from which both arms can follow the fold; they come first."""
+        """Number of placements from which both arms can follow the fold.
+
+        These placements are the first in the lists.
+        """
         return int((self.quality >= 0).sum())
 
 
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
-    """Return the range of heights of a table in B [m] that does not touch the robot at its start, or None."""
+    """Return the range of table heights in the base B [m] at which the table does not touch the robot at its start.
+
+    Return None if a table at every allowed height would touch the robot.
+    """
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
     if given is None:
@@ -73,7 +86,10 @@ def table_heights(robot: Robot, given: float | None = None) -> tuple[float, floa
 
 
 def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float]) -> PlacementRanking:
-    """Search the ground before the robot with the table top between two heights in B [m]; the best comes first."""
+    """Search placements in front of the robot, with the table top between two heights in the base B [m].
+
+    The best placement comes first.
+    """
     chains = tuple(Chain.of(robot, arm) for arm in robot.folding)
     points = hands.at(hands.evenly(SAMPLES))
     coarse = search(robot, hands, grid(chains, points, heights, robot.front, robot.trunk is not None))
@@ -86,7 +102,7 @@ def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float
 
 
 def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
-    """Return two results as one, the best first."""
+    """Return two results as one result, the best placement first."""
     order = np.argsort(-np.concatenate([first.quality, second.quality]), kind="stable")
     placements, holds = first.placements + second.placements, first.holds + second.holds
     return PlacementRanking(
@@ -99,7 +115,10 @@ def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRankin
 
 
 def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: bool = False) -> PlacementRanking:
-    """Try every placement with few or with all holds; the best comes first."""
+    """Rate every placement. The best placement comes first.
+
+    If `fine` is true, more orientations of the hands are tried.
+    """
     times = hands.evenly(SAMPLES)
     if not placements:
         return PlacementRanking([], [], np.empty(0), np.empty((len(robot.folding), 0), dtype=np.int64), times)
@@ -112,7 +131,7 @@ def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: b
     ]
     quality, chosen = _keep_clear(robot, placements, trunk, arms)
     reached = np.stack([arm.reached.max(axis=1) for arm in arms])
-    # What cannot be followed is ordered by how far the worse arm came.
+    # Placements from which the fold cannot be followed are ordered by the number of points that the worse arm reached.
     order = np.argsort(-np.where(quality > HOPELESS, 2 + quality, reached.min(axis=0) / 1e3), kind="stable")
     return PlacementRanking(
         [placements[i] for i in order],
@@ -129,7 +148,8 @@ def _keep_clear(
     """Compute the distances of the most promising placements.
 
     Returns:
-        Quality with distances counted (n,), and the number of each arm's hold (arms, n).
+        The quality of each placement after the distances are considered (n,), and the number of the orientation of each
+        arm's hand (arms, n).
     """
     quality = np.min([arm.quality.max(axis=1) for arm in arms], axis=0)
     chosen = np.stack([arm.quality.argmax(axis=1) for arm in arms])
@@ -151,10 +171,10 @@ def _keep_clear(
 def _alone(
     robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of holds (h,) by the distances of the arm from the trunk, itself and the table.
+    """Lower the quality of hand orientations (h,) if the arm comes near the trunk, itself or the table.
 
-    The best holds are tested first. The test stops when enough holds are clear, or too many are not; the rest count as
-    impossible.
+    The best orientations are tested first. The test stops when enough orientations touch nothing, or when too many have
+    been tested. The remaining orientations count as impossible.
     """
     clear = 0
     for rank, hold in enumerate(np.argsort(-quality, kind="stable")):
@@ -170,7 +190,7 @@ def _alone(
 def _together(
     robot: Robot, between: Clearance, arms: list[ArmReach], trunk: np.ndarray, number: int
 ) -> tuple[float, tuple[int, ...]]:
-    """Return the best quality of holds that keep the arms apart, and their numbers."""
+    """Return the best quality of hand orientations that keep the arms apart, and the numbers of these orientations."""
     best: tuple[float, tuple[int, ...]] = (HOPELESS, ())
     for ways in product(*(arm.best(number) for arm in arms)):
         quality = min(arm.quality[number, way] for arm, way in zip(arms, ways, strict=True))
@@ -185,14 +205,17 @@ def _together(
 
 
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Return angles (m, ..) with some on the way to the first and back from the last, shape (m + 2 n, ..) [rad]."""
+    """Return angles (m, ..) [rad] with additional angles before and after them, shape (m + 2 n, ..).
+
+    The additional angles lie on the way from `start` to the first row, and from the last row to `start`.
+    """
     way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
     return np.concatenate([there, angles, back])
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
-    """Return the quality of the smallest distance of configurations (n, nq): at most 1, negative if too near."""
+    """Return the quality of the smallest distance in these configurations (n, nq): at most 1, negative if too near."""
     worst = 1.0
     for kind, found in clearance.least(configurations).items():
         low, high = DISTANCES[kind]

@@ -1,8 +1,8 @@
-"""The learned fold simulated again: by the robot's hands as they moved, and by floating hands.
+"""Simulate the learned fold again: by the robot's hands as they really moved, and by floating hands.
 
-Floating hands move exactly as learned, without a robot. Both simulations use the learned fold's mesh, or a finer mesh
-if the simulator needs one. Vertices of the learned mesh are also vertices of the finer one, so shapes are always
-compared and scored on the learned mesh.
+Floating hands move exactly as learned, without a robot. Both simulations use the mesh of the learned fold, or a finer
+mesh if the simulator needs a finer mesh. All vertices of the learned mesh are also vertices of the finer mesh. Shapes
+are therefore always compared and scored on the learned mesh.
 """
 
 from __future__ import annotations
@@ -23,37 +23,37 @@ from tatamu.subdivision import on_coarse_mesh, subdivided
 from tatamu.topology import Topology, edge_lengths
 
 MOST_HALVINGS = 2
-"""Largest number of times that the edges of a mesh are halved; each halving makes four triangles of one."""
+"""Largest number of times that the edges of a mesh are halved. Each halving divides a triangle into four triangles."""
 
 
 @dataclass(frozen=True)
 class Refold:
-    """Two rollouts of one fold, on the learned mesh."""
+    """Two simulated motions of one fold, on the mesh of the learned fold."""
 
     simulator: str
     halvings: int
-    """Number of halvings of the learned mesh's edges for the simulation."""
+    """Number of times that the edges of the learned mesh were halved for the simulation."""
     simulated_vertices: int
     scene: Scene
     """The scene with the robot's hands."""
     robot: Rollout
     floating: Rollout
-    """The fold by floating hands, which move as fast as learned, perhaps faster than the robot."""
+    """The fold by floating hands. They move at the learned speed, which may be faster than the robot."""
     target: np.ndarray | None
-    """The wanted shape [m], shape (n, 3); None if the plan does not contain it."""
+    """The wanted shape [m], shape (n, 3); None if the plan does not contain the shape."""
     learned: Result | None = None
-    """The learned fold with its task; None if it cannot be scored."""
+    """The learned fold with its task; None if the fold cannot be scored."""
     unscored: str | None = None
-    """Why the fold cannot be scored; None if it can."""
+    """Reason why the fold cannot be scored; None if the fold can be scored."""
 
     @property
     def apart(self) -> np.ndarray:
-        """Final distance of each vertex from its place after the fold by floating hands [m], shape (n,)."""
+        """Final distance of each vertex from its position in the fold by floating hands [m], shape (n,)."""
         return np.asarray(np.linalg.norm(self.robot.positions[-1] - self.floating.positions[-1], axis=1))
 
     @property
     def scores(self) -> dict[str, Score]:
-        """Return the scores, by the functions for learned folds; empty if there is no task."""
+        """Scores of the folds, by the functions that score learned folds; empty if the plan has no task."""
         if self.learned is None:
             return {}
         return {
@@ -64,7 +64,7 @@ class Refold:
 
 
 def halvings_for(scene: Scene, simulator: str) -> int:
-    """Return the number of halvings of a scene's mesh that the simulator needs."""
+    """Return how many times the edges of a scene's mesh must be halved for the simulator."""
     coarsest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
@@ -73,15 +73,15 @@ def halvings_for(scene: Scene, simulator: str) -> int:
 
 
 def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) -> Refold | None:
-    """Fold again with both hands; None if the plan carries no scene.
+    """Simulate the fold with the robot's hands and with floating hands. Return None if the plan contains no scene.
 
     Args:
         rehearsal: Motion of the robot.
         simulator: Name of the simulator.
-        halvings: Number of halvings of the mesh's edges; None for as many as the simulator needs.
+        halvings: Number of times that the mesh's edges are halved; None for the number that the simulator needs.
 
     Raises:
-        InputError: If there is no such simulator, or a file of the fold is broken.
+        InputError: If no simulator has this name, or a file of the fold is broken.
         SimulationError: If the simulation failed.
     """
     folder = rehearsal.planned.fold
@@ -104,7 +104,7 @@ def _target(folder: ResultFolder, count: int) -> np.ndarray | None:
 
 
 def _rebuilt(folder: ResultFolder) -> tuple[Result | None, str | None]:
-    """Return the learned fold in the plan's folder, or why it cannot be scored."""
+    """Return the learned fold in the plan's folder, or the reason why the fold cannot be scored."""
     if not folder.result_file.is_file():
         return None, "the plan carries no result.json of the learned fold"
     try:

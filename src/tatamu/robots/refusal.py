@@ -1,4 +1,4 @@
-"""Why a robot cannot do a fold."""
+"""Reasons why a robot cannot do a fold."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tatamu.robots.reach import PlacementRanking
 
 
 class Refused(TatamuError):
-    """A placement that was refused, and how far its planning came."""
+    """An error: a placement was refused. `progress` tells how far the planning came."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -20,17 +20,17 @@ class Refused(TatamuError):
 
 
 def table_too_high(robot: Robot) -> Refused:
-    """Return the refusal of a table that would touch the robot at its initial pose."""
+    """Return the error for a table that would touch the robot at its initial pose."""
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     return Refused(
         f"the table top must be below {np.floor(1e3 * lowest) / 1e3:.3f} m: at its pose '{robot.start}' the robot "
         "reaches down to there",
-        lowest - 10,  # less than any fold out of reach; the highest pose has the last word
+        lowest - 10,  # below the progress of every other refusal; among start poses, the highest one wins
     )
 
 
 def out_of_reach(robot: Robot, hands: HandMotion, reach: PlacementRanking) -> Refused:
-    """Return why the robot cannot follow the fold even from the best placement."""
+    """Return the error that the robot cannot follow the fold even from the best placement."""
     placement, reached = reach.placements[0], reach.reached[:, 0]
     last = len(reach.times) - 1
     if reached.min() > last:

@@ -1,9 +1,11 @@
-"""A rehearsal of a plan: the robot's joints are driven through it in MuJoCo, with gravity and contacts.
+"""A rehearsal of a plan: the robot's joints are driven along the plan in MuJoCo, with gravity and contacts.
 
-Each joint has position and velocity control like a robot's drives. Links have their masses, and gravity is compensated
-as by the robot's own controller. Contacts act between every pair that the plan checked, so that unwanted contacts show.
-The cloth is light (a towel weighs less than a tenth of the load of an arm), so it follows the hands and does not move
-them. `rehearsed_scene` passes the rehearsed motion of the hands to any simulator.
+Each joint has position and velocity control, like a robot's drives. Links have their masses. Gravity is compensated, as
+by the robot's own controller. Contacts act between every pair of shapes that the plan checked, so that unwanted
+contacts are found.
+
+The cloth is light: a towel weighs less than a tenth of an arm's payload. The cloth therefore follows the hands and does
+not move them. `rehearsed_scene` passes the rehearsed motion of the hands to any simulator of the cloth.
 """
 
 from __future__ import annotations
@@ -25,24 +27,24 @@ from tatamu.robots.stage import MODEL, data_of, load_stage
 STEP = 0.001
 """Time step of the simulation [s]."""
 SAMPLE = 5
-"""Steps between samples."""
+"""Number of time steps from one sample to the next."""
 FINGER_PERIOD = 0.01
-"""Between commands to the fingers [s]."""
+"""Time between commands to the fingers [s]."""
 STIFFNESS, RATIO = 60.0, 1.0
-"""Natural frequency of the joints' control [rad/s], about that of industrial drives, and its damping ratio."""
+"""Natural frequency of the joints' control [rad/s], about that of industrial drives; and the damping ratio."""
 
 DRIVES = ("position", "velocity")
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Two links that touched."""
+    """A contact of two links."""
 
     links: tuple[str, str]
     first: float
     """First time of contact [s]."""
     depth: float
-    """Greatest penetration [m]."""
+    """Largest penetration depth [m]."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,9 @@ class Rehearsal:
     angles: np.ndarray
     """Angles of the plan's joints [rad], shape (n, j)."""
     tools: np.ndarray
-    """Positions of each tool in B [m], shape (arms, n, 3)."""
+    """Positions of each tool in the base B [m], shape (arms, n, 3)."""
     wanted_tools: np.ndarray
-    """Planned positions of each tool [m], shape (arms, n, 3)."""
+    """Planned positions of each tool in the base B [m], shape (arms, n, 3)."""
     contacts: list[Contact]
     wall_seconds: float
 
@@ -75,35 +77,35 @@ class Rehearsal:
 
     @property
     def closes(self) -> float:
-        """Time at which the first hand closes [s]; the rehearsed fold begins there."""
+        """Time at which the first hand closes [s]. The rehearsed fold begins at this time."""
         return min(self.planned.event(arm, "close") for arm in self.planned.arms)
 
     @property
     def tool_distances(self) -> np.ndarray:
-        """Distance of each tool from the plan [m], shape (arms, n)."""
+        """Distance of each tool from its planned position [m], shape (arms, n)."""
         return np.asarray(np.linalg.norm(self.tools - self.wanted_tools, axis=2))
 
     @property
     def tool_error(self) -> float:
-        """Largest distance of a tool from the plan while it holds the cloth [m]."""
+        """Largest distance of a tool from its planned position while it grips the cloth [m]."""
         distance = self.tool_distances
         return float(
             max(distance[number, self.holding(arm)].max(initial=0.0) for number, arm in enumerate(self.planned.arms))
         )
 
     def holding(self, arm: str) -> np.ndarray:
-        """Whether each sample is between an arm's closing and its opening, shape (n,)."""
+        """Return whether each sample is between the closing and the opening of an arm's jaw, shape (n,)."""
         closes, opens = self.planned.event(arm, "close"), self.planned.event(arm, "open")
         return (self.times >= closes) & (self.times <= opens)
 
     @property
     def real_time_factor(self) -> float:
-        """Real time factor: simulated seconds per second of computing."""
+        """Simulated seconds per second of computing."""
         return float(self.times[-1] / self.wall_seconds)
 
 
 def rehearse(planned: Planned) -> Rehearsal:
-    """Drive the robot through a plan.
+    """Drive the robot along a plan in MuJoCo.
 
     Raises:
         InputError: If the plan's model cannot be read, or lacks a joint.
@@ -141,7 +143,7 @@ def rehearse(planned: Planned) -> Rehearsal:
 
 
 class _FingerDrives:
-    """Commands to the joints that move fingers."""
+    """Drives that command the joints of the fingers."""
 
     def __init__(self, model: Any, planned: Planned) -> None:
         self._times = np.arange(0.0, planned.times[-1] + 2 * FINGER_PERIOD, FINGER_PERIOD)
@@ -150,12 +152,12 @@ class _FingerDrives:
         self._positions = np.column_stack([*positions.values()]) if positions else np.empty((len(self._times), 0))
 
     def command(self, data: Any) -> None:
-        """Set the positions that the fingers should have now."""
+        """Set the commanded positions of the fingers at the present time."""
         data.ctrl[self._drives] = self._positions[min(int(data.time / FINGER_PERIOD), len(self._times) - 1)]
 
 
 def _stage(planned: Planned, mujoco: Any) -> Any:
-    """The plan's model with drives on its joints, and contacts between the pairs that must not touch."""
+    """Return the plan's model with drives on its joints, and contacts between the pairs that must not touch."""
     path = planned.folder / MODEL
     spec = load_stage(planned.folder)
     try:
@@ -169,7 +171,7 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
         raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
     for body in spec.bodies:
         body.gravcomp = 1.0
-    for joint in spec.joints:  # the robot's controller overcomes these
+    for joint in spec.joints:  # the robot's controller compensates damping, friction and stiffness
         joint.damping, joint.frictionloss, joint.stiffness = 0 * joint.damping, 0.0, 0 * joint.stiffness
     for gain, kind in zip((STIFFNESS**2, 2 * RATIO * STIFFNESS), DRIVES, strict=True):
         for joint, mass in zip((*planned.plan.joints, *others), inertia, strict=True):
@@ -185,13 +187,13 @@ def _others(model: Any, planned: Planned) -> list[str]:
 
 
 def _hold(model: Any, data: Any, planned: Planned) -> None:
-    """Let the joints that the plan does not move keep their positions."""
+    """Command the joints that the plan does not move to keep their positions."""
     for joint in _others(model, planned):
         data.actuator(f"{joint}_position").ctrl[0] = data.joint(joint).qpos[0]
 
 
 def _check_names(spec: Any, planned: Planned) -> None:
-    """Refuse a model without the base or the tools of the plan."""
+    """Refuse a model that lacks the base or the tools of the plan."""
     missing = [] if spec.body(planned.plan.base_frame) else [planned.plan.base_frame]
     missing += [f"{arm}_tool" for arm in planned.arms if spec.site(f"{arm}_tool") is None]
     if missing:
@@ -199,7 +201,10 @@ def _check_names(spec: Any, planned: Planned) -> None:
 
 
 def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Reference angles and speeds at every step, linear between rows as the robot's interpolator has them."""
+    """Yield the commanded angles and speeds at every step.
+
+    They are linear between the rows of the plan, like those of the robot's interpolator.
+    """
     for (early, start), (late, end) in pairwise(zip(planned.times, planned.angles, strict=True)):
         count = max(1, round((late - early) / STEP))
         speed = (end - start) / (late - early)
@@ -208,14 +213,14 @@ def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def _tools(data: Any, planned: Planned) -> np.ndarray:
-    """Positions of each tool in B [m], shape (arms, 3)."""
+    """Return the position of each tool in the base B [m], shape (arms, 3)."""
     base = data.body(planned.plan.base_frame)
     R_WB = base.xmat.reshape(3, 3)
     return np.array([R_WB.T @ (data.site(f"{arm}_tool").xpos - base.xpos) for arm in planned.arms])
 
 
 def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray, mujoco: Any) -> np.ndarray:
-    """Planned positions of the tools at times [m], shape (arms, n, 3)."""
+    """Return the planned positions of the tools at these times [m], shape (arms, n, 3)."""
     data, found = data_of(model), []
     wanted = np.array([np.interp(times, planned.times, column) for column in planned.angles.T]).T
     for row in wanted:
@@ -226,7 +231,7 @@ def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray,
 
 
 def _note(model: Any, data: Any, touched: dict[tuple[str, str], Contact]) -> None:
-    """Record which links touch, since when and how deep."""
+    """Record which links touch, the time of their first contact, and the largest depth."""
     for number in range(data.ncon):
         contact = data.contact[number]
         if contact.dist > 0:

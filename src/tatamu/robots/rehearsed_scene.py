@@ -1,8 +1,8 @@
-"""The scene of a learned fold with the hands of a rehearsed robot in place of the learned ones.
+"""The scene of a learned fold in which the hands of a rehearsed robot replace the learned hands.
 
-Time 0 is when the fingers close. Each gripper follows the actual motion of its tool, and cloth that a jaw takes is
-lifted to the fingertips. If the hands of the learned fold have fingers, the robot's fingers are rigid bodies in the
-scene.
+Time 0 is the time at which the fingers close. Each gripper follows the actual motion of its tool. When a jaw grasps
+cloth, the cloth is lifted to the fingertips. If the hands of the learned fold have fingers, the robot's fingers are
+rigid bodies in the scene.
 """
 
 from __future__ import annotations
@@ -24,13 +24,15 @@ from tatamu.scene import Gripper, Scene
 def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
     """Return the scene of a fold by the robot's hands.
 
+    While the fingers close, all grippers of a hand are lifted together. If a hand has several grippers, the others are
+    pressed onto the first.
+
     Args:
         rehearsal: Motion of the robot.
-        learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is while
-            the fingers close, and the others are pressed onto it.
+        learned: The scene of the learned fold, with the left hand's grippers first.
 
     Raises:
-        InputError: If the scene does not have one hand for each arm that folds.
+        InputError: If the number of hands in the scene is not the number of arms that fold.
     """
     hands = grippers_by_hand(learned)
     arms = rehearsal.planned.arms
@@ -62,14 +64,14 @@ class _HandOfRobot:
         self._jaw: JawFile | None = planned.plan.jaws.get(arm)
 
     def raised(self, learned: Scene, gripper: Gripper) -> np.ndarray:
-        """Return the displacement by which the jaw lifts the cloth that it takes [m], shape (3,)."""
+        """Return the displacement by which the jaw lifts the cloth at the grasp [m], shape (3,)."""
         if self._jaw is None:
             return np.zeros(3)
         lies = learned.cloth.vertices[gripper.vertices][:, 2].mean()
         return np.array([0.0, 0.0, self._tools[0, 2] - lies])
 
     def gripper(self, learned: Gripper, taken: np.ndarray) -> Gripper:
-        """Return the gripper that moves with the tool, after its vertices have been moved by `taken` [m]."""
+        """Return a gripper that moves with the tool. While the fingers close, its vertices also move by `taken` [m]."""
         share = np.clip((self._times - self._times[0]) / WAIT, 0.0, 1.0)[:, None]
         return Gripper(
             hand=learned.hand,
@@ -81,7 +83,7 @@ class _HandOfRobot:
         )
 
     def fingers(self, name: Hand, learned: Scene, grippers: list[Gripper]) -> list[Body]:
-        """Return both fingers as bodies, with the robot's sizes and tilt; none if the learned hand has no fingers."""
+        """Return the two fingers as bodies with the robot's sizes and tilt; none if the learned hand has no fingers."""
         known = [body for body in learned.bodies if body.hand == name]
         if not known or self._jaw is None:
             return []

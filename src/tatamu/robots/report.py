@@ -1,4 +1,4 @@
-"""The folder of a rehearsal: its figures, its motion, and the fold by the robot's hands."""
+"""The folder of a rehearsal: its numbers, its motion, and the fold by the robot's hands."""
 
 from __future__ import annotations
 
@@ -15,20 +15,23 @@ from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 
 AS_FLOATING = 0.010
-"""Distance from the fold by floating hands within which a fold counts as the same [m]."""
+"""Largest mean distance from the fold by floating hands at which a fold counts as equal to that fold [m]."""
 
 
 AS_PLANNED = 0.010
-"""Tools that stay within this of the plan while they hold the cloth follow it [m]."""
+"""Largest distance of tools from the plan, while they grip the cloth, at which they count as following the plan [m]."""
 
 
 def as_planned(figures: dict[str, Any]) -> bool:
-    """Whether a rehearsal's tools followed the plan, and nothing touched."""
+    """Return whether the tools followed the plan in a rehearsal, and no links touched."""
     return not figures["contacts"] and figures["tool_error"] <= AS_PLANNED
 
 
 def save(rehearsal: Rehearsal, folder: Path, fold: Refold | None = None) -> dict[str, Any]:
-    """Write rehearsal.json, motion.npz and, with a fold, scene.json and both rollouts; returns the figures."""
+    """Write rehearsal.json and motion.npz, and return the contents of rehearsal.json.
+
+    If a fold is given, scene.json and both simulated motions of the cloth are written, too.
+    """
     figures = {**_figures(rehearsal), "fold": None if fold is None else _fold_figures(fold)}
     if fold is not None:
         fold.scene.save(folder / "scene.json")
@@ -66,7 +69,10 @@ def _figures(rehearsal: Rehearsal) -> dict[str, Any]:
 
 
 def _fold_figures(fold: Refold) -> dict[str, Any]:
-    """Compare the fold by the robot's hands with floating hands and with the target; lengths in metres."""
+    """Compare the fold by the robot's hands with the fold by floating hands and with the target.
+
+    Lengths are in metres.
+    """
     figures: dict[str, Any] = {
         "simulator": fold.robot.info.get("simulator"),
         "halvings": fold.halvings,
@@ -87,7 +93,7 @@ def _fold_figures(fold: Refold) -> dict[str, Any]:
 
 
 def summary(figures: dict[str, Any]) -> list[str]:
-    """The figures as text for the terminal."""
+    """Return a rehearsal's numbers as text for the terminal."""
     joint, error = max(figures["joint_error"].items(), key=lambda item: item[1])
     lines = [
         f"{figures['robot']}: {figures['simulated_seconds']:.1f} s rehearsed, {figures['real_time_factor']:.1f} times "
@@ -108,7 +114,7 @@ def summary(figures: dict[str, Any]) -> list[str]:
 
 
 def halved(often: int) -> str:
-    """Return the number of halvings of the mesh's edges as text."""
+    """Return as text how many times the edges of the mesh are halved."""
     return "halved " + {1: "once", 2: "twice"}.get(often, f"{often} times")
 
 

@@ -1,8 +1,11 @@
-"""Requirements of a robot for correct plans, which are checked when it is loaded.
+"""Requirements that a robot must satisfy for correct plans. They are checked when the robot is loaded.
 
-The names in the description must exist in the model. The joints must move independently, and reach every direction. The
-chain of a plan and MuJoCo must have the same kinematics. Configurations for these checks are drawn evenly from the
-joints' whole ranges, with a fixed seed.
+- The names in the description must exist in the model.
+- The joints must move independently.
+- The arms must be able to move in every direction that a fold needs.
+- The chain of a plan and MuJoCo must have the same kinematics.
+
+These checks use random configurations from the joints' whole ranges, with a fixed seed.
 """
 
 from __future__ import annotations
@@ -29,11 +32,14 @@ NUMBERS = (
 )
 """Fields of a mujoco.MjModel whose numbers are limited by `LARGEST`."""
 SAME_POSE = 1e-6
-"""Chain and MuJoCo put a tool in one place to within this [m, and as an entry of the rotation]."""
+"""Largest allowed difference between the tool poses of the chain and of MuJoCo [m, and entries of the rotation]."""
 FOLLOWS = 1e-3
-"""Largest deviation of an equality of the model [m, rad]."""
+"""Largest allowed violation of an equality of the model [m, rad]."""
 LEAST_RANK = 1e-4
-"""Least singular value that the Jacobian of a usable arm reaches somewhere; see `Chain.singularity`."""
+"""Smallest singular value of the Jacobian that a usable arm must exceed in some configuration.
+
+See `Chain.singularity`.
+"""
 
 
 def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> None:
@@ -41,11 +47,11 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
 
     Args:
         path: The description, for messages.
-        robot: The robot made from it.
-        prefixes: Prefixes of the names of each arm's model in the robot's model.
+        robot: The robot that was made from the description.
+        prefixes: Prefixes that the names of each arm's model have in the robot's model.
 
     Raises:
-        InputError: If a name is unknown, a value is out of range, or the arms cannot be planned.
+        InputError: If a name is unknown, a value is out of range, or the arms cannot be planned for.
     """
     _check_names(path, robot)
     try:
@@ -69,10 +75,10 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
 
 
 def check_kinematics(robot: Robot) -> None:
-    """Compare the chains of plans with MuJoCo's kinematics, which rehearsals use.
+    """Compare the chains that plans use with MuJoCo's kinematics, which rehearsals use.
 
     Raises:
-        InputError: If they put a tool in different places; the message has the distance.
+        InputError: If the two put a tool in different positions; the message has the distance.
     """
     mujoco = needed("mujoco")
     data = robot.at_rest()
@@ -96,7 +102,7 @@ def check_kinematics(robot: Robot) -> None:
 
 
 def _draws(robot: Robot) -> np.ndarray:
-    """Configurations of the arms, and of the trunk, all over their ranges, shape (DRAWS, nq)."""
+    """Return random configurations of the arms and of the trunk, from their whole ranges, shape (DRAWS, nq)."""
     random = np.random.default_rng(0)
     angles = [_within(robot.limits(arm), random) for arm in robot.arms]
     trunk = None if robot.trunk is None else _within(robot.model.joint(robot.trunk).range[None], random)[:, 0]
@@ -104,13 +110,13 @@ def _draws(robot: Robot) -> np.ndarray:
 
 
 def _within(limits: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Values drawn evenly between limits (k, 2), shape (DRAWS, k)."""
+    """Return random values, evenly distributed between limits (k, 2), shape (DRAWS, k)."""
     low, high = limits.T
     return low + random.random((DRAWS, len(limits))) * (high - low)
 
 
 def _check_names(path: Path, robot: Robot) -> None:
-    """Refuse names of the description that the model does not have."""
+    """Refuse names in the description that the model does not have."""
     for arm in robot.arms:
         if robot.spec.body(arm.link) is None:
             raise InputError(f"{path}: {arm.name}.link: the model has no body {arm.link!r}")
@@ -137,7 +143,7 @@ def _check_names(path: Path, robot: Robot) -> None:
 
 
 def _check_numbers(path: Path, model: Any) -> None:
-    """Refuse models with numbers that no robot has; MuJoCo lets infinite ones pass."""
+    """Refuse models with numbers that no robot has. MuJoCo accepts even infinite numbers."""
     for name in NUMBERS:
         values = getattr(model, name)
         if not (np.abs(values) <= LARGEST).all():
@@ -146,7 +152,7 @@ def _check_numbers(path: Path, model: Any) -> None:
 
 
 def _check_joints(path: Path, model: Any) -> None:
-    """Refuse joints that have no single angle."""
+    """Refuse joints that have no single angle or position."""
     kinds = needed("mujoco").mjtJoint
     words = {int(kinds.mjJNT_FREE): "free", int(kinds.mjJNT_BALL): "ball"}
     for number in range(model.njnt):
@@ -184,7 +190,7 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
 
 
 def _joints_to(model: Any, body: int) -> list[str]:
-    """The joints that move a body, from the base outwards."""
+    """Return the joints that move a body, from the base outwards."""
     found: list[str] = []
     while body:
         first = int(model.body_jntadr[body])
@@ -204,7 +210,7 @@ def _check_base(path: Path, robot: Robot) -> None:
 
 
 def _check_standing(path: Path, robot: Robot) -> None:
-    """Refuse joints with positions outside their range."""
+    """Refuse positions of joints that are outside the joints' ranges."""
     model = robot.model
     for number in range(model.njnt):
         name, (low, high) = model.joint(number).name, model.jnt_range[number]
@@ -214,7 +220,7 @@ def _check_standing(path: Path, robot: Robot) -> None:
 
 
 def _check_equalities(path: Path, robot: Robot) -> None:
-    """Refuse arms whose joints do not move on their own: mimic joints, coupled joints, closed loops of links."""
+    """Refuse arms whose joints do not move independently: mimic joints, coupled joints, closed loops of links."""
     mujoco, model = needed("mujoco"), robot.model
     data = mujoco.MjData(model)
     worst = np.zeros(model.neq)
@@ -244,7 +250,7 @@ def _equality(model: Any, number: int) -> str:
 
 
 def _check_directions(path: Path, robot: Robot, arm: Arm) -> None:
-    """Refuse arms that lack one of the directions that `demand` has."""
+    """Refuse arms that cannot move in all directions that `demand` requires."""
     angles = _within(robot.limits(arm), np.random.default_rng(0))
     best = float(Chain.of(robot, arm).singularity(angles).max())
     if not best > LEAST_RANK:

@@ -1,4 +1,4 @@
-"""The robot with its tools and the table as one independent MuJoCo model: a file and a folder of its meshes."""
+"""The robot with its tools and the table as one independent MuJoCo model: a file, and a folder with its meshes."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from tatamu.robots.planned import Planned
 
 MODEL = "robot.xml"
 ASSETS = "assets"
-"""Folder of meshes, height fields and textures next to the model."""
+"""Folder of meshes, height fields and textures, next to the model."""
 START = "start"
-"""Keyframe of the pose in which motions start."""
+"""Name of the keyframe with the pose in which motions start."""
 
 
 def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None = None) -> Any:
-    """Build the model with the table top at a height in B [m].
+    """Build the model with the table top at a height in the base B [m].
 
-    Only pairs that the plan checks can touch.
+    Only pairs of shapes that the plan checks can touch.
 
     Args:
         robot: The robot.
-        table_height: Height of the table top in B [m].
+        table_height: Height of the table top in the base B [m].
         margins: Distance at which each kind of pair counts as touching [m]; 0 by default.
 
     Returns:
-        A mujoco.MjSpec.
+        The model, a mujoco.MjSpec.
     """
     spec = with_tools(robot.spec, robot.arms)
     table = spec.geom(TABLE)
@@ -51,7 +51,7 @@ def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None
 
 
 def save_stage(robot: Robot, table_height: float, folder: Path) -> None:
-    """Write the model as MJCF with every file that it names."""
+    """Write the model as MJCF, with every file that the model names."""
     spec = stage(robot, table_height)
     spec.compile()
     used = {asset.file for asset in (*spec.meshes, *spec.hfields, *spec.textures)}
@@ -79,7 +79,7 @@ def load_stage(folder: Path) -> Any:
 
 
 def data_of(model: Any) -> Any:
-    """New mujoco.MjData of a compiled stage, in the pose in which motions start."""
+    """Return a new mujoco.MjData of a compiled stage, in the pose in which motions start."""
     mujoco = needed("mujoco")
     data = mujoco.MjData(model)
     if model.nkey:
@@ -88,10 +88,10 @@ def data_of(model: Any) -> Any:
 
 
 class Poser:
-    """Puts a compiled stage in the pose of a plan's joints and fingers."""
+    """Moves a compiled stage to the poses of a plan's joints and fingers."""
 
     def __init__(self, model: Any, planned: Planned, angles: np.ndarray, times: np.ndarray) -> None:
-        """Prepare the poses of times (n,) [s], with the plan's joints at angles (n, j) [rad].
+        """Prepare the poses at these times (n,) [s], with the plan's joints at these angles (n, j) [rad].
 
         Raises:
             InputError: If the model lacks a joint.
@@ -107,11 +107,11 @@ class Poser:
 
     @property
     def poses(self) -> int:
-        """Number of the poses."""
+        """Number of prepared poses."""
         return len(self._positions)
 
     def pose(self, row: int) -> Any:
-        """Return the mujoco.MjData in one of the poses, with its kinematics."""
+        """Return the mujoco.MjData in one of the poses, with computed kinematics."""
         self.data.qpos[self._columns] = self._positions[row]
         needed("mujoco").mj_kinematics(self._model, self.data)
         return self.data

@@ -1,4 +1,4 @@
-"""A motion as tables for any language: CSV, JSON, and lists for hrpsys' playPatternOfGroup."""
+"""A motion as tables for any programming language: CSV, JSON, and lists for playPatternOfGroup of hrpsys."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from tatamu.robots.planfile import GripperCommand
 
 DECIMALS = 9
 POINT_EVERY = 4
-"""Number of samples from one trajectory point of ROS and hrpsys to the next: 50 points a second."""
+"""Number of samples from one trajectory point of ROS and hrpsys to the next, which gives 50 points a second."""
 
 
 class Group(NamedTuple):
-    """The joints of a ROS controller that the motion needs."""
+    """The joints of one ROS controller that the motion needs."""
 
     controller: str
     joints: tuple[str, ...]
@@ -29,7 +29,7 @@ class Group(NamedTuple):
 
 
 def joint_csv(robot: Robot, motion: Motion) -> str:
-    """CSV with the header `time,JOINT,..`, one row per sample [s, rad]."""
+    """Return the motion as CSV with the header `time,JOINT,..` and one row for each sample [s, rad]."""
     angles = motion.angles[:, [robot.columns[name] for name in robot.joints]]
     rows = (
         [f"{time:.6g}", *(f"{value:.{DECIMALS}f}" for value in row)]
@@ -39,7 +39,7 @@ def joint_csv(robot: Robot, motion: Motion) -> str:
 
 
 def gripper_csv(plan: RobotPlan) -> str:
-    """CSV of the commands to the grippers: time [s], arm, width [m], force [N], duration [s]."""
+    """Return the commands to the grippers as CSV: time [s], arm, width [m], force [N], duration [s]."""
     fields = list(GripperCommand.model_fields)
     return _csv(fields, ([getattr(command, field) for field in fields] for command in plan.gripper_commands))
 
@@ -53,7 +53,7 @@ def _csv(header: list[str], rows: Any) -> str:
 
 
 def groups(plan: RobotPlan) -> list[Group]:
-    """The ROS controllers that the motion needs."""
+    """Return the ROS controllers that the motion needs."""
     robot = plan.task.robot
     found = [Group(arm.controller, arm.joints, arm.ros_joints) for arm in robot.folding]
     if robot.trunk is not None and plan.task.placement.turning:
@@ -62,10 +62,10 @@ def groups(plan: RobotPlan) -> list[Group]:
 
 
 def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Trajectory points of some joints: times from the start [s] (n,), and angles [rad] (n, k).
+    """Return the trajectory points of some joints: times from the start [s] (n,), and angles [rad] (n, k).
 
-    The first point is the initial pose, at the end of the lead time. A bridge that moves from the robot's present pose
-    to the first point then has the lead time for it, and does not jump.
+    The first point is the initial pose, at the end of a lead time. Some ROS bridges move from the robot's present pose
+    to the first point. Such a bridge then has the lead time for this move, so the robot does not jump.
     """
     motion = plan.motion
     first = int(np.ceil(motion.part("approach").start / motion.times[1] - 1e-6))
@@ -74,13 +74,13 @@ def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.nda
 
 
 def angles_at(plan: RobotPlan, joints: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
-    """Angles of some joints at samples of the motion [rad], shape (n, k)."""
+    """Return the angles of some joints at these samples of the motion [rad], shape (n, k)."""
     angles = plan.motion.angles[rows][:, [plan.task.robot.columns[name] for name in joints]]
     return np.ascontiguousarray(np.round(angles, DECIMALS))
 
 
 def trajectory_json(plan: RobotPlan) -> dict[str, Any]:
-    """Return the fields of trajectory_msgs/JointTrajectory for each controller's topic, and those of the grippers."""
+    """Return the fields of trajectory_msgs/JointTrajectory for each controller's topic, and the gripper commands."""
     topics = {}
     for group in groups(plan):
         times, angles = points(plan, group.joints)
@@ -101,7 +101,7 @@ def trajectory_json(plan: RobotPlan) -> dict[str, Any]:
 
 
 def pattern_json(plan: RobotPlan) -> dict[str, Any]:
-    """Arguments of playPatternOfGroup(group, jointangles, tm), and of setHandWidth(hand, width, tm)."""
+    """Return the arguments of playPatternOfGroup(group, jointangles, tm) and of setHandWidth(hand, width, tm)."""
     patterns = {}
     for group in groups(plan):
         times, angles = points(plan, group.joints)

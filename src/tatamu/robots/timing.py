@@ -1,7 +1,8 @@
-"""Time-optimal path parameterisation (Pham and Pham 2018) by toppra.
+"""Time-optimal path parameterisation (Pham and Pham 2018) by the library toppra.
 
-A path is q(s). Its timing keeps the joints' limits on speed and acceleration, and a bound on the rate ds/dt. If s is
-the simulated time and the bound is 1, the robot is nowhere faster than the simulated motion.
+A path is a function q(s) of a parameter s. Its timing respects the joints' limits of speed and acceleration, and an
+upper bound on the rate ds/dt. If s is the simulated time and the bound is 1, the robot is never faster than the
+simulated motion.
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ from tatamu.errors import TatamuError
 from tatamu.robots.extras import needed
 
 KEEP = 0.98
-"""Fraction of each limit used in plans, because toppra keeps limits only at grid points."""
+"""Fraction of each limit that plans use, because toppra respects limits only at grid points."""
 
 
 STILL = 1e-5
-"""Least motion of a joint in the timing [rad]; tiny coefficients would disturb the linear programs."""
+"""Smallest motion of a joint that the timing considers [rad]. Smaller motions would disturb the linear programs."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +32,12 @@ class Timed:
     duration: float
     """Duration of the motion [s]."""
     angles: Callable[[np.ndarray], np.ndarray]
-    """Joint angles [rad] (n, k) at times from 0 to `duration` [s] (n,)."""
+    """Function from times [s] (n,), from 0 to `duration`, to joint angles [rad] (n, k)."""
     parameter: Callable[[np.ndarray], np.ndarray]
-    """Path parameter s (n,) at times (n,)."""
+    """Function from times [s] (n,) to path parameters s (n,)."""
 
     def slowed(self, scale: float) -> Timed:
-        """Return the same motion at `scale` times its speed."""
+        """Return the same motion with its speed multiplied by `scale`."""
         return Timed(
             self.duration / scale,
             lambda times: self.angles(times * scale),
@@ -67,17 +68,17 @@ class _Path:
 
 
 class Untimed(TatamuError):
-    """A path has no time parameterisation within the joints' limits."""
+    """An error: a path has no time parameterisation within the joints' limits."""
 
 
 def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.ndarray) -> Timed:
-    """Find the fastest time parameterisation of a path, from rest to rest.
+    """Find the fastest time parameterisation of a path that starts and ends at rest.
 
     Args:
-        spline: q(s) [rad], k values.
+        spline: The path q(s) [rad] with k values.
         rate: Upper bound on ds/dt.
-        speed: Limits of the joints [rad/s], shape (k,).
-        acceleration: Limits of the joints [rad/s^2], shape (k,).
+        speed: Speed limits of the joints [rad/s], shape (k,).
+        acceleration: Acceleration limits of the joints [rad/s^2], shape (k,).
 
     Raises:
         Untimed: If no motion along the path satisfies the limits.
@@ -87,7 +88,8 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
     moving = np.ptp(spline(np.linspace(spline.x[0], spline.x[-1], 101)), axis=0) > STILL
     path = _Path(spline, moving)
     length = path.duration
-    # The rate itself changes gently enough that a still path does not jump, and quickly enough to cost nothing.
+    # The change of ds/dt is limited too. Without this limit, a path without motion would jump. The limit is so high
+    # that it costs almost no time.
     sudden = 50 * rate * max(1.0, rate / length)
     bounds = np.append(KEEP * speed[moving], rate), np.append(KEEP * acceleration[moving], sudden)
     constraints = [

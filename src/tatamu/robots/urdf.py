@@ -1,4 +1,4 @@
-"""The parts of URDF that MuJoCo does not read: the places of mesh files, and the speed limits of joints.
+"""The parts of URDF that MuJoCo does not read: the locations of mesh files, and the speed limits of joints.
 
 MuJoCo reads everything else: links, joints, limits, shapes, and mimic joints as equalities.
 """
@@ -17,20 +17,20 @@ XACRO = ("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}", "{htt
 
 @dataclass(frozen=True)
 class Urdf:
-    """A URDF with its mesh files renamed."""
+    """A URDF with renamed mesh files."""
 
     text: str
     speeds: dict[str, float]
-    """Speed limits of the joints that have one [rad/s, m/s]."""
+    """Speed limits of the joints that state a limit [rad/s, m/s]."""
 
 
 def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str]) -> Urdf:
-    """Prepare a URDF for MuJoCo without its visual shapes, because distances are those of collision shapes.
+    """Prepare a URDF for MuJoCo, without its visual shapes, because distances are distances of collision shapes.
 
     Args:
         path: The file, for messages.
-        root: Its root element, which is changed.
-        keep: Returns the name of a mesh file for MuJoCo from its name in the URDF.
+        root: Root element of the file. It is changed.
+        keep: Function from the name of a mesh file in the URDF to its name for MuJoCo.
 
     Raises:
         InputError: If the file is xacro, or a field is wrong.
@@ -50,7 +50,10 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
 
 
 def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
-    """Return the folder of relative mesh names, and whether their paths are dropped (MuJoCo's extension)."""
+    """Return the folder of relative mesh names, and whether the paths in mesh names are ignored.
+
+    Both are given by MuJoCo's extension of URDF.
+    """
     folder, strip = "", False
     for compiler in root.iterfind("mujoco/compiler"):
         folder = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", folder))
@@ -59,7 +62,7 @@ def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
 
 
 def _speeds(path: Path, root: ElementTree.Element) -> dict[str, float]:
-    """Return the speed limits by joint; many exporters write 0 for a missing limit."""
+    """Return the speed limits by joint. A limit of 0 counts as missing, because many exporters write 0."""
     found = {}
     for joint in root.iterfind("joint"):
         limit = joint.find("limit")
