@@ -2,7 +2,8 @@ import json
 import shutil
 import sys
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ from tatamu.robots.links import CORNERS, FACES, link_boxes
 from tatamu.robots.page import page
 from tatamu.robots.planned import Planned
 from tatamu.robots.refold import Refold, halvings_for, refold
-from tatamu.robots.rehearsal import Rehearsal, rehearse
+from tatamu.robots.rehearsal import Rehearsal, _inertia, rehearse
 from tatamu.robots.rehearsed_scene import rehearsed_scene
 from tatamu.robots.report import save, summary
 from tatamu.rollout import Rollout
@@ -64,6 +65,20 @@ def lifted(done: Rehearsal) -> float:
 def test_joints_and_tools_follow_the_plan(done: Rehearsal) -> None:
     assert done.joint_error.max() < 0.01
     assert done.tool_error < 0.001
+
+
+def test_drives_are_as_strong_as_the_outstretched_arm_needs() -> None:
+    """At zero angles this arm points straight up, and its first joint turns almost nothing."""
+    mujoco = pytest.importorskip("mujoco")
+    rod = '<geom type="capsule" fromto="0 0 0 0 0 0.6" size="0.01" mass="2"/>'
+    elbow = f'<body name="rod"><joint name="raise" axis="0 1 0"/>{rod}</body>'
+    world = f'<body name="foot"><joint name="turn" axis="0 0 1"/><geom size="0.01" mass="0.1"/>{elbow}</body>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{world}</worldbody></mujoco>")
+    plan = SimpleNamespace(plan=SimpleNamespace(joints=["turn", "raise"]), angles=np.array([[0.0, np.pi / 2]] * 3))
+    turn, lift = _inertia(model, cast(Planned, plan), ["turn", "raise"], mujoco)
+    assert turn == pytest.approx(lift, rel=0.01)
+    assert turn == pytest.approx(2 * 0.6**2 / 3, rel=0.05)
+    assert model.dof_M0[0] < 0.01 * turn
 
 
 def test_it_comes_back_to_the_initial_pose(done: Rehearsal) -> None:

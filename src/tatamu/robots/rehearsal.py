@@ -11,7 +11,7 @@ not move them. `rehearsed_scene` passes the rehearsed motion of the hands to any
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -165,8 +165,8 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
         _check_names(spec, planned)
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         model = spec.compile()
-        others = _others(model, planned)
-        inertia = [float(model.dof_M0[int(model.joint(name).dofadr[0])]) for name in (*planned.plan.joints, *others)]
+        moved = (*planned.plan.joints, *_others(model, planned))
+        inertia = _inertia(model, planned, moved, mujoco)
     except (ValueError, KeyError) as error:
         raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
     for body in spec.bodies:
@@ -174,10 +174,30 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
     for joint in spec.joints:  # the robot's controller compensates damping, friction and stiffness
         joint.damping, joint.frictionloss, joint.stiffness = 0 * joint.damping, 0.0, 0 * joint.stiffness
     for gain, kind in zip((STIFFNESS**2, 2 * RATIO * STIFFNESS), DRIVES, strict=True):
-        for joint, mass in zip((*planned.plan.joints, *others), inertia, strict=True):
+        for joint, mass in zip(moved, inertia, strict=True):
             drive = spec.add_actuator(name=f"{joint}_{kind}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
             getattr(drive, f"set_to_{kind}")(**{"kp" if kind == "position" else "kv": gain * mass})
     return spec.compile()
+
+
+def _inertia(model: Any, planned: Planned, joints: Sequence[str], mujoco: Any) -> list[float]:
+    """Return the inertia at each joint in the middle of the plan, where the arms hold the cloth.
+
+    MuJoCo's own `dof_M0` is the inertia at zero angles. Many arms point straight up there, so that joints with a
+    vertical axis have almost no inertia and would get drives that are far too weak.
+    """
+    data = data_of(model)
+    middle = planned.angles[len(planned.angles) // 2]
+    for name, angle in zip(planned.plan.joints, middle, strict=True):
+        data.joint(name).qpos[0] = angle
+    mujoco.mj_forward(model, data)
+    found = []
+    for number in (int(model.joint(name).dofadr[0]) for name in joints):
+        one, column = np.zeros(model.nv), np.zeros(model.nv)
+        one[number] = 1.0
+        mujoco.mj_mulM(model, data, column, one)
+        found.append(float(column[number]))
+    return found
 
 
 def _others(model: Any, planned: Planned) -> list[str]:
