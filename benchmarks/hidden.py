@@ -74,7 +74,7 @@ TOWEL = Case("towel", "towel", "half", 20, (0.30, 0.50), 0.025)
 CASES = (
     TOWEL,
     Case("T-shirt, half", "tshirt", "half", 10),
-    Case("trousers, leg", "trousers", "leg", 10),
+    Case("trousers, leg", "trousers", "leg", 10, spacing=0.025),
     replace(TOWEL, name="towel, by photo", set_ups=5, by_photo=True, learned="towel"),
     replace(TOWEL, name="towel, MuJoCo as reality", set_ups=6, reality="mujoco", learned="towel"),
 )

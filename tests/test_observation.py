@@ -314,7 +314,7 @@ def test_a_correction_is_kept_until_anything_else_is_observed(learned: Result) -
     assert plain["observed"] == 1 and plain["hands"][0]["release"][0] < -0.003 and "after" not in plain
     place = ObservedFolder(Path(folder))
     assert kept(place) is not None
-    ObservedFolder.add(place.path, ruler({"left": (0.0, 0.0)}))
+    ObservedFolder.add(place.path, ruler({"left": (0.012, 0.0), "right": (0.012, 0.0)}))
     assert kept(place) is None
     assert "corrected-2" in tatamu("correct", folder).stdout
 

@@ -14,6 +14,7 @@ from tatamu.folding.fold import Fold as TargetFold
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.score import Limits
+from tatamu.observation.correction import WORTH
 from tatamu.observation.explained import simulated
 from tatamu.observation.folder import ObservedFolder
 from tatamu.observation.observe import BEYOND, Observed
@@ -23,7 +24,7 @@ from tatamu.presentation.chart import Chart, Plot, axis, line, traces
 from tatamu.presentation.image import jpeg_uri
 from tatamu.presentation.page import render
 from tatamu.report.headline import title as fold_title
-from tatamu.report.topview import TopView, draw, extent, outlined, view
+from tatamu.report.topview import TopView, draw, extent, mask, outlined, view
 from tatamu.topology import facing_down
 
 
@@ -66,6 +67,7 @@ def page(observed: Observed) -> str:
         observed=observed,
         posterior=posterior,
         correction=correction,
+        worth=f"{1e3 * WORTH:.1f}",
         tone="fair" if correction.is_none else "near-perfect",
         headline=_headline(observed),
         warnings=[f"Observed fold {number} is {BEYOND}." for number in observed.implausible],
@@ -214,7 +216,7 @@ def _views(observed: Observed) -> list[TopView]:
     ends = [(name, note, simulated(observed, change)) for name, note, change in corrections]
     finals = [(name, note, final) for name, note, final in ends if final is not None]
     area = extent(cloth.fold.target, *(final for *_, final in finals))
-    _, wanted = draw(cloth, cloth.fold.target, area)
+    wanted = mask(cloth, cloth.fold.target, area)
     return [view(name, note, outlined(draw(cloth, final, area)[0], wanted), area) for name, note, final in finals]
 
 

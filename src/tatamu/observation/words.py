@@ -11,6 +11,7 @@ from tatamu.folding.marks import MARKS
 from tatamu.folding.shift import HandShift
 from tatamu.margins.words import SHOWN, TITLES, amount
 from tatamu.observation.corrected import CorrectionRecord, End, kept
+from tatamu.observation.correction import WORTH
 from tatamu.observation.folder import ObservedFolder
 from tatamu.observation.observe import BEYOND, Observed
 from tatamu.study import Result
@@ -83,7 +84,7 @@ def correction_lines(record: CorrectionRecord) -> Iterator[str]:
     """Yield the lines on the correction and its expected outcome."""
     before, after = record.expected["before"], record.expected["after"]
     if not record.hands:
-        yield "no correction is expected to bring the fold nearer"
+        yield f"no correction is expected to bring the fold {1e3 * WORTH:.1f} mm nearer"
         yield f"expected: {_expected(before)}"
         return
     for hand, shift in zip(HANDS, record.hands, strict=False):

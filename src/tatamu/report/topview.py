@@ -84,6 +84,11 @@ def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.
     return image, visible.mask
 
 
+def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
+    """Return the pixels that the cloth (n, 3) covers from above, in the size of `draw`, shape (h, w)."""
+    return see(area.view(WIDE * FINER), cloth(points, fold.faces))[0].mask
+
+
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """Return an image with the border of a mask drawn over it, three fine pixels to either side."""
     border = binary_dilation(mask, iterations=3) & binary_dilation(~mask, iterations=3)
