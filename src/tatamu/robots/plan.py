@@ -105,7 +105,8 @@ def plan_fold(
     best = max(refusals, key=lambda refusal: refusal.progress)
     if place is not None:
         raise InputError(f"{folder}: refused: {best}")
-    raise NoPlacement(f"{folder}: no placement before the robot lets both arms do the fold: {best}")
+    arms = "both arms" if len(hands.curves) > 1 else "an arm"
+    raise NoPlacement(f"{folder}: no placement before the robot lets {arms} do the fold: {best}")
 
 
 def _candidates(
