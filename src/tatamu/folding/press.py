@@ -4,9 +4,10 @@ A plate flattens the crease, or a hand slides along the crease. Then the plate o
 
 A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. Between parallel
 plates, a bent strip is an elastica whose ends lie flat on both plates. B is the bending rigidity of the cloth [N m],
-phi the angle between strip and plates, s the arc length [m], and P the force per length of the crease [N/m]. Then B/2
-(d phi/ds)^2 = P sin phi, and the distance between the mid-surfaces of the layers is
+phi the angle between strip and plates, s the arc length [m], and P the force per length of the crease [N/m]. The two
+formulas below give the angle and then the distance D between the mid-surfaces of the layers:
 
+    B/2 (d phi/ds)^2 = P sin phi
     D = sqrt(B / 2P) c,   c = integral of sqrt(sin phi) from 0 to pi = 2.396
 """
 
