@@ -3,13 +3,13 @@
 `Fingers` describes the fingers of a simulated hand. `tatamu.robots.jaw.Jaw` describes the fingers of a robot. Both
 classes are based on `FingerSize`. The axes of a hand are:
 
-        a   axis of the fingers, from the hand to their tips: towards the side that stays, `tilt` below the horizontal
-        u   opening axis, from the lower finger to the upper one; it is in the same vertical plane as a, across the hem
-        w   axis along the hem
+    a   axis of the fingers, from the hand to their tips: towards the side that stays, `tilt` below the horizontal
+    u   opening axis, from the lower finger to the upper one; it is in the same vertical plane as a, across the hem
+    w   axis along the hem
 
-The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f, and reaches f
-cos(tilt) below this row. A closing hand therefore lifts the hem by this height. The hand lets the hem go at this height
-above the layers below.
+The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f. Its lowest
+point is f cos(tilt) below the row. A closing hand therefore lifts the hem by this height. The hand lets the hem go at
+this height above the layers below.
 """
 
 from __future__ import annotations
