@@ -2,12 +2,12 @@
 
 The motion of a body is given in advance, so cloth does not push it.
 
-Every shape is a rounded box. It consists of a core with the half sizes h, which may be zero, and of everything within
-the radius r of the core:
+Every shape is a rounded box. It has a core with the half sizes h, which may be zero. The body is everything within the
+radius r of the core:
 
     box      h = size, r = 0;     sphere   h = 0, r = size[0];     capsule  h = (0, 0, size[1]), r = size[0]
 
-The signed distance d of a point p, in the frame of the body, is
+The formula for the signed distance d of a point p is:
 
     d(p) = |max(q, 0)| + min(max(q_x, q_y, q_z), 0) - r,   q = |p| - h,   p in the frame of the body
 """

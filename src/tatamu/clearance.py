@@ -1,8 +1,9 @@
 """The distance between cloth and a rigid body. Faces are tested too, because a thin finger may pierce a triangle.
 
-The signed distance of a body is a convex function. Over a triangle, it is therefore larger than each plane that touches
-it at a corner. This bound is positive for almost all triangles. For the other triangles, nested golden sections find
-the minimum, because the minimum along a line parallel to a side is also a convex function of the line's position.
+The signed distance of a body is a convex function. Its tangent planes at the corners of a triangle are therefore lower
+bounds over the triangle. The bound is positive for almost all triangles. For the other triangles, nested golden
+sections find the minimum. They are valid because the minimum along a line parallel to a side is a convex function of
+the line's position.
 """
 
 from __future__ import annotations

@@ -50,8 +50,8 @@ FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
 """Elements of the friction of bending: fractions of its stiffness, and multiples of a yield curvature k_y.
 
-The products of both numbers sum to 1. When a sheet is bent for the first time to the curvature k, the moment is HB (1 -
-exp(-k / k_y)) with an error of at most 0.09 HB. HB is the frictional moment of bending.
+The products of both numbers sum to 1. HB is the frictional moment of bending. When a sheet is bent for the first time
+to the curvature k, the moment is HB (1 - exp(-k / k_y)). The error of this formula is at most 0.09 HB.
 """
 STEEPER = 4.0
 """Default ratio of two slopes of the bending moment: directly after a reversal of bending, and later."""
@@ -128,8 +128,8 @@ class Material(BaseModel):
     air_drag_turning: Number = Field(0.0, ge=0.0, le=1e3)
     """Constant of the drag along the normal after a reversal of motion [kg/m^(8/3)].
 
-    The drag, per area and square of the velocity, is this constant divided by the cube root of the path since the
-    reversal. `air_drag_quadratic` acts instead if it is larger."""
+    The drag per area and square of the velocity is this constant divided by the cube root of the path. The path starts
+    at the reversal. `air_drag_quadratic` acts instead if it is larger."""
     air_added_mass: Number = Field(0.0, ge=0.0, le=20.0)
     """Mass of air per area that moves with the surface along its normal [kg/m^2]. It adds no weight."""
 

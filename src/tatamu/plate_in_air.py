@@ -1,8 +1,8 @@
 """Added mass and drag of a thin plate in air, predicted from its size.
 
 The formulas come from potential flow and from the measured drag of rigid plates. None of them was measured on cloth.
-They help to choose the `air_*` fields of a material if no swing of the cloth was timed. docs/theory/air.md derives the
-formulas and compares them with measurements.
+They help to choose the `air_*` fields of a material if no swing of the cloth was timed. The formulas are derived and
+compared with measurements in docs/theory/air.md.
 """
 
 from __future__ import annotations

@@ -140,9 +140,9 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     """Check that a mesh can be a cloth.
 
     Raises:
-        ValueError: If there are no triangles, an index is out of range, a triangle has no area, or a vertex is in no
-            triangle. Also if an edge has more than two triangles, a vertex has too many triangles, or a seam is not an
-            inner edge.
+        ValueError: If there are no triangles, an index is out of range, or a triangle has no area. Also if a vertex is
+            in no triangle or in too many triangles, or an edge is in more than two. Also if a seam is not an inner
+            edge.
     """
     count = len(rest)
     if not len(faces):

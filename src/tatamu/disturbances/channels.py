@@ -70,7 +70,8 @@ CHANNELS = (
     Channel("table.height", "m"),
     *(Channel(f"material.{name}", "1") for name in FIELDS),
 )
-"""All disturbances, in the order of their random numbers. Only append new ones; otherwise all random draws change."""
+"""All disturbances, in the order of their random numbers. New disturbances must be appended, because otherwise all
+random draws change."""
 PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 

@@ -59,7 +59,7 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 
 
 def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
-    """Return why a hand fails in a world, as far as this is known without a simulation; None if no hand fails.
+    """Return why a hand fails in a world, if this is known without a simulation; None if no hand fails.
 
     A world is one draw of the disturbances.
 

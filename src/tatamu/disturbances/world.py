@@ -16,17 +16,20 @@ from tatamu.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
 from tatamu.disturbances.description import Disturbances, LengthOfHands
 
 DIMENSIONS = 64
-"""Number of dimensions of the Sobol sequence. It must be at least the number of channels.
-
-Another number would change all worlds."""
+"""Number of dimensions of the Sobol sequence. It must be at least the number of channels. Another number would change
+all worlds (random draws of the disturbances)."""
 
 
 class Stream(IntEnum):
-    """Purposes of worlds, each with its own random numbers. Validation uses other worlds than learning."""
+    """Purposes of worlds (random draws of the disturbances).
+
+    Each purpose has its own random numbers, so validation uses other worlds than learning.
+    """
 
     LEARNING = 0
     JUDGING = 1
-    """Validation of the best fold at the end of a study, in worlds that were not used to learn it."""
+    """Validation of the best fold at the end of a study. Its worlds (draws of the disturbances) were not used to learn
+    it."""
     MARGINS = 2
     OBSERVATION = 3
 
@@ -85,9 +88,9 @@ def _of_hands(name: str, value: LengthOfHands) -> dict[str, float]:
 
 
 def mean_world(disturbances: Disturbances) -> World:
-    """Return the world in which every disturbance has its mean.
+    """Return the world (value of every disturbance) in which every disturbance has its mean.
 
-    It is the nominal world, unless the disturbances have means that are not zero.
+    If all means are zero, this is the nominal world, which has no disturbances.
     """
     means = disturbances.mean
     return World({channel.name: means[channel.name] for channel in CHANNELS if means.get(channel.name)})
@@ -127,7 +130,10 @@ def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stre
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
-    """Return worlds made from standard normal numbers, shape (n, k). Each of `CHANNELS` has a column."""
+    """Return worlds (values of all disturbances) from standard normal numbers, shape (n, k).
+
+    Each disturbance has a column.
+    """
     scales = deviations(disturbances)
     means = mean_world(disturbances).values
     mixing = correlations_root(disturbances)

@@ -5,8 +5,8 @@ hangs between a hand and a corner is laid down where it belongs. Two kinds of cl
 that sticks out of the body hangs from its root and trails. A part that is joined to the body only across the line stays
 where it lies. The following rules decide which cloth is carried. They apply to the cloth as seen from above:
 
-- Cloth is *held* if it belongs to a grasped piece of the moving side and lies between the hands and the line, which
-  means inside their convex hull.
+- Cloth is *held* if it belongs to a grasped piece of the moving side and lies between the hands and the line. This area
+  is the convex hull of the hands and the line.
 - Cloth beside the hull is also *held* under three conditions. Its straight path to the line lies in the cloth. It is no
   farther from the line than the hands are. Its distance from the hands along the line is no larger than their distance
   from the line.
@@ -92,11 +92,12 @@ class Coverage:
     overhang: np.ndarray
     """Overhang of each vertex [m], shape (n,).
 
-    It is 0 for cloth that is held or lies still, and infinite for cloth that no other cloth joins to held cloth."""
+    It is 0 for cloth that is held or does not move. It is infinite if no cloth joins the vertex to held cloth."""
     limit: np.ndarray
     """Largest overhang at which each vertex is still carried [m], shape (n,)."""
     missed: np.ndarray
-    """Whether each vertex lies beyond the root of a part, and would be wrong if it stayed behind, shape (n,)."""
+    """Whether each vertex is farther out than the root of a part, and would be wrong if it stayed behind, shape
+    (n,)."""
 
     @property
     def lost(self) -> np.ndarray:
@@ -167,8 +168,8 @@ def vertex_areas(garment: Garment) -> np.ndarray:
 class _Cloth:
     """The moving side as a graph.
 
-    The links of the graph are the edges of the mesh with their lengths, and steps up through a stack, which cost
-    nothing.
+    Its links are the edges of the mesh, with their lengths. Further links of length zero lead up through a stack of
+    cloth.
     """
 
     line: FoldLine
@@ -244,7 +245,8 @@ class _Cloth:
     def _inside(self, own: np.ndarray, grasps: list[int], straight: np.ndarray) -> np.ndarray:
         """Return which vertices of a piece are held, shape (n,).
 
-        These lie between the grasps and the line, or beside the grasps with a straight path to the line.
+        A vertex is held if it lies between the grasps and the line. It is also held next to the grasps, if its straight
+        path to the line lies in the cloth.
         """
         at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
         hands = self.places[grasps]

@@ -104,7 +104,10 @@ class Fold:
 
     @cached_property
     def _patches(self) -> dict[int, list[int]]:
-        """The held vertices of each grasp that were computed so far; a search needs the same few in every trial."""
+        """Held vertices of the grasps that were used so far.
+
+        They are kept, because all trials use the same few grasps.
+        """
         return {}
 
     def _patch(self, vertex: int) -> list[int]:

@@ -10,11 +10,12 @@ from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
 HAND_CLEARANCE = 0.06
-"""Least distance between the grasps of the two hands [m]; it keeps hands from crossing or touching."""
+"""Least distance between the grasps of the two hands [m]. With it, the hands do not cross or touch."""
 NEAREST = 0.5
 """Least distance of a grasp from the line, as a fraction of the distance of the edge's farthest vertex."""
 SAME_PLACE = 0.4
-"""Largest horizontal distance between vertices that lie over each other [cells]; a pinch takes all layers there."""
+"""Largest horizontal distance between vertices that lie over each other [cells]. A pinch takes all of these
+vertices."""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
@@ -61,10 +62,7 @@ def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
 
 
 def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
-    """Return the vertices of a named edge on the moving side.
-
-    Of vertices that lie over each other, only the top one.
-    """
+    """Return the vertices of a named edge on the moving side. Vertices below another vertex of the edge are omitted."""
     if name == AUTO:
         return _moving(garment, state, line, farthest_edge(garment, state, line))
     if name not in garment.edges:
@@ -85,7 +83,7 @@ def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> n
 
 
 def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndarray:
-    """Return the vertices in their given order, without vertices that lie below another one."""
+    """Return the vertices in their given order, without vertices that lie below another of these vertices."""
     kept: list[int] = []
     for vertex in vertices[np.argsort(-state[vertices, 2], kind="stable")]:
         if not (np.linalg.norm(state[kept, :2] - state[vertex, :2], axis=1) < apart).any():

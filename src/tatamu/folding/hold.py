@@ -14,7 +14,8 @@ from tatamu.folding.plan import Step
 from tatamu.garments import Garment
 
 TWO_HANDS = 0.15
-"""Least length along the fold line of an edge that both hands grasp [m]. A shorter edge, such as a cuff, takes one."""
+"""Least length along the fold line of an edge that both hands grasp [m]. A shorter edge, such as a cuff, is grasped by
+one hand."""
 MOST_EDGES = 8
 """Number of edges among which pairs are tried. The edges farthest from the line are tried."""
 

@@ -6,8 +6,8 @@ fold is parallel to this mid-surface, at the distance d = z - H/2. The layer is 
 line, the stack is thus turned over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
 
 There are two simplifications. First, loops of earlier folds inside the stack are pressed: their height over the flat
-part is multiplied by `KEPT`. Second, H changes along the table by at most `SLOPE`, because cloth laid over an edge does
-not hang straight down from it.
+part is multiplied by `KEPT`. Second, the slope of H along the table is at most `SLOPE`, because cloth does not hang
+straight down from an edge.
 """
 
 from __future__ import annotations

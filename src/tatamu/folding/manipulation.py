@@ -316,9 +316,8 @@ def bezier_manipulation(
 
     P1 and P2 are relative to the grasp P0, with x along the motion of the fold and z up [m].
 
-    The arguments are those of a hand at the fold's span, the horizontal distance from grasp to release. A hand farther
-    from the line follows the same curve, enlarged by the ratio of the spans. The hands then turn the cloth about the
-    line together.
+    The arguments describe a hand whose distance from grasp to release is the fold's span. A hand farther from the line
+    follows the same curve, enlarged by the ratio of the spans. The hands then turn the cloth about the line together.
     """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])

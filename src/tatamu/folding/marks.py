@@ -13,8 +13,8 @@ from tatamu.folding.fold import Fold
 MARKS = ("left_along", "left_across", "right_along", "right_across", "slip_along", "slip_across")
 """Names of the deviations from the target [m].
 
-Each is measured along the fold, or across it (positive to the left). Two belong to the left corner of the moved hem,
-two to the right corner, and two to the slip of the lower hem."""
+Each deviation is measured along the fold, or across it (positive to the left). There are two for the left corner of the
+moved hem, two for the right corner, and two for the slip of the lower hem."""
 
 
 def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """The parameters of a manipulation: their search space, and curves with which a search starts.
 
-The parameters are x = (x1, z1, x2, z2, g1, g2) of Eq. (9): the control points P1 and P2 of the hands' Bezier curves,
-and the numbers of the grasps.
+The parameters are x = (x1, z1, x2, z2, g1, g2) of Eq. (9). The first four are the control points P1 and P2 of the
+hands' Bezier curves. The last two are the numbers of the grasps.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
 
     P1 and P2 lie horizontally between grasp and release. Their heights are between the height of the grasp and
     `HIGHEST` times the span. With fingers, the lower bound is the height of the release, because fingers must pass over
-    the cloth that lies at the release.
+    the cloth there.
     """
     ahead = Bounds(0.0, fold.span)
     up = Bounds(_lowest(fold), HIGHEST * fold.span)
@@ -59,8 +59,8 @@ def robust_curves(fold: Fold) -> list[Parameters]:
     """Return curves with which a search starts if folds are simulated with random disturbances.
 
     An arched curve and a low curve come first, because they fail under different disturbances. The arched curve comes
-    last again, because the search on the fine mesh starts with the last curve, and its fold usually succeeds. A search
-    on one mesh tries the arched curve only once.
+    last again. The search on the fine mesh starts with it, because its fold usually succeeds. A search on one mesh
+    tries the arched curve only once.
     """
     return [arched_inwards(fold), *low_curves(fold), arched_inwards(fold)]
 

@@ -9,8 +9,8 @@ from scipy.sparse.csgraph import connected_components
 BESIDE, FARTHER_OUT = 0.55, 0.1
 """Distance along the edge, and distance across it [cells].
 
-Two vertices of a layer are in a row across the edge if they are nearer than the first distance along the edge, and
-farther apart than the second distance across it. Then only the outer vertex is held."""
+Two vertices of a layer form a row across the edge under two conditions. Their distance along the edge is below the
+first value, and their distance across the edge is above the second value. Then only the outer vertex is held."""
 SAME_PLACE = 0.55
 """Largest horizontal distance between vertices that lie over each other [cells]."""
 APART = 1.05
@@ -24,7 +24,7 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 
     The cloth turns about the outermost row. On fine meshes, a pad covers a second row, too. If hands held both rows,
     they would also hold the slope of the cloth. Because hands do not turn, they would lay the flap down with its hem
-    turned up, and the flap would jump when the hands open.
+    turned up. The flap would jump when the hands open.
 
     Args:
         across: Distances of the vertices from the fold line [m], shape (k,). Outer vertices have lower values.

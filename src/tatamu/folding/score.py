@@ -5,9 +5,9 @@
     e_i = |q_i - y_i|                                 Eq. (12)
     w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     Eq. (13)
 
-q_i are the vertices of the target shape S_t, and y_i those of the outcome S_x [m]. C is the objective, l_x the length
-of the hands' paths [m], and D the shape distance [m]. w_i is the weight of vertex i. mu_e and sigma_e are the mean and
-the standard deviation of the distances e_i [m].
+q_i are the vertices of the target shape S_t [m]. y_i are the vertices of the outcome S_x [m]. C is the objective, l_x
+the length of the hands' paths [m], and D the shape distance [m]. w_i is the weight of vertex i. mu_e and sigma_e are
+the mean and the standard deviation of the distances e_i [m].
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
 
 
 def intersection_over_union(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the overlap of two masks of equal shape: the area of their intersection over that of their union [-]."""
+    """Return the overlap of two masks [-]: the area of their intersection divided by the area of their union."""
     return float((one & other).sum() / max((one | other).sum(), 1))
 
 

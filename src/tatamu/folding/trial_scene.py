@@ -101,7 +101,7 @@ def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
 
 
 def _bodies(fold: Fold, carries: Sequence[Carry], thickness: float) -> list[Body]:
-    """Return the fingers of all hands; none if the hands have no fingers."""
+    """Return the fingers of all hands as bodies. The list is empty if the hands have no fingers."""
     if not fold.fingers.stated:
         return []
     return [body for carry in carries for body in _fingers(fold, carry, thickness)]

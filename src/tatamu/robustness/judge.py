@@ -130,7 +130,10 @@ class Judge:
     def _follow(
         self, searches: Sequence[WorldSearch], slack: SlackRange
     ) -> tuple[list[float | None], list[MeshVerdict]]:
-        """Run all searches to their ends, each by one world at a time, and return their results and all verdicts."""
+        """Run all searches to their ends, and return their results and all verdicts on the fold.
+
+        A search yields worlds (draws of the disturbances), one at a time.
+        """
         findings: list[float | None] = [None] * len(searches)
         seen: list[MeshVerdict] = []
         wanted = {number: next(search) for number, search in enumerate(searches)}
@@ -146,7 +149,10 @@ class Judge:
         return findings, seen
 
     def _judge(self, worlds: Sequence[World], slack: SlackRange) -> list[MeshVerdict]:
-        """Simulate worlds on the coarse mesh, and on the fine mesh if the coarse verdict is not final."""
+        """Simulate the fold in worlds (draws of the disturbances), and return its verdicts.
+
+        The coarse mesh is simulated first, and the fine mesh if the coarse verdict is not final.
+        """
         if self._coarse is None:
             return [MeshVerdict(verdict) for verdict in self._simulate(self._fine, worlds)]
         coarse = self._simulate(self._coarse, worlds)
@@ -162,7 +168,10 @@ class Judge:
         ]
 
     def _simulate(self, mesh: _Mesh, worlds: Sequence[World]) -> list[Verdict]:
-        """Return the verdicts on worlds on one mesh. Verdicts in the cache are not simulated again."""
+        """Return the results of the fold in worlds (draws of the disturbances) on one mesh.
+
+        Known results are not simulated again.
+        """
         keys = [mesh.key(world) for world in worlds]
         mesh.requested.update(keys)
         missing = {key: world for key, world in zip(keys, worlds, strict=True) if self._cache.get(key) is None}

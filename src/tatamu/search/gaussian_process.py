@@ -3,10 +3,11 @@
     k(x, x') = s^2 (1 + sqrt(5) r + 5/3 r^2) exp(-sqrt(5) r),   r^2 = sum_k ((x_k - x'_k) / l_k)^2      Matern 5/2
     f(x)     ~ GP(mu, k)
 
-The function f has the mean mu and the covariance k with the variance s^2. The lengths l_k are those of largest
-posterior density under a log-normal prior, whose logarithm has the mean m and the spread v. For given lengths, mu
-(generalised least squares) and s^2 have closed forms, so only the lengths are searched. The prior of s^2 counts like n0
-= PRIOR_OBSERVATIONS observations of unit variance. Let y be the n observations, R = k / s^2, and from here r = y - mu:
+The function f has the mean mu and the covariance k with the variance s^2. The lengths l_k have the largest posterior
+density under a log-normal prior. log l_k has the mean m and the standard deviation v in this prior. For given lengths,
+mu (generalised least squares) and s^2 have closed forms, so only the lengths are searched. The prior of s^2 counts like
+n0 = PRIOR_OBSERVATIONS observations of unit variance. y are the n observations, and R is k / s^2. From here on, r
+stands for y - mu:
 
     -log p = (n + n0)/2 log s^2 + 1/2 log |R| + sum_k (log l_k - m)^2 / (2 v^2),    s^2 = (r' R^-1 r + n0) / (n + n0)
 

@@ -3,7 +3,7 @@
 This search differs from the paper's search in two ways. First, the kernel has a separate length for each parameter.
 Second, a part of the objective may be known before a trial runs, such as l_x of Eq. (10). Then the process models the
 logarithm of the rest, and the known part need not be learned. The logarithm is used because the objectives of good
-folds differ by hundredths, and those of bad folds by whole numbers.
+folds differ by hundredths. The objectives of bad folds differ by whole numbers.
 
 A proposal takes a few milliseconds.
 """

@@ -2,7 +2,7 @@
 
     minimise  |r(p)|^2,   (J'J + lambda diag(J'J)) step = -J'r,   J_k = (r(p + h e_k) - r(p)) / h
 
-p is a point of the unit cube, r the vector of residuals and J its Jacobian matrix. lambda is the damping, h the
+p is a point of the unit cube, r the vector of residuals and J its Jacobian matrix. lambda is the damping. h is the
 difference for derivatives, and e_k the unit vector along coordinate k.
 
 The module evaluates nothing itself. A search is a generator: it yields the points that it needs, and the caller sends
@@ -46,7 +46,7 @@ def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pen
     """Return the next point at which the searches need residuals, shape (d,).
 
     The searches are run one after the other. If all points that a search needs are pending, the neighbours of its trial
-    step are returned, because the search needs these points if the step succeeds. After that, the next search starts.
+    step are returned. The search needs these points if the step succeeds. After that, the next search starts.
 
     Args:
         starts: Starting points of the searches in the unit cube, each of shape (d,). There must be enough for all

@@ -28,11 +28,12 @@ class Schedule:
     least_high: int = 5
     """Least number of trials at high fidelity."""
     least_gain: float = 0.001
-    """Expected gain below which a search has converged, as a fraction of the best objective; only used with "auto".
+    """Expected gain below which a search has converged, as a fraction of the best objective. It is only used with
+    "auto".
 
     The search converges when `in_a_row` proposals in a row stay below this gain."""
     in_a_row: int = 3
-    """Number of successive proposals with a low expected gain after which a search has converged; used with "auto"."""
+    """Number of successive proposals with a low expected gain after which a search with "auto" has converged."""
     most_auto: int = 100
     """Largest number of trials with "auto"."""
     most_high: int = 20

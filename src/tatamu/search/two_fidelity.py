@@ -7,8 +7,8 @@ is the objective itself. The two fidelities are related by
 
 y_low is the value of the cheap model, y_high the value of the model itself, and d their difference. y_low and d are
 Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity, with a least distance from
-each other. When a few trials of high fidelity are known, the search proposes the point with the largest expected
-improvement over the best of these trials.
+each other. When a few of these trials are known, the next proposals are the points with the largest expected
+improvement over the best of them.
 """
 
 from __future__ import annotations

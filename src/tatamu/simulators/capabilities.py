@@ -32,9 +32,11 @@ class Capabilities:
     usable_cell: float | None = None
     """Largest mean edge of the mesh with which two folds may be compared, in bending lengths; None if not limited."""
     friction_table: float | None = None
-    """Largest Coulomb coefficient between cloth and table. Larger ones are reduced to it; None if not limited."""
+    """Largest Coulomb coefficient between cloth and table; None if not limited. Larger coefficients are reduced to
+    it."""
     friction_cloth: float | None = None
-    """Largest Coulomb coefficient between layers of cloth. Larger ones are reduced to it; None if not limited."""
+    """Largest Coulomb coefficient between layers of cloth; None if not limited. Larger coefficients are reduced to
+    it."""
 
     def refuse(self, scene: Scene, name: str) -> None:
         """Raise an error if the simulator with this name cannot simulate a scene at all.

@@ -59,7 +59,7 @@ def _keep(folder: Path, source: Sources) -> str:
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:
-    """Return the path of the copy of an input of a learned fold or of its plan; None if no copy was made.
+    """Return the path of the copy of an input of a learned fold, or of its plan; None if there is no copy.
 
     Raises:
         InputError: If the index of the copies is invalid.

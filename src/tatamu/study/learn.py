@@ -73,7 +73,7 @@ def learn(
     """Learn a task, or resume a study that was interrupted.
 
     If `task` is the first of several steps of a plan, all steps are learned. Each step starts from the final state of
-    the previous step, and its search starts with the best folds of the earlier steps. If no hand carries a part of the
+    the previous step. Its search starts with the best folds of the earlier steps. If no hand carries a part of the
     cloth, an `UncarriedWarning` describes the part.
 
     Args:

@@ -46,7 +46,7 @@ class Scored(OpenRecord):
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Write the measures of the score among the other fields; they are None if there is no score."""
+        """Write the measures of the score among the other fields. If there is no score, the measures are None."""
         plain = OpenRecord._plain(self, standard)
         measures = dict.fromkeys(MEASURES) if self.score is None else self.score.model_dump()
         own = {name: plain.get(name) for name in OWN_VALUES}
@@ -111,7 +111,7 @@ class Trial(Scored):
             number: Number of the trial.
             proposal: Parameters of the trial.
             found: Evaluation of the parameters.
-            disturbed: Whether the objective is taken over disturbed worlds.
+            disturbed: Whether the objective is taken over simulations with random disturbances.
             spacing: Spacing of the mesh on which the trial ran [m]; None if the study has only one mesh.
         """
         other = disturbed or found.objective != found.nominal

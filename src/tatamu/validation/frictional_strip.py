@@ -1,7 +1,7 @@
 """A strip whose bending has friction, in one dimension.
 
-The module computes the moment of the strip as a function of its curvature, and the shape of a heavy strip whose clamp
-turns.
+The module computes the moment of the strip as a function of its curvature. It also computes the shape of a heavy strip
+whose clamp turns.
 
 The friction of bending consists of a few elements side by side. Each element is a spring that slips above a yield
 curvature (`Material.friction_elements`). The strip is a chain of rigid links with a moment at every joint.
@@ -63,7 +63,7 @@ class BentSection:
         return slope
 
     def keep(self, curvature: np.ndarray) -> None:
-        """Store these curvatures [1/m], shape (k,), as the present ones."""
+        """Store these curvatures [1/m], shape (k,), as the present curvatures of the sections."""
         for (_, limit), plastic in zip(self._elements, self._plastic, strict=True):
             plastic[:] = curvature - np.clip(curvature - plastic, -limit, limit)
 

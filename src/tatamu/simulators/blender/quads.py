@@ -1,7 +1,7 @@
 """Joins triangles to quadrilaterals, for Blender's linear bending model.
 
 Blender had only the linear bending model when the paper was written. This model needs quadrilaterals. On triangles, a
-strip hangs over an edge as if it had no bending stiffness, and stretches up to ten times as much [measured, 5.0.1].
+strip hangs over an edge as if it had no bending stiffness. It stretches up to ten times as much [measured, 5.0.1].
 """
 
 from __future__ import annotations

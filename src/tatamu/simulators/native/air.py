@@ -1,13 +1,14 @@
 """Air around a thin sheet: drag in all directions, drag by direction, and the mass of air that the sheet carries.
 
-The forces per area depend on the unit normal n, the velocity v, and its parts v_n = n.v and v_t = v - v_n n:
+n is the unit normal, and v the velocity with the parts v_n = n.v and v_t = v - v_n n. The forces per area are:
 
     f_n = -(c_n + q |v_n|) v_n n - m_a (d v_n / dt) n        drag and added mass along the normal
     f_t = -(c_t + q_t |v_t|) v_t                             drag along the surface
     q = max(q_n, k_n s^(-1/3))                               s: path along the normal since v_n changed its sign
 
-f_n is the force along the normal, f_t the force along the surface, and t the time. c_n and c_t are linear drag, q_n and
-q_t quadratic drag, k_n the constant of drag after a turn, m_a the added mass of air, and rho the areal density.
+f_n is the force along the normal, f_t the force along the surface, and t the time. c_n and c_t are linear drag, and q_n
+and q_t quadratic drag. k_n is the constant of drag after a change of direction. m_a is the added mass of air, and rho
+the areal density.
 
 With the added mass, cloth has the inertia rho + m_a along n and rho across n. Only rho has weight. By the
 Sherman-Morrison formula, accelerations lose the fraction alpha = m_a / (rho + m_a) of their component along n. A normal

@@ -33,8 +33,8 @@ kernel = _compiler()
 inlined = njit(cache=True, error_model="numpy", inline="always")
 """Compile a function that is always inlined.
 
-It is used if loops that call the function can then be vectorised. It is also used if a function with many records as
-arguments is called at one place only, because the function would otherwise be compiled twice.
+It is used if loops that call the function can then be vectorised. It is also used for a function with many records as
+arguments that is called only once in the code. Such a function would otherwise be compiled twice.
 """
 unlocked = _compiler(nogil=True)
 """Decorator for outermost loops. Other Python threads can run during such a loop."""

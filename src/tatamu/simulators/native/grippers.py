@@ -135,8 +135,8 @@ class Grippers:
             number: Number of the outer step.
             steps: Number of outer steps before it that are compared.
 
-        Returns:
-            Number of the gripper, or 0 if none is closed; its speed [m/s]; the time at which it had this speed [s].
+        Returns: Number of the gripper, its speed [m/s], and the time of this speed [s]. The number is 0 if no gripper
+            is closed.
         """
         first = max(number - steps, 0)
         ways = np.linalg.norm(np.diff(self._paths[:, first : number + 1], axis=1), axis=2)

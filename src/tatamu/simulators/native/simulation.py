@@ -1,8 +1,8 @@
 """A running scene. `simulate` runs it to the end, or a controller advances it step by step.
 
 Time advances in outer steps of length H, and a whole number of outer steps makes a frame. The result does not depend on
-how a run is divided. A scene that is advanced in pieces, or continued from a saved state, gives exactly the same bytes
-as a scene that is simulated without interruption.
+how a run is divided. A scene may be advanced in pieces, or continued from a saved state. It gives exactly the same
+bytes as without interruption.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def simulate_many(scenes: Sequence[Scene], options: Options | None = None) -> li
     """Simulate several scenes in parallel, one per processor. Compiled loops do not hold Python's lock.
 
     Raises:
-        SimulationError: If a scene fails. If several fail, the error is that of the first one in the given order.
+        SimulationError: If a scene fails. If several scenes fail, the error of the first of them is raised.
     """
     return side_by_side(partial(simulate, options=options), scenes)
 

@@ -1,7 +1,8 @@
 """Checks of bending: cantilevers against the heavy elastica, and the crease of a fold against a heavy chain.
 
-In a cantilever check, a strip of twice the length is held by one row of vertices across its middle, and droops on both
-sides. Its slope at this row is zero by symmetry, so the reference has exactly the length from this row to the tip.
+In a cantilever check, a strip of twice the length droops on both sides of its middle. One row of vertices across the
+middle is held. Its slope at this row is zero by symmetry, so the reference has exactly the length from this row to the
+tip.
 
 The check `clamp` holds a whole end instead, as a robot or a ruler does. The triangles next to the last held row can
 then bend on its held side too. Therefore the clamp of the reference is half a cell behind this row.

@@ -1,7 +1,7 @@
 """Checks of cloth on rigid bodies: friction on bodies at rest and in motion, penetration, symmetry and energy.
 
-The capstan check has a strip around a cylinder. The strip touches the cylinder over an angle theta. When the strip
-slips, the tensions per width T0 and T1 on both sides differ by a factor that depends on the friction coefficient mu:
+The capstan check has a strip around a cylinder. The strip touches the cylinder over an angle theta. T0 and T1 are the
+tensions per width on both sides, and mu is the friction coefficient. When the strip slips:
 
     T1 / T0 = e^(mu theta)
 

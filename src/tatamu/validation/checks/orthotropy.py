@@ -39,7 +39,7 @@ BENT = {"bending_rigidity_weft": 0.5, "bending_rigidity_bias": 0.6}
 
 
 def direction(degrees: float) -> list[list[float]]:
-    """Return the direction of the warp in all triangles of a strip along x that was cut at an angle to the warp."""
+    """Return the direction of the warp in a strip along x that was cut at an angle to the warp."""
     angle = np.radians(degrees)
     return [[float(np.cos(angle)), float(-np.sin(angle)), 0.0]]
 

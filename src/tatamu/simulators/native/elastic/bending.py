@@ -189,7 +189,10 @@ def _measure(
 def _add_moments_of_band(
     g: np.ndarray, K: np.ndarray, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
 ) -> None:
-    """Add the moments K_T g of n triangles from place e on. Triangle j has its hinges at a + j, b + j and c + j."""
+    """Add the moments K_T g of the n triangles in memory from e on.
+
+    Triangle j has its hinges at a + j, b + j and c + j.
+    """
     g0, g1, g2 = g[a : a + n], g[b : b + n], g[c : c + n]
     m0, m1, m2 = moment[a : a + n], moment[b : b + n], moment[c : c + n]
     k0, k1, k2 = K[0, e : e + n], K[1, e : e + n], K[2, e : e + n]

@@ -3,10 +3,10 @@
     Q   = a C + (1 - a) R^-1                    from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
     K_T = A_T Q' D Q                            D = B diag(1, 1, 2), or diag(B, B_weft, twist) along the fibres
 
-a is a weight, A_T the area of the triangle, and D the rigidities with the bending rigidity B. R maps the curvatures of
-a quadratic deflection to the small dihedral angles of the triangle and its three neighbours, which have six vertices.
-R^-1 is exact for such a deflection. On irregular meshes, however, the forces of a constant moment do not cancel, and
-cloth is too soft.
+a is a weight, A_T the area of the triangle, and D the rigidities with the bending rigidity B. The triangle and its
+three neighbours have six vertices. R maps the curvatures of a quadratic deflection of these vertices to the three
+dihedral angles, if they are small. R^-1 is exact for such a deflection. On irregular meshes, however, the forces of a
+constant moment do not cancel, and cloth is too soft.
 
 C sums the turning of the surface at the three edges, k = sum_e l_e s_e theta_e n_e n_e' / A. l_e is the length of edge
 e, theta_e its dihedral angle, and n_e the direction across it. This is the basic shell triangle of Onate and Zarate

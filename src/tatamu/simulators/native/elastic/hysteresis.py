@@ -4,10 +4,10 @@
     q_j = k - p_j,  |q_j| <= y_j             elastic part of the curvature in element j, p_j its plastic part
     m   = D k + sum_j s_j E q_j              elastic and frictional moments, E = diag(1, 1, 2), |q|^2 = q' E q
 
-g are the measures of the dihedral angles, Q the matrix to curvatures, and D the elastic rigidities. The elements are
-those of Prandtl, side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each element follows the curvature
-with the stiffness s_j until its elastic part reaches the yield curvature y_j. Then the element slips: p_j moves along
-q_j just far enough.
+g are the measures of the dihedral angles, Q the matrix to curvatures, and D the elastic rigidities. Several elements of
+Prandtl act side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each element follows the curvature with
+the stiffness s_j until its elastic part reaches the yield curvature y_j. Then the element slips: p_j moves along q_j
+just far enough.
 
 The sum of s_j y_j is the hysteresis HB. The sum of s_j is the additional slope of the moment, above B, directly after
 the curvature turns around. While an element slips, its moment points along its slip. Every closed cycle of curvature
@@ -150,7 +150,10 @@ def _slide(plastic: np.ndarray, curvature: np.ndarray, moment: np.ndarray, stiff
 def _add_moments_of_band(
     bent: np.ndarray, friction: Friction, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
 ) -> None:
-    """Add the moments A Q' E m of n triangles from place e on. Triangle j has its hinges at a + j, b + j and c + j."""
+    """Add the moments A Q' E m of the n triangles in memory from e on.
+
+    Triangle j has its hinges at a + j, b + j, c + j.
+    """
     Q = friction.Q
     area = friction.area[e : e + n]
     m0, m1, m2 = bent[0, e : e + n], bent[1, e : e + n], bent[2, e : e + n]

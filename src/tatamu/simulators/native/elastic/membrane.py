@@ -201,7 +201,9 @@ def _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out):  # type: igno
 def _forces(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, S: np.ndarray, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Compute the forces on the corners of n triangles at place e. Triangle j has the corners a + j, b + j and c + j.
+    """Compute the forces on the corners of the n triangles in memory from e on.
+
+    Triangle j has the corners a + j, b + j, c + j.
 
     `out` receives nine rows of BLOCK numbers [N].
 

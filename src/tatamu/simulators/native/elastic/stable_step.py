@@ -1,8 +1,8 @@
 """The fastest vibrations of membrane and bending at rest. They determine the size of the explicit time steps.
 
-Symplectic Euler is stable if the step h times the largest angular frequency omega is below 2. omega^2 is the largest
-generalised eigenvalue of G' K G u = omega^2 M u, and Lanczos iteration finds it. M are the lumped masses, K is the
-stiffness, and G are the derivatives with the positions u.
+The time steps are those of the symplectic Euler method. They are stable if the step h times the largest angular
+frequency omega is below 2. Lanczos iteration finds omega^2, the largest generalised eigenvalue of G' K G u = omega^2 M
+u. M are the lumped masses, K is the stiffness, and G are the derivatives with the positions u.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
 
 
 def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
-    """Return hinges with the ends of the shared edge in such an order that the lower slot is first."""
+    """Return hinges whose shared edge begins with the end in the lower slot (memory position)."""
     back = slot[hinges[:, 0]] > slot[hinges[:, 1]]
     return np.where(back[:, None], hinges[:, [1, 0, 3, 2]], hinges)
 
