@@ -266,7 +266,7 @@ class Wrapper(Evaluator):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations for which later evaluations wait."""
+        """Number of first evaluations for which all later evaluations wait."""
         return self.inner.scouts
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
@@ -277,7 +277,7 @@ class Wrapper(Evaluator):
         return self.inner.low_fidelity(parameters)
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the incumbent that an evaluation has to beat."""
+        """Return the incumbent: the best known evaluation, which a new evaluation has to beat."""
         return self.inner.incumbent(known, parameters)
 
     def errors(self, evaluation: Evaluation) -> np.ndarray:

@@ -280,7 +280,7 @@ class _Cloth:
 
 
 def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndarray:
-    """Return pairs of vertices in which the second lies on the first, shape (k, 2)."""
+    """Return pairs of vertices of which the second lies on top of the first, shape (k, 2)."""
     if not len(vertices):
         return np.empty((0, 2), dtype=np.int64)
     tree = cKDTree(state[vertices, :2])

@@ -83,7 +83,7 @@ class Stack:
 
 
 def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
-    """Return the stacks of a garment that lies as `state` [m], shape (n, 3)."""
+    """Return the stacks that a fold makes of a garment with the positions `state` [m], shape (n, 3)."""
     thickness = garment.material.thickness
     reach = 0.5 * garment.spacing
     top = Surface.of(state, garment.faces, thickness, reach).height(state[:, :2])
@@ -138,7 +138,7 @@ def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stac
 
 
 def crease_of(garment: Garment, height: float) -> Crease:
-    """Return the crease of a stack of this height [m]."""
+    """Return the crease of a stack with a given height [m]."""
     return crease(garment.material.bending_length, height)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Rest:
-    """The state of the test whether the cloth is at rest."""
+    """State of the test that decides whether the cloth is at rest."""
 
     look_at: int = -1
     """Number of the outer step of the next test; -1 if no test is necessary.

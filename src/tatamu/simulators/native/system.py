@@ -23,9 +23,9 @@ class State(NamedTuple):
     """
 
     X: np.ndarray
-    """Positions in slots and copies [m], shape (3, width)."""
+    """Positions in slots (memory positions of vertices) and copies of slots [m], shape (3, width)."""
     V: np.ndarray
-    """Velocities in slots [m/s], shape (3, slots)."""
+    """Velocities in slots (memory positions of vertices) [m/s], shape (3, slots)."""
     Y: np.ndarray
     """Positions at which forces are computed [m], shape (3, width)."""
     F: np.ndarray
@@ -35,7 +35,7 @@ class State(NamedTuple):
     free: np.ndarray
     """Whether gravity and drag move the vertex in each slot, shape (slots,): 1, or 0 for held vertices and fillers."""
     slot: np.ndarray
-    """Slot of each vertex, shape (n,)."""
+    """Slot (memory position) of each vertex, shape (n,)."""
     positions: Positions
     """Positions by vertex. One time step of these positions is one round of contact."""
     triangle_forces: np.ndarray

@@ -77,7 +77,7 @@ def tip_of(along: np.ndarray, shape: np.ndarray, length: float) -> np.ndarray:
 
 
 def chord_of(tip: np.ndarray) -> float:
-    """Return the angle below the horizontal of a line from the clamp to a tip (reach, drop) [degrees]."""
+    """Return the angle [degrees] between the horizontal and the line from the clamp down to a tip (reach, drop)."""
     return float(np.degrees(np.arctan2(tip[1], tip[0])))
 
 

@@ -41,7 +41,7 @@ class Membrane(NamedTuple):
     bands: np.ndarray
     """Table of the bands of triangles, with slots (memory positions) of vertices."""
     copies: np.ndarray
-    """Slots of vertices that are copied behind the last slot for these bands."""
+    """Slots (memory positions) of vertices that are copied behind the last slot for the bands."""
     S: np.ndarray
     """Stiffness with respect to eps, doubled for the force and packed [N/m^3], in single precision, shape (6,
     places)."""
