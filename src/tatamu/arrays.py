@@ -1,4 +1,7 @@
-"""Types for arrays in records. The arrays are validated when a record is made, read-only, and plain lists in files."""
+"""Types for arrays in records.
+
+The arrays are read-only and are validated when a record is made. In files, they are plain lists.
+"""
 
 from __future__ import annotations
 

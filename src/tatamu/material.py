@@ -48,10 +48,11 @@ ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
 FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
 """Names of the fields for the friction of bending."""
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
-"""Elements of the friction of bending: fractions of its stiffness, and multiples of a yield curvature k_y.
+"""Elements of the friction of bending, as pairs of numbers.
 
-The products of both numbers sum to 1. HB is the frictional moment of bending. When a sheet is bent for the first time
-to the curvature k, the moment is HB (1 - exp(-k / k_y)). The error of this formula is at most 0.09 HB.
+The first number is a fraction of the frictional stiffness. The second is the yield curvature of the element in units of
+a curvature k_y. The products of the pairs sum to 1. HB is the frictional moment of bending. When a sheet is bent for
+the first time to the curvature k, the moment is HB (1 - exp(-k / k_y)). The error of this formula is at most 0.09 HB.
 """
 STEEPER = 4.0
 """Default ratio of two slopes of the bending moment: directly after a reversal of bending, and later."""

@@ -76,7 +76,7 @@ PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 
 def prefix_in(name: str, prefixes: Iterable[str]) -> str | None:
-    """Return the longest prefix with which a name begins; None if no prefix fits.
+    """Return the longest of several prefixes with which a name begins; None if the name begins with none of them.
 
     Names are compared by whole words between dots.
     """

@@ -37,7 +37,7 @@ from tatamu.topology import Topology, areas, lumped
 OFF = 0.0125
 """Cloth that ends farther than this from its target is not folded [m] (BiFold 2025).
 
-Cloth that stays behind ends at least twice its distance from the line away from its target."""
+If cloth stays behind, its distance from its target is at least twice its distance from the fold line."""
 LONGEST = 0.15
 """Longest overhang of cloth that is still laid down properly [m]."""
 LONGEST_TAIL = 0.10

@@ -30,7 +30,7 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
         across: Distances of the vertices from the fold line [m], shape (k,). Outer vertices have lower values.
         along: Coordinates of the vertices along the fold line [m], shape (k,).
         links: Edges of the mesh between these vertices, shape (e, 2). Connected vertices form one layer.
-        spacing: Distance between vertices of the mesh [m].
+        spacing: Distance between neighbouring vertices of the mesh [m].
 
     Returns:
         Whether each vertex is held, shape (k,).

@@ -68,7 +68,7 @@ class Judge:
         cache: VerdictCache,
         progress: Progress = lambda done, total: None,
     ) -> None:
-        """Make a judge.
+        """Prepare simulations of a fold on one mesh or on two meshes.
 
         Args:
             fine: The fold on the fine mesh.

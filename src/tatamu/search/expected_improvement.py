@@ -1,6 +1,6 @@
 """The logarithm of expected improvement (Jones et al. 1998).
 
-The logarithm is used because expected improvement itself can be smaller than the smallest floating-point number.
+The logarithm is used because far from the best point, expected improvement is below the smallest floating-point number.
 
 Let b be the lowest objective so far, and C the objective at a point. Phi and phi are the distribution and the density
 of the standard normal variable. C is either a normal variable Y, or a known part l plus a log-normal variable e^Y:

@@ -28,7 +28,7 @@ LEAST_UNKNOWN = 1e-6
 LEAST_DEVIATION = 0.1
 """Least standard deviation by which observed logarithms are divided.
 
-It prevents that differences between nearly equal values are enlarged to unit variance."""
+Without it, small differences between nearly equal values would be enlarged to unit variance."""
 APART = 0.03
 """Least difference between a proposal and every known or pending point, in at least one parameter.
 
@@ -144,7 +144,7 @@ def fit_standardised(
         points: Points of the unit cube whose values were observed, shape (n, d).
         values: Observed values, shape (n,).
         pending: Points of trials that are still running, shape (p, d).
-        least: Least standard deviation by which values are divided. It prevents that small differences are enlarged.
+        least: Least standard deviation by which values are divided. Without it, small differences would be enlarged.
 
     Returns:
         The process, and the centre and the spread with which the values were standardised.

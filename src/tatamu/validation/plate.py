@@ -150,9 +150,9 @@ class Swing:
     period: float
     """Mean time between two turning points on the same side [s]."""
     decrement: np.ndarray
-    """Logarithm of the ratio of each excursion to the next excursion on the same side [-]."""
+    """Logarithm of the ratio between the size of each swing and the size of the next swing to the same side [-]."""
     excursion: np.ndarray
-    """Peak-to-peak excursion at the time of each decrement, in the unit of the signal."""
+    """Peak-to-peak size of the swing at the time of each decrement, in the unit of the signal."""
 
 
 def swing_of(times: np.ndarray, signal: np.ndarray) -> Swing:

@@ -1,6 +1,7 @@
 """The search for Blender.
 
-Blender is searched in an environment variable, in the environment of `tatamu install blender`, and in the search path.
+An environment variable may name the path of Blender. Otherwise the environment of `tatamu install blender` is used, or
+else the search path for programs.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Compilation of kernels by numba, without fast-math. A kernel is a compiled function. Compiled code is kept on disk.
 
 The compiler does not reorder or fuse products and sums, so a rollout always has exactly equal bytes. With numpy's error
-model, a division by zero gives an infinity and not an exception. A check for exceptions would prevent that a loop
-computes eight numbers at a time. `boundscheck` stays switched off.
+model, a division by zero gives an infinity and not an exception. With a check for exceptions, a loop could not compute
+eight numbers at a time. `boundscheck` stays switched off.
 """
 
 from __future__ import annotations

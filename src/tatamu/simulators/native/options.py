@@ -78,7 +78,8 @@ class ContactOptions(NamedTuple):
 
     In folded cloth, vertices also avoid neighbouring triangles."""
     ridge_cosine: float = 0.94
-    """Cosine between the normals of two triangles below which their shared edge is guarded like a border [-].
+    """Cosine between the normals of two triangles below which their shared edge is kept away from other edges [-].
+    Edges at a border are always kept away.
 
     The default corresponds to a crease of 20 degrees."""
     level_cosine: float = 0.7
@@ -92,9 +93,10 @@ class ContactOptions(NamedTuple):
 
     Such a triangle stays a candidate even if two other triangles are nearer."""
     pressed: float = 0.6
-    """Distance below which layers count as pressed [t]. The edges of pressed layers are guarded as well."""
+    """Distance below which layers count as pressed [t]. The edges of pressed layers are kept away from each other as
+    well."""
     pressed_searches: int = 4
-    """Number of searches during which the edges at a pressed vertex stay guarded."""
+    """Number of searches for contact after which the edges at a vertex no longer count as pressed."""
     pairs_per_edge: int = 24
     """Largest number of edge pairs per edge of the mesh. Memory is reserved for this number."""
 
@@ -132,13 +134,13 @@ class ContactOptions(NamedTuple):
     sweeps_of_many: int = 5
     """Largest number of sweeps in each round if contact is resolved several times per outer step."""
     hard: float = 0.08
-    """Size of a correction above which a vertex becomes restless [t].
+    """Size of a correction by contact above which a vertex counts as restless [t].
 
     Only restless vertices can pass through cloth. Only these are tested for impact zones (groups of colliding
     vertices).
     """
     restless_steps: int = 3
-    """Number of outer steps for which a vertex stays restless after a large correction."""
+    """Number of outer steps for which a vertex stays restless, that is, in danger of passing through cloth."""
     zone_passes: int = 30
     """Largest number of passes in which impact zones may grow. What remains is resolved in the next step."""
 

@@ -94,7 +94,10 @@ def turn(subject: Subject, gamma: float) -> Findings:
 
 
 def _turning(vertices: np.ndarray, distance: float) -> Gripper:
-    """Return a hand that holds one row of vertices and turns it about the last held row, at a distance [m]."""
+    """Return a hand that holds one row of vertices.
+
+    The row is `distance` [m] from the last held row and turns about it.
+    """
     knots = np.linspace(0.0, CLAMPS[-1][0] + REST, 401)
     turns = [0.0] + [time + rest for time, _ in CLAMPS for rest in (0.0, REST)]
     angles = [90.0] + [angle for _, angle in CLAMPS for _ in (0, 1)]

@@ -47,9 +47,10 @@ class Bending(NamedTuple):
     rest_moment: np.ndarray
     """Moment K g0 of the unstrained shape at each hinge [N m], in single precision, shape (hinge places,)."""
     couplings: np.ndarray
-    """Table of the bands of triangles. It contains the places of the three hinges that each triangle couples."""
+    """Table of the bands (runs in memory) of triangles. It contains the positions in memory of each triangle's
+    hinges."""
     coupling_copies: np.ndarray
-    """Places of hinges that are copied behind the last place for the bands of triangles."""
+    """Hinges, by their positions in memory, that are copied behind the last hinge for the bands of triangles."""
     friction: Friction
     """Constants of the friction of bending, for cloth with hysteresis."""
     K: np.ndarray
