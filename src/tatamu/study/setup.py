@@ -72,7 +72,7 @@ def _disturbances(
         return None if held.disturbances is None else Disturbances.model_validate(held.disturbances), held.quantile
     found = _given_disturbances(task, options)
     material = task.asked.material if task.asked else None
-    if found is not None and material is not None and not found.mean:  # a given mean describes the material better
+    if found is not None and material is not None and not found.mean:  # means come from observed folds
         found = with_calibrated(found, Path(material), task.garment.material)
     return found, options.chosen_quantile
 
