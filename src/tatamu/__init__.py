@@ -178,7 +178,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first used, so that `import tatamu` stays quick."""
+    """Import a public name when it is first used, so that `import tatamu` is quick."""
     if name not in _HOME:
         raise AttributeError(f"module 'tatamu' has no attribute {name!r}")
     try:

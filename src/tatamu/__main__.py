@@ -1,4 +1,4 @@
-"""`python -m tatamu` is the command `tatamu`."""
+"""Entry point of `python -m tatamu`, which does the same as the command `tatamu`."""
 
 from tatamu.cli import main
 

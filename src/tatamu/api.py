@@ -1,4 +1,4 @@
-"""The Python interface: functions that join several packages, so that scripts and the command line do the same."""
+"""The Python interface of tatamu. Its functions join several packages. The command line uses the same functions."""
 
 from __future__ import annotations
 
@@ -35,45 +35,52 @@ from tatamu.study.database import SharedDatabase
 
 
 class Result(study.Result):
-    """A learned fold: `.best`, `.score`, `.manipulation`, `.scene`, `.rollout`, `.held`, `.table()`, `.save()`."""
+    """A learned fold.
+
+    Attributes and methods for users are `.best`, `.score`, `.manipulation`, `.scene`, `.rollout`, `.held`, `.table()`
+    and `.save()`.
+    """
 
     def write_report(self, file: Path | str | None = None) -> Path:
-        """Write the page of the fold, and return its path.
+        """Write the page of the fold, and return the path of the page.
 
         Args:
             file: File to write; None for `report.html` in the fold's folder.
 
         Raises:
-            InputError: If the file cannot be written, or none is given and the fold has no folder.
+            InputError: If the file cannot be written, or no file is given and the fold has no folder.
         """
         return write_report(self, None if file is None else Path(file))
 
     def _repr_html_(self) -> str:
-        """Show the fold in a notebook: picture, measures and replay."""
+        """Return HTML that shows the fold in a notebook: a picture, the measures and a replay."""
         return embedded(self)
 
 
 class PlanResult(study.PlanResult):
-    """A learned plan of several steps: `.steps`, `.final`, `.rollout`, `.save(folder)`."""
+    """A learned plan with several steps.
+
+    Attributes and methods for users are `.steps`, `.final`, `.rollout` and `.save(folder)`.
+    """
 
     def write_report(self, file: Path | str | None = None) -> Path:
-        """Write the page of the plan, and return its path.
+        """Write the page of the plan, and return the path of the page.
 
         Args:
             file: File to write; None for `report.html` in the plan's folder.
 
         Raises:
-            InputError: If the file cannot be written, or none is given and the plan has no folder.
+            InputError: If the file cannot be written, or no file is given and the plan has no folder.
         """
         return write_plan_report(self, None if file is None else Path(file))
 
     def _repr_html_(self) -> str:
-        """Show every step in a notebook, one below the other."""
+        """Return HTML that shows every step in a notebook, one below another."""
         return "".join(embedded(step) for step in self.steps)
 
 
 def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
-    """Return a result with the pages that it can write."""
+    """Return the result in the class that can write its page."""
     given = {each.name: getattr(found, each.name) for each in fields(found)}
     if isinstance(found, study.Result):
         return Result(**given)
@@ -81,10 +88,10 @@ def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
 
 
 def task_of(options: FoldOptions) -> Task:
-    """Return the task of options as on the command line.
+    """Return the task that the options of the command line describe.
 
     Raises:
-        InputError: If an option is wrong; the message names it.
+        InputError: If an option is wrong. The message names the option.
     """
     return make_task(
         options.garment,
@@ -101,7 +108,7 @@ def task_of(options: FoldOptions) -> Task:
 
 @dataclass(frozen=True)
 class OwnObjective(Wrapper):
-    """Minimises a function of the parameters; the fold is simulated and scored as well."""
+    """Evaluator whose objective is the user's function of the parameters. The fold is also simulated and scored."""
 
     function: Callable[[Mapping[str, int | float]], float]
 
@@ -122,22 +129,24 @@ def learn(
     database: SharedDatabase | None = None,
     progress: Callable[[study.Progress], object] = lambda now: None,
 ) -> Result | PlanResult:
-    """Learn a task; `tatamu learn` is the same computation.
+    """Learn a task. The command `tatamu learn` does the same computation.
 
     Args:
-        task: The fold, made by `make_task`. The first step of a plan of several learns them all.
+        task: The fold, made by `make_task`. If it is the first of several steps of a plan, all steps are learned.
         options: Options of the study; None for the defaults.
-        out: Folder that keeps the study while it runs; an unfinished one is resumed. None to keep it in memory.
-        evaluate: Evaluator, or function of the parameters, to minimise instead of the objective of the options.
-        after: Observed folds of the same set-up, or their folders. Their posterior replaces the disturbances, its mean
-            is corrected, and the search starts from the last of these folds.
-        executor: Executor of the simulations; None for threads on every processor.
-        database: Database that keeps the study; None for the file `study.db` of the folder.
-        progress: Called with a `Progress` when the study is opened, after every trial, and when a stage starts.
+        out: Folder that keeps the study while it runs. An unfinished study in it is resumed. None keeps the study in
+            memory.
+        evaluate: Evaluator, or function of the parameters, that is minimised. None for the objective of the options.
+        after: Real folds of the same set-up that were observed, or their folders. The disturbances are those inferred
+            from these folds, and their mean is corrected. The search starts from the last of these folds.
+        executor: Executor of the simulations; None for threads on all processors.
+        database: Database that keeps the study; None for the file `study.db` in the folder.
+        progress: Function that receives a `Progress` when the study is opened, after every trial, and when a stage
+            starts.
 
     Raises:
-        InputError: If an option is wrong, or the folder cannot be used; the message names it.
-        UnavailableError: If workers, the database or the disk fail; what was finished is kept.
+        InputError: If an option is wrong, or the folder cannot be used. The message names the option or the folder.
+        UnavailableError: If workers, the database or the disk fail. Finished trials are kept.
         TatamuError: If every trial failed.
     """
     options = options or LearnOptions()
@@ -169,10 +178,10 @@ def _write_page(found: study.Result | study.PlanResult) -> None:
 
 
 def load(folder: Path | str) -> Result | PlanResult:
-    """Read the folder of a learned fold, or of a plan of several steps.
+    """Read the folder of a learned fold, or of a learned plan with several steps.
 
     Raises:
-        InputError: If a file is missing, broken, of another version, or does not fit the others.
+        InputError: If a file is missing, damaged, of another version, or does not fit the other files.
     """
     is_plan = study.ResultFolder(Path(folder)).holds_plan
     return _public(study.PlanResult.load(folder) if is_plan else study.Result.load(folder))
@@ -189,17 +198,19 @@ def measure_margins(
     alone: bool = True,
     executor: Executor | None = None,
 ) -> Measured:
-    """Measure how large each disturbance may be before a fold fails, and in what share of draws it succeeds.
+    """Measure how large each disturbance may be before a fold fails, and how often the fold succeeds.
+
+    For the success rate, all disturbances have random values in each of many draws.
 
     Args:
         result: The learned fold.
-        draws: Number of draws in which all disturbances act at once.
-        disturbances: `Disturbances`, "default" or a file; None for those of the study, or the default ones.
+        draws: Number of draws, in which all disturbances act together.
+        disturbances: `Disturbances`, "default", or a file; None for the disturbances of the study, or the defaults.
         seed: Random seed of the draws.
-        simulator: Name of the simulator; None for the one in which the fold was learned.
-        out: Folder that keeps simulations; None to keep none.
-        alone: Also measure the range of each disturbance alone.
-        executor: Executor of the simulations; None for threads on every processor.
+        simulator: Name of the simulator; None for the simulator in which the fold was learned.
+        out: Folder in which the results of simulations are kept; None if they are not kept.
+        alone: Whether to measure the range of each disturbance alone, too.
+        executor: Executor of the simulations; None for threads on all processors.
 
     Raises:
         InputError: If an argument is out of range.
@@ -231,22 +242,24 @@ def observe(
     executor: Executor | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Observed:
-    """Observe how a real fold ended: `.posterior`, `.correction`; `tatamu observe` is the same computation.
+    """Infer the errors of a set-up from how a real fold ended. The command `tatamu observe` does the same computation.
 
-    A fold with a folder keeps its simulations and observations there. Without any number, earlier observations are
-    evaluated again.
+    The result has the attributes `.posterior` and `.correction`.
+
+    If the fold has a folder, its simulations and observations are kept there. If no number is given, the earlier
+    observations in the folder are evaluated again.
 
     Args:
-        result: The fold as it was carried out.
+        result: The learned fold that was carried out.
         left: Deviation of the left corner of the moved hem from its target, along the fold and across it [m].
-        right: The same of the right corner [m].
-        slip: Displacement of the lower hem from where it lay [m].
-        deviation: Standard deviation of these numbers [m].
-        failed: Whether the fold failed.
-        turned_in: Corners that lie turned in, "left" or "right"; they are not measured.
-        measured: An observation, in place of these numbers.
-        executor: Executor of the simulations; None for threads on every processor.
-        progress: Called after every simulation with how many have ended, and how many there are.
+        right: Deviation of the right corner of the moved hem from its target, along the fold and across it [m].
+        slip: Displacement of the lower hem from its initial position, along the fold and across it [m].
+        deviation: Standard deviation of the errors of these numbers [m].
+        failed: Whether the real fold failed.
+        turned_in: Corners that are turned in, "left" or "right". These corners are not measured.
+        measured: An observation that replaces these numbers; None to use the numbers.
+        executor: Executor of the simulations; None for threads on all processors.
+        progress: Function that is called after every simulation, with the number of ended and of all simulations.
 
     Raises:
         InputError: If a number is out of range, or nothing was observed.
@@ -261,11 +274,11 @@ def observe(
 
 
 def correct(observed: Observed | study.Result, *, out: Path | str | None = None) -> Result:
-    """Return the fold with grasps, releases and heights corrected for the inferred errors.
+    """Return the fold with corrected grasps, releases and heights. The corrections undo the errors of the set-up.
 
     Args:
-        observed: The observed fold, or a learned fold whose folder has observations.
-        out: Folder to write, which `tatamu plan` takes; None for none.
+        observed: The result of `observe`, or a learned fold whose folder contains observations.
+        out: Folder to write, which the command `tatamu plan` can read; None to write no folder.
 
     Raises:
         InputError: If nothing was observed, or the folder cannot be written.
@@ -279,23 +292,23 @@ def correct(observed: Observed | study.Result, *, out: Path | str | None = None)
 
 
 def check(result: study.Result, simulator: str) -> Opinion:
-    """Simulate the best manipulation of a fold again in another simulator: `.score`, `.holds`.
+    """Simulate the best manipulation of a fold in another simulator. The result has `.score` and `.holds`.
 
     Raises:
-        InputError: If there is no such simulator, or it cannot run here.
+        InputError: If the simulator does not exist, or cannot run on this machine.
     """
     return check_result(result, simulator)
 
 
 def calibrate(measurements: Measurements | Path | str, simulator: str = "native") -> Calibration:
-    """Find the material with which a simulator reproduces measurements: `.material`, `.save(file)`.
+    """Find the material with which a simulator reproduces measurements. The result has `.material` and `.save(file)`.
 
     Args:
         measurements: The measurements, or their file.
         simulator: Name of the simulator.
 
     Raises:
-        InputError: If the file is wrong, or a reading is beyond the simulator.
+        InputError: If the file is wrong, or the simulator cannot reproduce a reading.
     """
     given = measurements if isinstance(measurements, Measurements) else load_measurements(Path(measurements))
     return calibrate_measurements(given, simulator)
@@ -303,16 +316,16 @@ def calibrate(measurements: Measurements | Path | str, simulator: str = "native"
 
 @dataclass(frozen=True)
 class FoldPlan:
-    """A robot's motion that carries out a learned fold and passed all checks."""
+    """A robot's motion that carries out a learned fold. It has passed all checks."""
 
     plan: RobotPlan
     result: study.Result
 
     def export(self, folder: Path | str) -> Path:
-        """Write the plan's folder: joint trajectories, ROS bags, checks. Return the folder.
+        """Write the folder of the plan with joint trajectories, ROS bags and checks, and return the folder.
 
         Raises:
-            InputError: If it cannot be written, or contains something else.
+            InputError: If the folder cannot be written, or contains other files.
         """
         with TemporaryDirectory() as temporary:
             source = self.result.folder or self.result.save(temporary).path
@@ -333,14 +346,14 @@ def plan_for(
 
     Args:
         result: The learned fold.
-        robot: Name of a robot, or a .toml that describes one.
-        place: Place of the fold's frame in the robot's base [m, m, rad]; None to search it.
-        table_height: Height of the table top in the base [m]; None to search it.
-        speed_scale: Factor of the motion's speed, from 0.05 to 1; waits change with it.
-        hover: Height above the table at which the motion is made with open jaws [m]; 0 to fold.
+        robot: Name of a robot, or a .toml file that describes a robot.
+        place: Position and angle of the fold's frame in the robot's base [m, m, rad]; None to search for them.
+        table_height: Height of the table's top in the robot's base [m]; None to search for it.
+        speed_scale: Factor of the motion's speed, from 0.05 to 1. Waiting times change with it.
+        hover: Height above the table at which the motion is made with open jaws [m]; 0 to fold the cloth.
 
     Raises:
-        InputError: If there is no such robot, or the fold is out of its reach.
+        InputError: If the robot does not exist, or the fold is out of its reach.
     """
     pace = validated(Pace, {"speed_scale": speed_scale}, "pace")
     with TemporaryDirectory() as temporary:

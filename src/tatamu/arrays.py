@@ -1,4 +1,7 @@
-"""Arrays as fields of records: validated on construction, read-only, plain lists in files."""
+"""Types for arrays in records.
+
+The arrays are read-only and are validated when a record is made. In files, they are plain lists.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,10 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer
 
 LARGEST = 1e3
-"""Largest coordinate and displacement [m]; larger ones are a unit error."""
+"""Largest coordinate or displacement [m]. A larger value is probably in another unit."""
 
 LARGEST_INDEX = 2**53
-"""No index of a vertex is so large; floating point numbers below it are exact."""
+"""Limit of the index of a vertex. Floating point numbers represent all whole numbers up to this limit exactly."""
 
 
 def _floats(value: Any) -> np.ndarray:
@@ -47,7 +50,7 @@ def _faces(value: Any) -> np.ndarray:
 
 
 def edges(value: Any) -> np.ndarray:
-    """Return pairs of whole numbers, shape (e, 2), also of an empty list."""
+    """Return pairs of whole numbers, shape (e, 2). An empty list gives the shape (0, 2)."""
     return _guarded(value, 2, "[i, j]")
 
 

@@ -1,10 +1,13 @@
-"""Rigid bodies that cloth collides with: fingers, plates, obstacles.
+"""Rigid bodies with which cloth collides: fingers, plates and obstacles.
 
-Their motion is given in advance, so cloth does not push them.
+The motion of a body is given in advance, so cloth does not push it.
 
-Every shape is a rounded box: a core with half sizes h, which may be zero, and everything within a radius r of it:
+Every shape is a rounded box. It has a core with the half sizes h, which may be zero. The body is everything within the
+radius r of the core:
 
     box      h = size, r = 0;     sphere   h = 0, r = size[0];     capsule  h = (0, 0, size[1]), r = size[0]
+
+The formula for the signed distance d of a point p is:
 
     d(p) = |max(q, 0)| + min(max(q_x, q_y, q_z), 0) - r,   q = |p| - h,   p in the frame of the body
 """
@@ -22,9 +25,11 @@ from tatamu.material import Number
 from tatamu.records import Record
 
 SIZES = {"box": 3, "sphere": 1, "capsule": 2}
-"""Numbers in `size` of each shape."""
+"""Number of entries in `size` for each shape."""
 UNIT = 0.02
-"""Largest difference of a quaternion's length from 1, because files round numbers; it is normalised [-]."""
+"""Largest difference between the length of a quaternion and 1 [-].
+
+Files round numbers, so the quaternion is normalised."""
 
 
 def _quaternions(value: Any) -> np.ndarray:
@@ -53,30 +58,32 @@ Size = Annotated[float, Field(ge=1e-5, le=LARGEST, strict=False)]
 
 
 class Body(Record):
-    """A rigid body: its shape, its friction, and its motion."""
+    """A rigid body: its shape, its friction and its motion."""
 
     name: str = ""
-    """Name for messages and pictures."""
+    """Name of the body in messages and pictures."""
     shape: Literal["box", "sphere", "capsule"]
     size: list[Size]
-    """Half sizes of a box, the radius of a sphere, or radius and half length (along z) of a capsule [m]."""
+    """Half sizes of a box, the radius of a sphere, or the radius and half length (along z) of a capsule [m]."""
     friction: Number = Field(0.5, ge=0.0, le=10.0)
-    """Coulomb coefficient of cloth on the body [-]."""
+    """Coulomb coefficient between cloth and body [-]."""
     hand: Literal["left", "right"] | None = None
-    """The hand to which this finger belongs; None if it belongs to none.
+    """Hand to which the body belongs as a finger; None if the body is not a finger.
 
-    A finger does not collide with triangles at vertices that a gripper of its hand holds. These triangles are longer
-    than the thickness of a fingertip, so they would stick out from between the fingers.
+    A finger does not collide with the triangles at vertices that a gripper of its hand holds. These triangles are
+    longer than a fingertip is thick, so they would stick out from between the fingers.
     """
     times: Annotated[list[Number], Field(min_length=1)] = Field(default_factory=lambda: [0.0])
-    """Knots of the motion [s], increasing."""
+    """Times of the knots of the motion [s], increasing."""
     positions: Points
-    """Centre at each knot [m], shape (k, 3); linear between, held before the first and after the last."""
+    """Position of the centre at each knot [m], shape (k, 3).
+
+    Between knots, the motion is linear. Before the first knot and after the last, the body does not move."""
     orientations: Quaternions | None = None
     """Unit quaternion (w, x, y, z) at each knot, shape (k, 4).
 
-    None if the body never turns. The quaternion turns directions in the frame of the body to the world. Between knots,
-    it is interpolated on the sphere along the shorter way.
+    None if the body never turns. The quaternion rotates from the frame of the body to the frame of the scene. Between
+    knots, it is interpolated on the sphere along the shorter way.
     """
 
     @model_validator(mode="after")
@@ -94,47 +101,57 @@ class Body(Record):
 
     @property
     def core(self) -> np.ndarray:
-        """Half sizes of the core [m], shape (3,)."""
+        """Half sizes h of the core [m], shape (3,)."""
         if self.shape == "box":
             return np.array(self.size)
         return np.array([0.0, 0.0, self.size[1] if self.shape == "capsule" else 0.0])
 
     @property
     def radius(self) -> float:
-        """Radius around the core [m]."""
+        """Radius r around the core [m]."""
         return 0.0 if self.shape == "box" else self.size[0]
 
     def path(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Centres [m], shape (k, 3), and unit quaternions (w, x, y, z), shape (k, 4), at times [s], shape (k,)."""
+        """Return the motion of the body at times [s], shape (k,).
+
+        Returns:
+            Centres [m], shape (k, 3), and unit quaternions (w, x, y, z), shape (k, 4).
+        """
         positions = np.column_stack([np.interp(times, self.times, column) for column in self.positions.T])
         if self.orientations is None:
             return positions, np.tile([1.0, 0.0, 0.0, 0.0], (len(times), 1))
         return positions, slerp(times, np.array(self.times), self.orientations)
 
     def pose(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Centre [m], shape (3,), and rotation from the frame of the body to the world, shape (3, 3), at a time [s]."""
+        """Return the centre [m], shape (3,), and the rotation, shape (3, 3), at a time [s].
+
+        The rotation is from the frame of the body to the frame of the scene.
+        """
         positions, orientations = self.path(np.array([time]))
         return positions[0], rotation(orientations[0])
 
     def local(self, points: np.ndarray, time: float = 0.0) -> np.ndarray:
-        """Points [m], shape (..., 3), in the frame of the body at a time [s]."""
+        """Return points [m], shape (..., 3), in the frame of the body at a time [s]."""
         position, turned = self.pose(time)
         return np.asarray((points - position) @ turned)
 
     def distance(self, local: np.ndarray) -> np.ndarray:
-        """Signed distance of points in the frame of the body [m], shape (...,): negative inside."""
+        """Return the signed distance of points in the frame of the body [m], shape (...,). It is negative inside."""
         q = np.abs(local) - self.core
         outside = np.linalg.norm(np.maximum(q, 0.0), axis=-1)
         return np.asarray(outside + np.minimum(q.max(axis=-1), 0.0) - self.radius)
 
 
 def slerp(times: np.ndarray, knots: np.ndarray, quaternions: np.ndarray) -> np.ndarray:
-    """Spherical interpolation (Shoemake 1985), held before the first knot and after the last.
+    """Interpolate quaternions on the sphere (Shoemake 1985).
+
+    Before the first knot and after the last, the result is constant.
 
     Args:
         times: Times [s], shape (k,).
         knots: Times of the knots [s], increasing, shape (m,).
-        quaternions: Quaternions at the knots, shape (m, 4). q and -q are the same rotation, so the nearer one is used.
+        quaternions: Quaternions at the knots, shape (m, 4). q and -q are equal rotations, so the nearer of them is
+            used.
 
     Returns:
         Unit quaternions, shape (k, 4).
@@ -156,7 +173,7 @@ def slerp(times: np.ndarray, knots: np.ndarray, quaternions: np.ndarray) -> np.n
 
 
 def rotation(quaternion: np.ndarray) -> np.ndarray:
-    """Rotation matrix of a unit quaternion (w, x, y, z), shape (3, 3)."""
+    """Return the rotation matrix of a unit quaternion (w, x, y, z), shape (3, 3)."""
     w, x, y, z = quaternion
     return np.array(
         [

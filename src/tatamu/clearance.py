@@ -1,8 +1,9 @@
-"""The distance of cloth from a rigid body, with its faces, because a thin finger may pierce a triangle.
+"""The distance between cloth and a rigid body. Faces are tested too, because a thin finger may pierce a triangle.
 
-The signed distance of a body is a convex function. Over a triangle it is therefore above each plane that touches it at
-a corner. This bound clears almost all triangles at once. Over the other triangles the minimum is found by nested golden
-sections: the minimum along a line parallel to a side is again a convex function of the line's place.
+The signed distance of a body is a convex function. Its tangent planes at the corners of a triangle are therefore lower
+bounds over the triangle. The bound is positive for almost all triangles. For the other triangles, nested golden
+sections find the minimum. They are valid because the minimum along a line parallel to a side is a convex function of
+the line's position.
 """
 
 from __future__ import annotations
@@ -15,30 +16,30 @@ from tatamu.body import Body
 
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 SECTIONS = 24
-"""Golden sections in each direction: a side of 20 mm is cut down to 0.2 micrometres."""
+"""Number of golden sections in each direction. They reduce a side of 20 mm to 0.2 micrometres."""
 
 
 def deepest(body: Body, points: np.ndarray, faces: np.ndarray, time: float = 0.0) -> float:
-    """Return how far the cloth's mid-surface reaches into a body [m]; negative if it is outside.
+    """Return how deep the cloth's mid-surface is in a body [m]. The result is negative if the cloth is outside.
 
     Args:
         body: The body.
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
-        time: Time [s].
+        time: Time that determines the position of the body [s].
     """
     return -float(distances(body, points, faces, time, below=0.0).min())
 
 
 def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, below: float = np.inf) -> np.ndarray:
-    """Smallest signed distance of each triangle from a body [m], shape (m,).
+    """Return the smallest signed distance of each triangle from a body [m], shape (m,).
 
     Args:
         body: The body.
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
-        time: Time [s].
-        below: Triangles farther away than this [m] only get the smallest distance of their corners.
+        time: Time that determines the position of the body [s].
+        below: Distance above which the result is only the smallest distance of a triangle's corners [m].
     """
     local = body.local(points, time)
     at_vertices = body.distance(local)
@@ -50,7 +51,7 @@ def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, be
 
 
 def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """A lower bound of the distance over each triangle, by its tangent planes at the corners [m], shape (m,)."""
+    """Return a lower bound of the distance over each triangle [m], shape (m,), from tangent planes at its corners."""
     normals = _normals(body, local)
     corners = local[faces]
     bounds = [
@@ -62,7 +63,7 @@ def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.nda
 
 
 def _normals(body: Body, local: np.ndarray) -> np.ndarray:
-    """A unit normal of the body next to each point in its frame, shape (n, 3)."""
+    """Return the unit normal of the body near each point in the frame of the body, shape (n, 3)."""
     q = np.abs(local) - body.core
     signs = np.where(local >= 0.0, 1.0, -1.0)
     outside = np.maximum(q, 0.0)
@@ -72,11 +73,14 @@ def _normals(body: Body, local: np.ndarray) -> np.ndarray:
 
 
 def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
-    """The minimum of the distance over triangles in the frame of the body [m], shape (k,); corners (k, 3, 3)."""
+    """Return the minimum of the distance over each triangle [m], shape (k,).
+
+    The corners of the triangles, shape (k, 3, 3), are in the frame of the body.
+    """
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """Return the minimum on a line parallel to the side b-c, at a fraction of the distance from a."""
+        """Return the minimum on a line parallel to the side b-c. `part` is the fraction of the distance from a."""
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))
@@ -85,7 +89,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
 
 
 def _golden(values: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
-    """Return the minimum of `count` convex functions of a number from 0 to 1, shape (count,)."""
+    """Return the minimum of each of `count` convex functions of a number from 0 to 1, shape (count,)."""
     low = np.zeros(count)
     high = np.ones(count)
     left = high - GOLDEN * (high - low)

@@ -1,8 +1,8 @@
-"""Places at which a cloth passes through itself: edges that cross triangles.
+"""Crossings of a cloth with itself: edges that pass through triangles.
 
-An edge crosses a triangle if its ends lie strictly on opposite sides of the triangle's plane and its line passes
-strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are left out; edges that only
-touch a triangle, or lie in its plane, do not count. Candidates come from a grid hashed by cell.
+An edge crosses a triangle under two conditions. Its ends lie strictly on opposite sides of the triangle's plane. Its
+line passes strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are ignored. Edges
+that only touch a triangle, or lie in its plane, do not count. A hashed grid of cells gives the candidates.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> 
     """Return the pairs of an edge and a triangle that cross and share no vertex.
 
     Args:
-        points: Positions [m], finite, shape (n, 3).
+        points: Positions of the vertices [m], shape (n, 3). They must be finite.
         faces: Triangles, shape (m, 3).
         edges: Edges to test, shape (e, 2).
 
     Returns:
-        Rows of an edge and a triangle, as indices, shape (k, 2).
+        Rows with the indices of an edge and of a triangle, shape (k, 2).
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     ends = points[edges]
@@ -33,7 +33,7 @@ def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> 
 
 
 def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
-    """Return the number of pairs of an edge and a triangle that cross; for arguments see `crossing_pairs`.
+    """Return the number of pairs of an edge and a triangle that cross. The arguments are those of `crossing_pairs`.
 
     All edges of the mesh are tested if `edges` is None. If a position is not finite, every edge counts as crossing.
     """
@@ -42,7 +42,7 @@ def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = 
 
 
 def crossings_over_time(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the crossings in every frame, shape (f,), from positions of shape (f, n, 3)."""
+    """Return the number of crossings in every frame, shape (f,), from positions of shape (f, n, 3)."""
     edges = Topology(faces).edges
     return np.array([crossings(points, faces, edges) for points in positions])
 
@@ -58,7 +58,7 @@ def _volume(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> float
 
 @njit(cache=True)
 def _cross(p: np.ndarray, q: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> bool:
-    """Return whether the edge p-q passes strictly through the triangle a, b, c."""
+    """Return whether the edge p-q passes strictly through the triangle (a, b, c)."""
     if not _volume(a, b, c, p) * _volume(a, b, c, q) < 0.0:
         return False
     u = _volume(p, q, a, b)
@@ -77,25 +77,27 @@ def _find(
     origin: np.ndarray,
     cell: float,
 ) -> np.ndarray:
-    """Return crossing pairs: every edge is hashed by the cell of its lower corner; triangles test the cells in reach.
+    """Return crossing pairs of edges and triangles.
+
+    Every edge is hashed by the cell that contains the lower corner of its box. Triangles test the cells within reach.
 
     Args:
-        points: Positions [m], shape (n, 3).
+        points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
         edges: Edges, shape (e, 2).
         low: Lower corner of the box of each edge [m], shape (e, 3).
         high: Upper corner of the box of each edge [m], shape (e, 3).
         origin: Lower corner of the grid [m], shape (3,).
-        cell: Side of a cell, at least that of any edge's box [m].
+        cell: Side of a cell [m]. It is at least the side of any edge's box.
 
     Returns:
-        Rows of an edge and a triangle, shape (k, 2).
+        Rows with the indices of an edge and of a triangle, shape (k, 2).
     """
     size = 1
     while size < 2 * edges.shape[0]:
         size *= 2
     head = np.full(size, -1)  # first edge of each hash bucket
-    after = np.full(edges.shape[0], -1)  # next edge of the same bucket
+    after = np.full(edges.shape[0], -1)  # next edge in the same bucket
     key = np.empty((edges.shape[0], 3), np.int64)
     for e in range(edges.shape[0]):
         for d in range(3):

@@ -9,9 +9,9 @@ import numpy as np
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 SAMPLES = 400
-"""Number of segments of the polyline that represents a Bezier curve."""
+"""Number of segments of the polyline that approximates a Bezier curve."""
 FINE = 4000
-"""Number of segments of the polyline in which lengths and points of a `Bezier` are looked up."""
+"""Number of segments of the polyline with which lengths and points of a `Bezier` are found."""
 GOLDEN = 0.618034
 """Ratio of the golden section."""
 TOP_SPEED_FACTOR = 1.875
@@ -19,19 +19,25 @@ TOP_SPEED_FACTOR = 1.875
 
 
 def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Return T(t) = sum_k B_k^N(t) P_k, Eq. (1): shape (k, d) and (s,) to (s, d)."""
+    """Return points T(t) = sum_k B_k^N(t) P_k of Eq. (1), shape (s, d).
+
+    The control points P_k have the shape (k, d), and the parameters t the shape (s,).
+    """
     n = len(control_points) - 1
     basis = np.stack([comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)], axis=-1)
     return basis @ control_points
 
 
 def sampled_bezier(control_points: np.ndarray) -> np.ndarray:
-    """Return a Bezier curve as a fine polyline, shape (SAMPLES + 1, d)."""
+    """Return a Bezier curve as a polyline with many points, shape (SAMPLES + 1, d)."""
     return bezier(control_points, np.linspace(0.0, 1.0, SAMPLES + 1))
 
 
 def bezier_lengths(control_points: np.ndarray) -> np.ndarray:
-    """Return lengths of many cubic Bezier curves (p, 4, d) [m], shape (p,), by Gauss-Legendre quadrature."""
+    """Return the lengths of cubic Bezier curves [m], shape (p,), by Gauss-Legendre quadrature.
+
+    The control points have the shape (p, 4, d).
+    """
     u = 0.5 * (_NODES + 1.0)
     basis = 3.0 * np.stack([(1.0 - u) ** 2, 2.0 * (1.0 - u) * u, u**2])  # (3, s): T'(u) per difference of the P_k
     velocity = np.einsum("ks,pkd->psd", basis, np.diff(control_points, axis=1))
@@ -39,32 +45,33 @@ def bezier_lengths(control_points: np.ndarray) -> np.ndarray:
 
 
 def arc_lengths(polyline: np.ndarray) -> np.ndarray:
-    """Return the length of a polyline (s, d) from its start up to each of its points [m], shape (s,)."""
+    """Return the length of a polyline (s, d) from its start to each of its points [m], shape (s,)."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(polyline, axis=0), axis=1))])
 
 
 def length(polyline: np.ndarray) -> float:
-    """Return the length of a polyline (s, d) [m]: l_x of Eq. (10)."""
+    """Return the length of a polyline (s, d) [m], which is l_x of Eq. (10)."""
     return float(np.linalg.norm(np.diff(polyline, axis=0), axis=1).sum())
 
 
 def along(polyline: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Return points at fractions of a polyline's length, shape (s,) to (s, d)."""
+    """Return the points at fractions (s,) of a polyline's length, shape (s, d)."""
     arc = arc_lengths(polyline)
     return np.column_stack([np.interp(fraction * arc[-1], arc, column) for column in polyline.T])
 
 
 def minimum_jerk(fraction: np.ndarray) -> np.ndarray:
-    """Return the fraction of the path at a fraction of the time in the smoothest motion from rest to rest.
+    """Return the fraction of the path that is covered at a fraction of the time, in a minimum-jerk motion.
 
-    10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985); before the start 0, after the end 1.
+    For the fraction s of the time, it is 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985). This is the smoothest motion
+    from rest to rest. The result is 0 before the start and 1 after the end.
     """
     s = np.clip(fraction, 0.0, 1.0)
     return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
 
 
 def minimum_jerk_duration(path_length: float, top_speed: float) -> float:
-    """Return the duration [s] of a minimum-jerk motion over a path of this length [m] at this top speed [m/s]."""
+    """Return the duration [s] of a minimum-jerk motion with a given path length [m] and top speed [m/s]."""
     return TOP_SPEED_FACTOR * path_length / top_speed
 
 
@@ -73,25 +80,25 @@ class Bezier:
     """A cubic Bezier curve in space (paper, Fig. 3)."""
 
     control: np.ndarray
-    """P0..P3 [m], shape (4, 3)."""
+    """Control points P0 to P3 [m], shape (4, 3)."""
 
     def at(self, u: np.ndarray) -> np.ndarray:
-        """Return points at parameters u (n,) in [0, 1], shape (n, 3)."""
+        """Return the points at parameters u (n,) from 0 to 1, shape (n, 3)."""
         return bezier(self.control, np.asarray(u, dtype=float))
 
     def arc_lengths(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return parameters and the length of the curve up to each [m], shape (FINE + 1,) both."""
+        """Return parameters, and the length of the curve up to each parameter [m], both of shape (FINE + 1,)."""
         u = np.linspace(0, 1, FINE + 1)
         return u, arc_lengths(self.at(u))
 
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return parameters (n,) of the nearest points of the curve, and their distances [m] (n,)."""
+        """Return the parameters (n,) of the curve's points nearest to `points`, and their distances [m], shape (n,)."""
         u = np.linspace(0, 1, FINE // 2 + 1)
         curve = self.at(u)
         best = np.array([np.argmin(((curve - point) ** 2).sum(axis=1)) for point in points])
         low = u[np.maximum(best - 1, 0)]
         high = u[np.minimum(best + 1, len(u) - 1)]
-        for _ in range(40):  # golden section, all points together
+        for _ in range(40):  # golden section for all points together
             a = high - (high - low) * GOLDEN
             b = low + (high - low) * GOLDEN
             nearer = self._squares(a, points) < self._squares(b, points)

@@ -1,4 +1,4 @@
-"""The errors that tatamu raises on purpose, as a tree.
+"""The errors that tatamu raises on purpose, and how they inherit from each other.
 
 TatamuError
 ├── InputError              a file, an option or a scene is wrong; the command line exits with 2
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
 LONGEST = 1500
-"""Texts of more characters are shortened in the middle: the file at the start and the advice at the end stay."""
+"""Number of characters above which texts are shortened. The middle is cut, so the file name and the advice remain."""
 
 
 def one_line(text: str) -> str:
     r"""Return a text as one line that any terminal can show.
 
-    Texts quote files, which may be broken or hostile. Control characters, invisible characters and those that reverse
-    the direction of writing are therefore escaped as in Python, such as `\x1b`.
+    A text may quote a file that is damaged or hostile. Therefore control characters, invisible characters, and
+    characters that reverse the direction of writing are escaped as in Python, for example `\x1b`.
     """
     line = " ".join(text.split())
     if len(line) > LONGEST:
@@ -32,7 +32,7 @@ def one_line(text: str) -> str:
 
 
 class TatamuError(Exception):
-    """Base of every error that tatamu raises on purpose; its text is one line that a person can act on."""
+    """Base of all errors that tatamu raises on purpose. The text is one line with advice for the user."""
 
     def __str__(self) -> str:
         """Return the text as one line, without control characters."""
@@ -40,11 +40,11 @@ class TatamuError(Exception):
 
 
 class InputError(TatamuError):
-    """A given file, option or value is wrong; the text has the value given, the values allowed and advice."""
+    """A given file, option or value is wrong. The text contains the given value, the allowed values and advice."""
 
 
 class UnavailableError(InputError):
-    """A scheduler, a database or a disk that the run needs does not answer, or is full; a later run resumes."""
+    """A scheduler, a database or a disk that the run needs does not answer, or is full. A later run can resume."""
 
 
 class SimulationError(TatamuError):
@@ -52,15 +52,18 @@ class SimulationError(TatamuError):
 
 
 class SceneError(InputError, SimulationError):
-    """No simulation of this scene can succeed: in a study the trial failed, elsewhere the scene is a wrong input."""
+    """No simulation of this scene can succeed.
+
+    In a study, the trial has failed. Elsewhere, the scene is a wrong input.
+    """
 
 
 class WorkerKilledError(SimulationError):
-    """A computation killed its processes repeatedly, or never answered."""
+    """A computation killed its processes several times, or never answered."""
 
 
 def describe(error: ValidationError) -> str:
-    """Return one line on the first wrong field: its place, the allowed and the given value."""
+    """Return one line about the first wrong field: its path, the allowed value and the given value."""
     errors = error.errors(include_url=False)
     first = errors[0]
     where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
@@ -70,7 +73,7 @@ def describe(error: ValidationError) -> str:
     if first["type"] == "literal_error":
         message = f"must be {first['ctx']['expected']}".replace("'", "")
     given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
-    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # not what holds it
+    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # not those that contain it
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
 
 

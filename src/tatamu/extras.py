@@ -1,4 +1,4 @@
-"""Optional packages, and the extras that install them; an error names the extra that is missing."""
+"""Optional packages, and the extras that install them. An error names the extra that must be installed."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ EXTRAS = {
     "dataset": ("av", "zarr"),
     "cluster": ("distributed", "dask", "cloudpickle", "psycopg", "pyarrow"),
 }
-"""Modules by the extra that installs them; "report" and "garments" are parts of "learn"."""
+"""Modules that each extra installs. The extras "report" and "garments" are parts of "learn"."""
 
 
 def missing(error: ModuleNotFoundError) -> InputError | None:
-    """Return the error of a user who lacks an extra; None if the missing module belongs to none.
+    """Return the error for a missing module of an extra; None if the module belongs to no extra.
 
     Args:
-        error: The error of an import.
+        error: Error that was raised by an import.
     """
     module = (error.name or "").partition(".")[0]
     return next((_lacking(module, extra) for extra, modules in EXTRAS.items() if module in modules), None)
@@ -37,10 +37,10 @@ def needed(module: str, extra: str) -> Any:
 
     Args:
         module: Name of the module.
-        extra: The extra that installs it for this use; several may.
+        extra: Name of the extra that installs the module for this use. Several extras may install one module.
 
     Raises:
-        InputError: If it is not installed; the message says how to install it.
+        InputError: If the package is not installed. The message says how to install it.
     """
     try:
         return import_module(module)

@@ -1,4 +1,4 @@
-"""Reading and writing of files: validated on reading, never half-written."""
+"""Reading and writing of files. Files are validated when they are read, and never left half-written."""
 
 from __future__ import annotations
 
@@ -29,32 +29,34 @@ from tatamu.errors import InputError, UnavailableError, describe
 Model = TypeVar("Model", bound=BaseModel)
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Errors of a disk that is full or cannot be written."""
+"""Error numbers of a disk that is full or cannot be written."""
 MIB = 1 << 20
 LARGEST_TEXT = 32 * MIB
-"""Largest size of text and JSON files [bytes], three times that of the mesh of a large garment."""
+"""Largest size of text and JSON files [bytes]. It is three times the size of a large garment's mesh."""
 LARGEST_TOML = 2 * MIB
-"""TOML files, which people write, are no larger [bytes]."""
+"""Largest size of TOML files, which are written by people [bytes]."""
 LARGEST_NPZ = 1024 * MIB
-"""Largest memory of all arrays of a file [bytes], ten times that of ten minutes of the default towel."""
+"""Largest memory of all arrays in a file [bytes].
+
+It is ten times the memory for ten minutes of the default towel."""
 MOST_FIELDS = 10_000
-"""No table of a file has more fields."""
+"""Largest number of fields in a table of a file."""
 DEEPEST_KEY = re.compile(r"""(?:(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){100}""")
-"""Largest number of parts of a dotted key of TOML, because reading takes memory in its square."""
+"""Pattern of dotted TOML keys with too many parts. The memory for reading a key grows with the square of its parts."""
 MOST_DIGITS = 300
-"""No integer of a file has more digits."""
+"""Largest number of digits of an integer in a file."""
 NUMBERS = "fiub"
-"""Kinds of arrays that are read from files: floating point numbers, integers, booleans."""
+"""Kinds of arrays that are read from files: floating point numbers, integers and booleans."""
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
-    """Refuse targets that cannot be written, or would overwrite a source, before any work is done.
+    """Check, before any work is done, that targets can be written and would not overwrite a source.
 
     Raises:
         InputError: If a target is a folder, or one of the sources.
     """
     for target in targets:
-        if os.path.isdir(target):  # unlike Path.is_dir, False for a name that no file can have: writing says so
+        if os.path.isdir(target):  # unlike Path.is_dir, no error for an impossible name; writing reports it
             raise InputError(f"{target}: cannot be written (is a folder)")
         if os.path.exists(target) and any(os.path.exists(source) and target.samefile(source) for source in sources):
             raise InputError(f"{target}: is an input; choose another output name")
@@ -62,7 +64,10 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary name beside `path`; rename it onto `path` if the block succeeds, otherwise remove it."""
+    """Yield a temporary name next to `path`.
+
+    If the block succeeds, the temporary file is renamed to `path`. Otherwise it is removed.
+    """
     if not path.name:
         raise InputError(f"{path}: cannot be written (is a folder)")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
@@ -73,43 +78,43 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise unwritable(path, error) from None
     finally:
-        with suppress(OSError):  # if nothing could be written, nothing is to be removed
+        with suppress(OSError):  # if nothing could be written, there is no file to remove
             temporary.unlink()
 
 
 def unwritable(path: Path, error: OSError) -> InputError:
-    """Return the error of a file or folder that cannot be written: an `UnavailableError` if its disk is full."""
+    """Return the error for a file or folder that cannot be written. It is an `UnavailableError` if the disk is full."""
     kind = UnavailableError if error.errno in FULL else InputError
     return kind(f"{path}: cannot be written ({error.strerror or error})")
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in one piece."""
+    """Write a text file completely or not at all."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write JSON in one piece; NaN is refused, as other languages cannot read it."""
+    """Write JSON completely or not at all. NaN is refused, because other languages cannot read it."""
     write_text(path, json.dumps(value, indent=1, allow_nan=False) + "\n")
 
 
 def write_npz(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write a compressed .npz without pickles, in one piece."""
+    """Write a compressed .npz file without pickles, completely or not at all."""
     with replacing(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
 @contextmanager
 def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
-    """Open a regular file of limited size: pipes may never end, and devices have no size.
+    """Yield an open regular file of limited size. Pipes and devices are refused because their size is not known.
 
     Args:
-        path: The file.
-        largest: Its largest size [bytes].
+        path: Path of the file.
+        largest: Largest allowed size of the file [bytes].
 
     Raises:
-        InputError: If it cannot be read, is no regular file, or is larger.
+        InputError: If the file cannot be read, is not a regular file, or is too large.
     """
     try:
         state = os.stat(path)
@@ -122,7 +127,7 @@ def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
             yield file
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except ValueError as error:  # a name with a null character
+    except ValueError as error:  # the name contains a null character
         raise InputError(f"{str(path)!r}: cannot be read ({error})") from None
 
 
@@ -130,14 +135,14 @@ def read_bytes(path: Path, largest: int = LARGEST_TEXT) -> bytes:
     """Read a regular file of limited size.
 
     Args:
-        path: The file.
-        largest: Its largest size [bytes].
+        path: Path of the file.
+        largest: Largest allowed size of the file [bytes].
 
     Raises:
-        InputError: If it cannot be read, is no regular file, or is larger.
+        InputError: If the file cannot be read, is not a regular file, or is too large.
     """
     with opened(path, largest) as file:
-        data = file.read(largest + 1)  # some files of the system state no size
+        data = file.read(largest + 1)  # some files of the system report no size
     if len(data) > largest:
         raise InputError(f"{path}: must have at most {largest / MIB:.0f} MiB")
     return data
@@ -147,24 +152,24 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
     """Read a UTF-8 text file.
 
     Raises:
-        InputError: If it cannot be read; the message gives the reason in one line.
+        InputError: If the file cannot be read. The message gives the reason in one line.
     """
     try:
-        return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a mark in front
+        return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a byte order mark at the start
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not a UTF-8 text file") from None
 
 
 @contextmanager
 def foreign(path: Path, what: str) -> Iterator[None]:
-    """Call a library's reader: any error becomes one line, and its output is suppressed.
+    """Run a library's reader in a context. Any error becomes one line, and the library's output is suppressed.
 
     Args:
-        path: The file to read.
-        what: Expected kind of file, such as "a DXF file".
+        path: Path of the file to read.
+        what: Expected kind of file for the message, such as "a DXF file".
 
     Raises:
-        InputError: If the reader raises anything.
+        InputError: If the reader raises any error.
     """
     before = logging.root.manager.disable
     logging.disable()
@@ -176,17 +181,17 @@ def foreign(path: Path, what: str) -> Iterator[None]:
         raise
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except Exception as error:  # each library has its own kinds, and broken files find all others
+    except Exception as error:  # each library has its own errors, and damaged files can cause any other error
         raise InputError(f"{path}: is not {what} ({str(error) or type(error).__name__})") from None
     finally:
         logging.disable(before)
 
 
 def read_json(path: Path) -> Any:
-    """Read JSON.
+    """Read a JSON file.
 
     Raises:
-        InputError: If the file is no JSON; the message names the place.
+        InputError: If the file is not valid JSON. The message names the line or field.
     """
     text = read_text(path)
     try:
@@ -213,14 +218,14 @@ def _check_fields(fields: Mapping[str, Any]) -> None:
 
 
 def _integer(text: str) -> int:
-    """Return an integer that also fits a floating point number; no formula and no message expects larger ones."""
+    """Return an integer that a floating point number can also represent. No formula or message expects larger ones."""
     if len(text) > MOST_DIGITS:
         raise InputError(f"(whole file): must have integers of at most {MOST_DIGITS} digits, given {len(text)}")
     return int(text)
 
 
 def _check_parts(value: Any) -> None:
-    """Refuse tables of too many fields and integers of too many digits anywhere in plain data."""
+    """Check plain data: no table may have too many fields, and no integer too many digits."""
     if isinstance(value, dict):
         _check_fields(value)
     elif isinstance(value, int) and abs(value) >= 10**MOST_DIGITS:
@@ -230,10 +235,10 @@ def _check_parts(value: Any) -> None:
 
 
 def read_toml(path: Path) -> Any:
-    """Read TOML.
+    """Read a TOML file.
 
     Raises:
-        InputError: If the file is no TOML; the message names the place.
+        InputError: If the file is not valid TOML. The message names the line or field.
     """
     text = read_text(path, LARGEST_TOML)
     if DEEPEST_KEY.search(text):
@@ -249,17 +254,18 @@ def read_toml(path: Path) -> Any:
 
 
 def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = LARGEST_NPZ) -> dict[str, np.ndarray]:
-    """Read the arrays of an .npz file, of numbers, or of one text.
+    """Read the arrays of an .npz file. Each array contains numbers or a single text.
 
-    A small file may unpack to gigabytes, so the arrays' headers are added up before one is read.
+    A small file may unpack to gigabytes. The sizes in the headers of all arrays are therefore added before any array is
+    read.
 
     Args:
-        path: The file.
-        what: Expected kind of file, for the message.
-        largest: Largest memory of all its arrays [bytes].
+        path: Path of the file.
+        what: Expected kind of file for the message.
+        largest: Largest allowed memory of all arrays [bytes].
 
     Raises:
-        InputError: If it cannot be read, is no .npz file, has other arrays, or is larger.
+        InputError: If the file cannot be read, is not an .npz file, contains other arrays, or is too large.
     """
     with opened(path, largest) as file, foreign(path, what), zipfile.ZipFile(file) as archive:
         names = [name for name in archive.namelist() if name.endswith(".npy")]
@@ -273,10 +279,10 @@ def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = L
 
 
 def _size(member: IO[bytes], unpacked: int, name: str) -> int:
-    """Return the size of the array in a member of an .npz file [bytes], from its header.
+    """Return the size of an array in an .npz file [bytes], according to its header.
 
     Raises:
-        ValueError: If it is no array of numbers and no single text, or its header does not match it.
+        ValueError: If it is neither an array of numbers nor a single text, or its header does not match it.
     """
     version = npy.read_magic(member)
     if version not in ((1, 0), (2, 0)):
@@ -297,19 +303,22 @@ def _array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
 
 
 def validated(model: type[Model], value: Any, source: Path | str) -> Model:
-    """Build `model` from plain data; the first wrong field becomes an InputError that names the source."""
+    """Make a record of the type `model` from plain data.
+
+    The first wrong field becomes an `InputError` that names the source.
+    """
     try:
         made: Model = _validator(model).validate_python(value)
         return made
     except ValidationError as error:
         raise InputError(f"{source}: {describe(error)}") from None
-    except InputError as error:  # of a record that checks itself
+    except InputError as error:  # raised by a record that checks itself
         raise InputError(f"{source}: {error}") from None
 
 
 @cache
 def _validator(model: type[BaseModel]) -> SchemaValidator:
-    """Return a validator that stops at the first wrong item of a list, as a file may have millions of wrong items."""
+    """Return a validator that stops at the first wrong item of a list. A file may have millions of wrong items."""
     return SchemaValidator(_failing_fast(TypeAdapter(model).core_schema))
 
 

@@ -1,4 +1,4 @@
-"""Locks that keep a folder to one process."""
+"""Locks with which only one process can use a folder."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ if TYPE_CHECKING:
 
 
 def lock_folder(path: Path, name: str, busy: str) -> AcquireReturnProxy:
-    """Make a folder and lock it; as a context the lock ends with the block, and always with the process.
+    """Make a folder and lock it.
+
+    If the result is used as a context, the lock ends with the block. It always ends with the process.
 
     Args:
-        path: The folder.
-        name: Name of the lock's file in it.
-        busy: What another process that has the lock is doing, such as "another sweep is running here".
+        path: Path of the folder.
+        name: Name of the lock file in the folder.
+        busy: What another process with the lock is doing, for the message, such as "another sweep is running here".
 
     Raises:
         InputError: If another process has the lock, or the folder cannot be written.

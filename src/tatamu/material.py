@@ -18,18 +18,18 @@ from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 
 PRESETS = Path(__file__).parent / "presets"
-"""Folder of the materials that come with tatamu; see `tatamu.presets`."""
+"""Folder of the materials that tatamu contains; see `tatamu.presets`."""
 
 GRAVITY = 9.81
-"""Standard acceleration of free fall, used if no other value is given [m/s^2]."""
+"""Standard acceleration of free fall [m/s^2]. It is used if no other value is given."""
 
 Number = Annotated[float, Field(strict=True)]
-"""A strict number: no text, no truth value."""
+"""A number that is strictly checked: texts and truth values are refused."""
 Friction = Annotated[Number, Field(ge=0.0, le=10.0, allow_inf_nan=False)]
 
 
 THICKNESS = (1e-5, 0.05)
-"""Lowest and highest thickness of cloth [m]."""
+"""Smallest and largest thickness of cloth [m]."""
 
 
 DIRECTIONAL_AIR = (
@@ -40,20 +40,22 @@ DIRECTIONAL_AIR = (
     "air_drag_turning",
     "air_added_mass",
 )
-"""Fields of the effects of air other than `air_drag`."""
+"""Names of the fields for effects of air, except `air_drag`."""
 ORTHOTROPIC_MEMBRANE = ("stretch_stiffness_weft", "shear_stiffness")
-"""Fields of an orthotropic membrane."""
+"""Names of the fields of an orthotropic membrane."""
 ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
-"""Fields of orthotropic bending."""
+"""Names of the fields of orthotropic bending."""
 FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
-"""Fields of the friction of bending."""
+"""Names of the fields for the friction of bending."""
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
-"""Elements of the friction of bending: fractions of its stiffness, and yield curvatures as multiples of k_y.
+"""Elements of the friction of bending, as pairs of numbers.
 
-Their products sum to 1. The moment of a sheet bent for the first time is HB (1 - exp(-k / k_y)) within 0.09 HB.
+The first number is a fraction of the frictional stiffness. The second is the yield curvature of the element in units of
+a curvature k_y. The products of the pairs sum to 1. HB is the frictional moment of bending. When a sheet is bent for
+the first time to the curvature k, the moment is HB (1 - exp(-k / k_y)). The error of this formula is at most 0.09 HB.
 """
 STEEPER = 4.0
-"""Default ratio of the slope of a bending moment after a reversal to its slope later."""
+"""Default ratio of two slopes of the bending moment: directly after a reversal of bending, and later."""
 UNSAID = (
     "blender",
     "compression",
@@ -62,74 +64,86 @@ UNSAID = (
     *FRICTION_OF_BENDING,
     *DIRECTIONAL_AIR,
 )
-"""Fields that are written only if they differ from their defaults."""
+"""Names of the fields that are written only if they differ from their defaults."""
 
 
 class Material(BaseModel):
-    """The properties of a fabric that simulators use; isotropic unless weft, shear or bias are given."""
+    """The properties of a fabric that simulators use.
+
+    It is isotropic unless values for weft, shear or bias are given.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     areal_density: Number = Field(ge=1e-3, le=20.0)
-    """Mass per area, rho [kg/m^2]."""
+    """Mass per area rho [kg/m^2]."""
     stretch_stiffness: Number = Field(ge=1e-1, le=1e6)
-    """Membrane stiffness Y: tension per width per strain [N/m]; along the warp if the weft has its own."""
+    """Membrane stiffness Y: tension per width and strain [N/m]. It is the value along the warp if the weft differs."""
     stretch_stiffness_weft: Number | None = Field(None, ge=1e-1, le=1e6)
-    """Membrane stiffness along the weft [N/m]; None for that along the warp."""
+    """Membrane stiffness along the weft [N/m]; None if it is equal to the stiffness along the warp."""
     shear_stiffness: Number | None = Field(None, ge=1e-2, le=1e6)
-    """Shear force per width per shear angle between warp and weft, G [N/m]; None for sqrt(Y Y_weft) / (2 (1 + nu)), the
-    value of an isotropic material."""
+    """Shear stiffness G: shear force per width and per shear angle between warp and weft [N/m].
+
+    None for sqrt(Y Y_weft) / (2 (1 + nu)), the value of an isotropic material."""
     poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
-    """In-plane Poisson ratio nu [-]; if warp and weft differ, the geometric mean of both."""
+    """Poisson ratio nu in the plane [-]. If warp and weft differ, it is the geometric mean of both ratios."""
     compression: Number = Field(1.0, ge=1e-3, le=1.0)
-    """Fraction c of the stretch stiffness that resists compression [-]; less than 1 represents wrinkles finer than the
-    mesh."""
+    """Fraction c of the stretch stiffness that resists compression [-].
+
+    A value below 1 represents wrinkles finer than the mesh."""
     bending_rigidity: Number = Field(ge=0.0, le=1.0)
-    """Bending rigidity B: moment per width per curvature [N m]; along the warp if the weft has its own."""
+    """Bending rigidity B: moment per width and curvature [N m]. It is the value along the warp if the weft differs."""
     bending_rigidity_weft: Number | None = Field(None, ge=0.0, le=1.0)
-    """Bending rigidity along the weft [N m]; None for that along the warp."""
+    """Bending rigidity along the weft [N m]; None if it is equal to the rigidity along the warp."""
     bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
-    """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m]. It is at least
-    a quarter of the sum of both. None for the value of an isotropic sheet, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
+    """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m].
+
+    It is at least a quarter of the sum of the rigidities along warp and weft. None for (B + B_weft + 2 sqrt(B B_weft))
+    / 4, the value of an isotropic sheet."""
     bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
-    """Frictional moment of bending per width, HB [N]: half of the width 2HB of the loop of moment against curvature, as
-    Kawabata's test reports it."""
+    """Frictional moment of bending per width, HB [N].
+
+    It is half of 2HB, the width of the loop of moment against curvature. Kawabata's test reports 2HB."""
     bending_rigidity_initial: Number | None = Field(None, ge=0.0, le=10.0)
-    """Slope of that loop at a reversal of bending [N m], more than all rigidities; None for four times the rigidity. It
-    has no effect without hysteresis."""
+    """Slope of the loop of moment against curvature at a reversal of bending [N m]. It is larger than all rigidities.
+
+    None for four times the rigidity. The slope has no effect without hysteresis."""
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
-    """Distance between layers at rest [m]."""
+    """Distance between two layers that lie on each other [m]."""
     friction_table: Friction = 0.5
-    """Coulomb coefficient of cloth on table, static = kinetic [-]."""
+    """Coulomb coefficient between cloth and table [-]. Static and kinetic friction are equal."""
     friction_cloth: Friction = 0.5
-    """Coulomb coefficient of cloth on cloth, static = kinetic [-]."""
+    """Coulomb coefficient between layers of cloth [-]. Static and kinetic friction are equal."""
     air_drag: Number = Field(0.0, ge=0.0, le=1e3)
-    """Drag force per area per velocity, the same in every direction [N s/m^3]."""
+    """Drag force per area and velocity, equal in all directions [N s/m^3]."""
     air_drag_normal: Number = Field(0.0, ge=0.0, le=1e3)
-    """Further drag along the surface's normal, per area per velocity along it [N s/m^3]."""
+    """Additional drag along the surface's normal, per area and velocity along the normal [N s/m^3]."""
     air_drag_tangential: Number = Field(0.0, ge=0.0, le=1e3)
-    """Further drag along the surface, per area per velocity along it [N s/m^3]."""
+    """Additional drag along the surface, per area and velocity along the surface [N s/m^3]."""
     air_drag_quadratic: Number = Field(0.0, ge=0.0, le=1e3)
-    """Drag along the normal, per area per square of the velocity along it [kg/m^3]; half the density of air times the
-    drag coefficient of a plate across the flow."""
+    """Drag along the normal, per area and square of the velocity along the normal [kg/m^3].
+
+    It is half the density of air times the drag coefficient of a plate across the flow."""
     air_drag_quadratic_tangential: Number = Field(0.0, ge=0.0, le=1e3)
-    """Drag along the surface, per area per square of the velocity along it [kg/m^3]."""
+    """Drag along the surface, per area and square of the velocity along the surface [kg/m^3]."""
     air_drag_turning: Number = Field(0.0, ge=0.0, le=1e3)
-    """Drag along the normal after a reversal of motion: per area, per square of the velocity, times the cube root of
-    the path since the reversal [kg/m^(8/3)]; `air_drag_quadratic` acts if it is larger."""
+    """Constant of the drag along the normal after a reversal of motion [kg/m^(8/3)].
+
+    The drag per area and square of the velocity is this constant divided by the cube root of the path. The path starts
+    at the reversal. `air_drag_quadratic` acts instead if it is larger."""
     air_added_mass: Number = Field(0.0, ge=0.0, le=20.0)
-    """Mass of air per area that moves with the surface along its normal [kg/m^2]; it adds no weight."""
+    """Mass of air per area that moves with the surface along its normal [kg/m^2]. It adds no weight."""
 
     blender: dict[str, bool | int | float | str] | None = None
-    """Blender's own numbers by their property names, used unchanged by that simulator only, which checks them."""
+    """Properties of Blender's cloth by their names in Blender. Only this simulator uses and checks them."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return plain data, without the fields of `UNSAID` that have their defaults."""
+        """Return plain data. Fields in `UNSAID` that have their defaults are omitted."""
         plain: dict[str, Any] = standard(self)
         for name in UNSAID:
             if getattr(self, name) == type(self).model_fields[name].default:
-                plain.pop(name, None)  # it may have been excluded already
+                plain.pop(name, None)  # the field may have been excluded before
         return plain
 
     @model_validator(mode="after")
@@ -167,7 +181,7 @@ class Material(BaseModel):
 
     @property
     def shear_modulus(self) -> float:
-        """Shear force per width per shear angle, G [N/m]."""
+        """Shear stiffness G: shear force per width and per shear angle [N/m]."""
         if self.shear_stiffness is not None:
             return self.shear_stiffness
         return (self.stretch_stiffness * self.weft_stiffness) ** 0.5 / (2.0 * (1.0 + self.poisson_ratio))
@@ -179,7 +193,7 @@ class Material(BaseModel):
 
     @property
     def twist_rigidity(self) -> float:
-        """Twisting moment, as it works on the twist k_uv, per twist [N m]; 2 B of an isotropic sheet."""
+        """Twisting moment divided by the twist k_uv [N m]. It is 2 B for an isotropic sheet."""
         if self.bending_rigidity_bias is not None:
             return max(0.0, 4.0 * self.bending_rigidity_bias - self.bending_rigidity - self.weft_rigidity)
         return 2.0 * (self.bending_rigidity * self.weft_rigidity) ** 0.5
@@ -208,17 +222,17 @@ class Material(BaseModel):
 
     @property
     def bending_length(self) -> float:
-        """Bending length l_b = (B / (rho g))^(1/3) [m], over which cloth bends under its own weight."""
+        """Bending length l_b = (B / (rho g))^(1/3) [m]. Over this length, cloth bends under its own weight."""
         return (self.bending_rigidity / (self.areal_density * GRAVITY)) ** (1.0 / 3.0)
 
 
 def preset_names() -> list[str]:
-    """Return the names of all presets, sorted."""
+    """Return the names of all presets in alphabetical order."""
     return sorted(path.stem for path in PRESETS.glob("*.toml"))
 
 
 def is_preset(path: Path) -> bool:
-    """Return whether a path is the name of a preset and not a file."""
+    """Return whether a path is the name of a preset and not of a file."""
     return not path.exists() and path.name == str(path) and (PRESETS / f"{path}.toml").is_file()
 
 
@@ -226,11 +240,11 @@ def measured_size(path: Path, garment: str) -> tuple[float, float] | None:
     """Return the size of the garment with which a material was calibrated.
 
     Args:
-        path: File of the material, or a preset.
+        path: File of the material, or name of a preset.
         garment: Name or file of a garment.
 
     Returns:
-        Width and length [m]; None if the material was not calibrated with that garment.
+        Width and length [m]; None if the material was not calibrated with this garment.
     """
     if is_preset(path):
         return None
@@ -242,10 +256,10 @@ def measured_size(path: Path, garment: str) -> tuple[float, float] | None:
 
 
 def load_material(path: Path) -> Material:
-    """Read a material from the `[material]` table of a TOML file, or from the preset of that name.
+    """Read a material from the `[material]` table of a TOML file, or from the preset with this name.
 
     Raises:
-        InputError: If the file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
     """
     if is_preset(path):
         path = PRESETS / f"{path}.toml"

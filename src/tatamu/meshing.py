@@ -1,12 +1,14 @@
-"""Triangle meshes in the plane: staggered rows, on which cloth bends best (docs/theory/bending.md), and Delaunay.
+"""Triangle meshes in the plane: staggered rows, and Delaunay triangles.
+
+Cloth bends best on staggered rows (docs/theory/bending.md).
 
 There are two ways to end staggered rows at a straight side, and both are needed:
 
-- `staggered_rectangle`: all rows have the same number of points, and all inner rows are shifted by a quarter cell, to
-  the left and to the right in turn. No triangle at the side is much smaller than the others, which would slow an
-  explicit simulator down. It is used for garments and the strips of calibration.
-- `staggered`: every other row is shifted by half a cell and has one point more. All inner triangles are equal, those at
-  the side are halves. Validation uses it, because textbooks use this mesh.
+- `staggered_rectangle`: all rows have an equal number of points. All inner rows are shifted by a quarter cell, to the
+  left and to the right in turn. No triangle at the side is much smaller than the others, because small triangles would
+  slow down an explicit simulator. Garments and the strips of calibration use this mesh.
+- `staggered`: every other row is shifted by half a cell and has one point more. All inner triangles are equal, and the
+  triangles at the sides are halves. Validation uses this mesh, because textbooks use it.
 """
 
 from __future__ import annotations
@@ -17,21 +19,24 @@ from scipy.spatial import Delaunay
 ROW = np.sqrt(0.75)
 """Distance between the rows of an equilateral lattice, in spacings."""
 SHEAR = 0.25
-"""Shift of even rows to the left and odd rows to the right, as a fraction of a cell, so that no triangle is very
-small."""
+"""Shift of even rows to the left, and of odd rows to the right, as a fraction of a cell.
+
+With this shift, no triangle is very small."""
 SLIVER = 1e-3
-"""Twice the area below which triangles are left out, over that of a square; Delaunay makes them at straight sides."""
+"""Largest ratio of twice a triangle's area to the area of a square cell at which the triangle is left out.
+
+Delaunay triangulation makes such triangles at straight sides."""
 
 
 def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return a near-equilateral mesh of a rectangle: rows along y, stacked along x.
+    """Return a nearly equilateral mesh of a rectangle. Rows are along y and follow each other along x.
 
     Returns:
-        Vertices [m], shape (n, 3), z = 0, centred; triangles, shape (m, 3), normals up.
+        Vertices [m], shape (n, 3), centred and with z = 0; triangles, shape (m, 3), with upward normals.
     """
     columns = max(3, round(width / spacing))
     rows = max(4, round(length / (width / columns * np.sqrt(0.75))))
-    rows += rows % 2  # an even number, so that a row lies on the fold line of a half fold
+    rows += rows % 2  # with an even number, a row lies on the line of a half fold
     r, c = np.meshgrid(np.arange(rows + 1), np.arange(columns + 1), indexing="ij")
     shift = np.where((c > 0) & (c < columns), np.where(r % 2 == 0, -SHEAR, SHEAR), 0.0)
     x = (r / rows - 0.5) * length
@@ -47,12 +52,12 @@ def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np
 
 
 def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return an equilateral mesh of a rectangle, with halves at its sides.
+    """Return an equilateral mesh of a rectangle, with half triangles at its sides.
 
-    Rows run along y, every other one shifted by half a cell.
+    Rows are along y. Every other row is shifted by half a cell.
 
     Returns:
-        Points over 0..length x 0..width [m], shape (n, 2); counter-clockwise triangles, shape (m, 3).
+        Points of the rectangle 0..length x 0..width [m], shape (n, 2); counter-clockwise triangles, shape (m, 3).
     """
     rows = max(2, 2 * round(length / (np.sqrt(3) * spacing)))
     cells = max(1, round(width / spacing))
@@ -68,7 +73,10 @@ def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, 
 
 
 def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
-    """Return triangles between a row of cells + 1 points and one of cells + 2, counter-clockwise seen from +z."""
+    """Return the triangles between a row of cells + 1 points and a row of cells + 2 points.
+
+    They are counter-clockwise, seen from +z.
+    """
     narrow, wide = (high, low) if wide_first else (low, high)
     k = np.arange(cells)
     j = np.arange(cells + 1)
@@ -79,11 +87,11 @@ def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
 
 
 def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray:
-    """Return Delaunay triangles of points (n, 2), counter-clockwise, shape (m, 3).
+    """Return the Delaunay triangles of points (n, 2), shape (m, 3). They are counter-clockwise.
 
     Args:
         points: Points of the mesh, shape (n, 2).
-        joined: Places of the points for the triangulation, shape (n, 2); None for `points`.
+        joined: Positions of the points that are used for the triangulation, shape (n, 2); None for `points`.
     """
     faces = Delaunay(points if joined is None else joined).simplices.astype(np.int64)
     clockwise = twice_areas(points, faces) < 0
@@ -92,6 +100,6 @@ def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray
 
 
 def twice_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return twice the area of each triangle, negative if clockwise, shape (m,)."""
+    """Return twice the area of each triangle, shape (m,). It is negative if the triangle is clockwise."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

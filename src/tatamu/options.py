@@ -1,7 +1,7 @@
 """The options of learning and their defaults, which are defined only here.
 
-The command line, sweep files, results and the page's command for the same study are generated from these records or
-read them. The module imports little, so that `tatamu --help` is quick.
+The command line, sweep files, results, and the command on the result page are generated from these records or read
+them. The module imports little, so that `tatamu --help` is quick.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from tatamu.errors import InputError, describe
 from tatamu.records import Record
 
 MOST_PARALLEL = 16
-"""Largest number of pending trials; if more were pending, each would be proposed with too few results."""
+"""Largest number of pending trials. With more, each trial would be proposed with too few results."""
 USUAL_PENDING = 2
-"""Default number of pending trials, the same on every machine, because results depend on it.
+"""Default number of pending trials. It is equal on all machines, because results depend on it.
 
-If more trials are pending, a new trial starts with fewer results of earlier ones. Its parameters are then chosen less
-well. It is also raced less well: the best known trial is worse, so a bad trial is stopped later.
+With more pending trials, fewer results of earlier trials are known when a new trial starts. The parameters of the new
+trial are then chosen less well. Also, a bad trial is stopped later, because the best known trial is worse.
 """
 USUAL_QUANTILE = 0.975
-"""Default share of the disturbed worlds in which a fold is to hold."""
+"""Default fraction of the simulations with random disturbances in which a fold must succeed."""
 
 
 def _metavar(text: str) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def _metavar(text: str) -> dict[str, Any]:
 
 
 class Options(Record):
-    """Base of records of options; the descriptions of their fields are the help of the command line."""
+    """Base of records of options. The descriptions of their fields are the help texts of the command line."""
 
     model_config = ConfigDict(allow_inf_nan=True)  # the checks report such numbers
 
@@ -39,7 +39,7 @@ class Options(Record):
         """Make a record of options.
 
         Raises:
-            InputError: If a value is wrong; the message names the field.
+            InputError: If a value is wrong. The message names the field.
         """
         try:
             super().__init__(**given)
@@ -48,7 +48,7 @@ class Options(Record):
 
 
 class FoldOptions(Options):
-    """Options of the garment and its fold, by names and files."""
+    """Options of the garment and its fold, given by names and files."""
 
     garment: str = Field(description="A name (`tatamu garments`) or a file.", json_schema_extra=_metavar("GARMENT"))
     size: str | None = Field(
@@ -81,7 +81,7 @@ class FoldOptions(Options):
 
 
 class LearnOptions(Options):
-    """Options of the search of a fold."""
+    """Options of the search for a fold."""
 
     trials: StrictInt | Literal["auto"] = Field(
         50,
@@ -99,7 +99,7 @@ class LearnOptions(Options):
         "the study started, as the robot's .toml says, or default.",
         json_schema_extra=_metavar("default|none|FILE.toml"),
     )
-    """Name or file as on the command line, or `Disturbances`; None for the default."""
+    """Name or file as on the command line, or `Disturbances`; None for the default disturbances."""
     quantile: float | Literal["mean"] | None = Field(
         None,
         description="Share of the disturbed simulations in which the fold is to hold, or mean: minimise the mean "
@@ -137,18 +137,18 @@ class LearnOptions(Options):
 
     @property
     def names_disturbances(self) -> bool:
-        """Whether disturbances are given; otherwise a resumed study keeps its own."""
+        """Whether disturbances are given. If they are not, a resumed study keeps its disturbances."""
         return self.disturbances is not None or self.quantile is not None
 
     @property
     def chosen_quantile(self) -> float | None:
-        """The quantile that is minimised; None for the mean."""
+        """The quantile of the objective that is minimised; None if the mean is minimised."""
         chosen = USUAL_QUANTILE if self.quantile is None else self.quantile
         return None if chosen == "mean" else chosen
 
 
 class TaskRequest(LearnOptions, FoldOptions):
-    """The options of `tatamu learn`, and of a task of a sweep."""
+    """The options of `tatamu learn`, and of one task of a sweep."""
 
     @property
     def learning(self) -> LearnOptions:
@@ -156,7 +156,7 @@ class TaskRequest(LearnOptions, FoldOptions):
         return LearnOptions(**{name: getattr(self, name) for name in LearnOptions.model_fields})
 
     def words(self) -> list[str]:
-        """Return the words of the command line that give these options, the garment first; defaults are left out."""
+        """Return the words of the command line that give these options. The garment is first; defaults are omitted."""
         found = [self.garment]
         for name, field in type(self).model_fields.items():
             value = getattr(self, name)

@@ -1,8 +1,8 @@
-"""The air that a thin plate carries, and the drag on it, predicted from its size.
+"""Added mass and drag of a thin plate in air, predicted from its size.
 
-The formulas are from potential flow and the measured drag of rigid plates; none was measured on cloth. They serve to
-choose a material's `air_*` fields if no swing of the cloth was timed. docs/theory/air.md derives them and compares them
-with measurements.
+The formulas come from potential flow and from the measured drag of rigid plates. None of them was measured on cloth.
+They help to choose the `air_*` fields of a material if no swing of the cloth was timed. The formulas are derived and
+compared with measurements in docs/theory/air.md.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ STEADY_DRAG = 1.17
 def disc_added_mass(radius: float, density: float = AIR_DENSITY) -> float:
     """Return the added mass per area of a thin disc that moves along its axis [kg/m^2].
 
-    The disc carries 8/3 density radius^3 (Lamb, Hydrodynamics, article 102); divided by its area that is 8 / (3 pi)
-    density radius.
+    The disc carries the mass 8/3 density radius^3 (Lamb, Hydrodynamics, article 102). Divided by the disc's area, this
+    is 8 / (3 pi) density radius.
 
     Args:
         radius: Radius of the disc [m].
@@ -36,45 +36,49 @@ def disc_added_mass(radius: float, density: float = AIR_DENSITY) -> float:
 def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSITY) -> float:
     """Return the added mass per area of a thin rectangle that moves along its normal [kg/m^2].
 
-    The added mass of a rectangle with sides a <= b is C pi/4 density a^2 b. Without C this is the mass of an infinite
-    strip. C depends on b / a; its values are from DNV-RP-C205, Environmental Conditions and Environmental Loads, table
-    D-2, rectangular plates.
-    Per area that is C pi/4 density a.
+    The added mass of a rectangle with sides a <= b is C pi/4 density a^2 b. Without the factor C, this is the mass of
+    an infinite strip. C depends on b / a. Its values are those of rectangular plates in table D-2 of DNV-RP-C205,
+    Environmental Conditions and Environmental Loads. The added mass per area is C pi/4 density a.
 
     Args:
-        length: One side [m].
-        width: The other side [m].
+        length: Length of one side [m].
+        width: Length of the other side [m].
         density: Density of the air [kg/m^3].
     """
     short = min(length, width)
     aspect = max(length, width) / short
     part = np.interp(1.0 / aspect, 1.0 / _ASPECT[::-1], _COEFFICIENT[::-1])
-    if aspect > _ASPECT[-1]:  # approaches 1, the strip's coefficient
+    if aspect > _ASPECT[-1]:  # C approaches 1, the value of a strip
         part = 1.0 - (1.0 - _COEFFICIENT[-1]) * _ASPECT[-1] / aspect
     return float(part * np.pi / 4.0 * density * short)
 
 
 def steady_drag(density: float = AIR_DENSITY) -> float:
-    """Return density C_D / 2, the drag per area and square of the speed of a square plate in steady flow [kg/m^3]."""
+    """Return the drag per area and square of the speed of a square plate in steady flow [kg/m^3].
+
+    It is density C_D / 2, with the drag coefficient C_D.
+    """
     return 0.5 * density * STEADY_DRAG
 
 
 GRAHAM = 8.0
-"""Drag coefficient at a Keulegan-Carpenter number of 1, which falls with its cube root (Graham 1980)."""
+"""Drag coefficient at a Keulegan-Carpenter number of 1. It falls with the cube root of this number (Graham 1980)."""
 SHARE = 27.0 / 20.0
-"""Mean of s^(-1/3) over the work of a harmonic stroke from 0 to 1, where 1 is at its end (docs/theory/air.md)."""
+"""Mean of s^(-1/3) over a half swing, weighted by the work of drag (docs/theory/air.md).
+
+s goes from 0 at the start to 1 at the end of the half swing."""
 
 
 def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) -> float:
     """Return the drag per area and square of the speed of a plate that swings along its normal [kg/m^3].
 
-    To and fro over less than its width, a plate has more drag than in a steady flow, because it meets its own vortices:
-    C_D = 8 KC^(-1/3), with the Keulegan-Carpenter number KC = 2 pi amplitude / width (Graham 1980, J. Fluid Mech. 97,
-    331 to 346; between KC 1 and 30). The result is at least the drag in a steady flow.
+    A plate that moves to and fro over less than its width meets its own vortices, so it has more drag than in a steady
+    flow. Its drag coefficient is C_D = 8 KC^(-1/3), with the Keulegan-Carpenter number KC = 2 pi amplitude / width
+    (Graham 1980, J. Fluid Mech. 97, 331 to 346; between KC 1 and 30). The result is at least the drag in a steady flow.
 
     Args:
-        amplitude: Amplitude of the swing, half of peak to peak [m].
-        width: Width of the plate, across the edges that shed vortices [m].
+        amplitude: Amplitude of the swing, which is half of the peak-to-peak motion [m].
+        width: Width of the plate across the edges at which vortices form [m].
         density: Density of the air [kg/m^3].
     """
     number = 2.0 * np.pi * amplitude / width
@@ -82,14 +86,16 @@ def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) 
 
 
 def turning_drag(width: float, density: float = AIR_DENSITY) -> float:
-    """Return the drag along the normal of a plate after it turned around, `Material.air_drag_turning` [kg/m^(8/3)].
+    """Return the constant of drag along the normal of a plate after a reversal of motion [kg/m^(8/3)].
 
-    After a path s since the turn the plate has drag with density C_D / 2, C_D = 8 / 1.35 (pi s / width)^(-1/3). Over a
-    harmonic swing that takes as much energy as the C_D of `swinging_drag`, with KC = pi s / width at the end of a
-    stroke.
+    It is the field `Material.air_drag_turning`.
+
+    After a path s since the reversal, the drag is density C_D / 2, with C_D = 8 / 1.35 (pi s / width)^(-1/3). Over a
+    harmonic swing, this drag takes as much energy as the constant C_D of `swinging_drag`. KC there is pi s / width,
+    with the path s at the end of a half swing.
 
     Args:
-        width: Width of the plate, across the edges that shed vortices [m].
+        width: Width of the plate across the edges at which vortices form [m].
         density: Density of the air [kg/m^3].
     """
     return float(0.5 * density * GRAHAM / SHARE * np.cbrt(width / np.pi))
@@ -98,10 +104,11 @@ def turning_drag(width: float, density: float = AIR_DENSITY) -> float:
 def skin_drag(frequency: float, density: float = AIR_DENSITY, viscosity: float = AIR_VISCOSITY) -> float:
     """Return the linear drag along both faces of a plate that swings in its own plane [N s/m^3].
 
-    Stokes's second problem: the drag on each face is density sqrt(viscosity omega / 2) times its velocity.
+    This is Stokes's second problem. The drag on each face is density sqrt(viscosity omega / 2) times the velocity of
+    the face, with the angular frequency omega.
 
     Args:
-        frequency: Swings per second [1/s].
+        frequency: Number of swings per second [1/s].
         density: Density of the air [kg/m^3].
         viscosity: Kinematic viscosity of the air [m^2/s].
     """

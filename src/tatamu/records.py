@@ -1,4 +1,4 @@
-"""Base classes of the contents of files: frozen, validated on construction, every number finite."""
+"""Base classes for the contents of files. Records are immutable and validated, and all their numbers are finite."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from pydantic import BaseModel, ConfigDict, SerializerFunctionWrapHandler, model
 
 
 class Record(BaseModel):
-    """Base of files that users write: an unknown field is an error."""
+    """Base of records in files that users write. An unknown field is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
 
 class OpenRecord(BaseModel):
-    """Base of files that tatamu writes and reads again: fields that other versions add are ignored."""
+    """Base of records in files that tatamu writes and reads again. Fields from other versions are ignored."""
 
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False, arbitrary_types_allowed=True)
 
     UNSAID: ClassVar[frozenset[str]] = frozenset()
-    """Fields that are left out of the file if they have their default."""
+    """Names of the fields that are omitted in the file if they have their defaults."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -29,5 +29,5 @@ class OpenRecord(BaseModel):
             usual = type(self).model_fields[name].get_default(call_default_factory=True)
             value = getattr(self, name)
             if type(value) is type(usual) and value == usual:  # arrays have no default
-                plain.pop(name, None)  # it may have been excluded already
+                plain.pop(name, None)  # the field may have been excluded before
         return plain

@@ -14,27 +14,27 @@ from tatamu.files import foreign, read_npz, write_npz
 
 @dataclass(frozen=True)
 class Rollout:
-    """Positions of the cloth over time; frame 0 is the start."""
+    """Positions of the cloth over time. Frame 0 is the start."""
 
     times: np.ndarray
     """Time of each frame [s], shape (f,)."""
     positions: np.ndarray
-    """Vertex positions [m], shape (f, n, 3)."""
+    """Position of each vertex in each frame [m], shape (f, n, 3)."""
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
     info: dict[str, Any]
     """Metadata with the keys simulator, version, wall_seconds, setup_seconds, steps, warnings."""
     extra: dict[str, np.ndarray] = field(default_factory=dict)
-    """Further arrays in the same file, such as `target`, shape (n, 3)."""
+    """Additional arrays in the same file, such as the target shape `target`, shape (n, 3)."""
 
     def save(self, path: Path | str) -> None:
-        """Write the .npz; nothing in it is pickled."""
+        """Write the rollout to an .npz file without pickles."""
         arrays = {"times": self.times, "positions": self.positions, "faces": self.faces, **self.extra}
         write_npz(Path(path), {**arrays, "info": np.array(json.dumps(self.info))})
 
     @classmethod
     def load(cls, path: Path | str) -> Rollout:
-        """Read a rollout.
+        """Read a rollout from an .npz file.
 
         Raises:
             InputError: If the file cannot be read or is not a rollout.

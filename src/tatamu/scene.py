@@ -1,6 +1,7 @@
-"""A scene: everything that a simulator needs in order to make a rollout. See docs/reference/scene-and-rollout.md.
+"""A scene: everything that a simulator needs to compute a rollout. See docs/reference/scene-and-rollout.md.
 
-SI units, z up. The table's top is at z = `height`; `tilt` turns it about y, so that +x is downhill.
+Units are SI units, and z points up. The table's top is at z = `height`. The field `tilt` rotates the table about y, so
+that +x is downhill.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ from tatamu.records import Record
 from tatamu.topology import check_mesh
 
 LEAST_IN_PLANE = 1e-3
-"""Least part of a fibre's direction that lies in the plane of its triangle [-]."""
+"""Least length of the part of a fibre's direction that lies in the plane of its triangle [-]."""
 
 MOST_VERTICES = 150_000
-"""Largest number of vertices of a cloth, which takes ten seconds to prepare; garments have 2,000."""
+"""Largest number of vertices of a cloth. So many vertices take ten seconds to prepare. Garments have about 2,000."""
 MOST_GRIPPERS = 1000
-"""Largest number of grippers of a scene; a hand that pinches layers together has one for each."""
+"""Largest number of grippers of a scene. A hand that pinches layers together consists of several grippers."""
 MOST_BODIES = 100
 """Largest number of rigid bodies of a scene, because each is compared with every triangle."""
 SAME_TIME = 1e-9
-"""Largest difference of times that count as equal [s], because sums of steps have rounding errors."""
+"""Largest difference of times that count as equal [s]. Sums of time steps have rounding errors."""
 
 
 def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
@@ -51,20 +52,20 @@ def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None
 
 
 class Cloth(Record):
-    """A triangle mesh of the cloth's mid-surface."""
+    """The cloth as a triangle mesh of its mid-surface."""
 
     vertices: Points
-    """Start positions [m], shape (n, 3)."""
+    """Positions at the start [m], shape (n, 3)."""
     faces: Triangles
     """Triangles, shape (m, 3)."""
     rest_vertices: Points | None = None
-    """The unstrained shape [m], shape (n, 3); None for `vertices`."""
+    """Positions in the unstrained shape [m], shape (n, 3); None if it is the shape of `vertices`."""
     seams: Edges = Field(default_factory=lambda: edges([]))
-    """Mesh edges that hinge freely, shape (s, 2)."""
+    """Edges of the mesh that hinge freely, shape (s, 2)."""
     fibre: Points | None = None
     """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles.
 
-    Its part in the plane of each triangle is used. None for x, or for y in triangles perpendicular to x.
+    Only its part in the plane of each triangle is used. None stands for x, or for y in triangles perpendicular to x.
     """
 
     @model_validator(mode="after")
@@ -82,38 +83,42 @@ class Cloth(Record):
 
     @property
     def rest(self) -> np.ndarray:
-        """The unstrained shape [m], shape (n, 3)."""
+        """Positions in the unstrained shape [m], shape (n, 3)."""
         return self.vertices if self.rest_vertices is None else self.rest_vertices
 
 
 class Table(Record):
-    """A plane that the cloth lies on: z = height - x tan(tilt)."""
+    """The plane of the table: z = height - x tan(tilt)."""
 
     height: Number = Field(0.0, ge=-LARGEST, le=LARGEST)
-    """Top at x = 0 [m]."""
+    """Height of the table's top at x = 0 [m]."""
     tilt: Number = Field(0.0, ge=-1.5533, le=1.5533)
-    """Turned about y [rad], at most 89 degrees: +x is downhill."""
+    """Rotation of the table about y [rad], at most 89 degrees. With a positive tilt, +x is downhill."""
 
 
 class Gripper(Record):
-    """Vertices held from `closes` to `opens`; they keep their arrangement and follow `displacements`."""
+    """Vertices that are held from the time `closes` to the time `opens`.
+
+    They keep their arrangement and follow `displacements`.
+    """
 
     hand: Literal["left", "right"] | None = None
-    """The hand that it belongs to.
+    """Hand to which the gripper belongs; None if the scene does not name hands.
 
-    None if the scene does not name hands. Fingers that press layers together are several grippers of one hand; the
-    first moves like the hand.
+    Fingers that press layers together are several grippers of one hand. The first gripper moves like the hand.
     """
     vertices: Annotated[list[Index], Field(min_length=1)]
-    """The held vertices."""
+    """Indices of the held vertices."""
     closes: Number = Field(0.0, ge=0.0)
     """Time at which the gripper closes [s]."""
     opens: Number | None = None
-    """Time at which it opens again [s]; None for never."""
+    """Time at which the gripper opens again [s]; None if it never opens."""
     times: Annotated[list[Number], Field(min_length=1)]
-    """Knots of the motion [s], increasing."""
+    """Times of the knots of the motion [s], increasing."""
     displacements: Points
-    """Displacement from where it closed at each knot [m], shape (k, 3); linear between, held after the last."""
+    """Displacement at each knot from where the gripper closed [m], shape (k, 3).
+
+    It is linear between knots, and constant after the last knot."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -133,18 +138,21 @@ class Gripper(Record):
         return self
 
     def path(self, times: np.ndarray) -> np.ndarray:
-        """Displacements from where it closed [m], shape (k, 3), at times [s], shape (k,); zero before the first."""
+        """Return the displacements from where the gripper closed [m], shape (k, 3), at times [s], shape (k,).
+
+        They are zero before the first knot.
+        """
         path = np.column_stack([np.interp(times, self.times, column) for column in self.displacements.T])
         path[times < self.times[0] - SAME_TIME] = 0.0
         return path
 
     def displacement(self, time: float) -> np.ndarray:
-        """Displacement from where it closed [m], shape (3,)."""
+        """Return the displacement from where the gripper closed [m], shape (3,), at a time [s]."""
         return self.path(np.array([time]))[0]
 
 
 class Scene(Record):
-    """Cloth, material, table, hands, rigid bodies and time: the whole input of a simulator."""
+    """Cloth, material, table, hands, rigid bodies and time: the complete input of a simulator."""
 
     version: Literal[1] = 1
     cloth: Cloth
@@ -152,13 +160,13 @@ class Scene(Record):
     table: Table | None = None
     grippers: Annotated[list[Gripper], Field(max_length=MOST_GRIPPERS)] = Field(default_factory=list)
     bodies: Annotated[list[Body], Field(max_length=MOST_BODIES)] = Field(default_factory=list)
-    """Rigid bodies that the cloth collides with, at most 100."""
+    """Rigid bodies with which the cloth collides, at most 100."""
     gravity: Number = Field(GRAVITY, ge=0.0, le=1e3)
-    """Downward acceleration [m/s^2]."""
+    """Downward acceleration of gravity [m/s^2]."""
     duration: Number = Field(gt=0.0, le=3600.0)
     """Length of the rollout [s]."""
     frame_rate: Number = Field(60.0, gt=0.0, le=1e4)
-    """Frames per second of the rollout [1/s]."""
+    """Number of frames per second of the rollout [1/s]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -182,7 +190,7 @@ class Scene(Record):
         return self
 
     def _check_held_once(self) -> None:
-        """Refuse grippers that hold one vertex at one time."""
+        """Check that no vertex is held by two grippers at the same time."""
         holders: dict[int, list[tuple[float, float, int]]] = {}
         for number, gripper in enumerate(self.grippers):
             end = np.inf if gripper.opens is None else gripper.opens
@@ -196,7 +204,7 @@ class Scene(Record):
 
     @property
     def frames(self) -> int:
-        """Number of frames of the rollout, the start included."""
+        """Number of frames of the rollout, including the start."""
         return int(np.floor(self.duration * self.frame_rate + 1e-6)) + 1
 
     def save(self, path: Path | str) -> None:
@@ -208,7 +216,7 @@ class Scene(Record):
         """Read and validate a scene file.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         value = read_json(Path(path))
         if not isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Air drag near critical damping: it brings cloth to rest soon, and does not change the shape at rest."""
+"""Air drag near critical damping. Cloth with this drag soon comes to rest, and its shape at rest does not change."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ MOST_DRAG = 1e3
 
 
 def settling(material: Material, rate: float) -> Material:
-    """Return the material with the drag that damps motions of angular frequency `rate` [rad/s] critically."""
+    """Return the material with drag that critically damps motions of the angular frequency `rate` [rad/s]."""
     return material.model_copy(update={"air_drag": min(2.0 * rate * material.areal_density, MOST_DRAG)})

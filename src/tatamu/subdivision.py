@@ -1,6 +1,6 @@
-"""Midpoint subdivision: the same scene on a mesh of half the spacing, every triangle cut into four.
+"""Subdivision of a scene's mesh at the middles of its edges. Each triangle becomes four, and the spacing is halved.
 
-The vertices of the coarse mesh come first in the fine one, so that two rollouts can be compared vertex by vertex.
+The vertices of the coarse mesh come first in the fine mesh, so that two rollouts can be compared vertex by vertex.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from tatamu.topology import Topology
 
 
 def subdivided(scene: Scene, times: int = 1) -> Scene:
-    """Return a scene with every edge of its cloth halved `times` times.
+    """Return a scene in which every edge of the cloth is halved `times` times.
 
-    Hands also hold the middles of edges whose ends they both hold.
+    A hand that holds both ends of an edge also holds the middle of the edge.
     """
     for _ in range(times):
         scene = _halved(scene)
@@ -23,7 +23,10 @@ def subdivided(scene: Scene, times: int = 1) -> Scene:
 
 
 def on_coarse_mesh(rollout: Rollout, faces: np.ndarray) -> Rollout:
-    """Return the rollout of a subdivided mesh on its coarse mesh, with triangles `faces` of shape (m, 3)."""
+    """Return the rollout of a subdivided mesh at the vertices of its coarse mesh.
+
+    `faces` are the triangles of the coarse mesh, shape (m, 3).
+    """
     return Rollout(rollout.times, rollout.positions[:, : faces.max() + 1], faces, rollout.info)
 
 
@@ -53,7 +56,10 @@ def _with_middles(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def _middles(pairs: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    """Return the vertices in the middle of edges, given as pairs (k, 2), by index; `edges` are in lexical order."""
+    """Return the indices of the vertices in the middle of edges, which are given as pairs (k, 2).
+
+    `edges` must be in lexical order.
+    """
     key = np.array([count, 1])
     return count + np.searchsorted(edges @ key, np.sort(pairs, axis=1) @ key)
 

@@ -1,4 +1,4 @@
-"""Edges, hinges and borders of a triangle mesh, and a check whether cloth can be made of it."""
+"""Edges, hinges and borders of a triangle mesh, and a check whether the mesh can be a cloth."""
 
 from __future__ import annotations
 
@@ -8,25 +8,28 @@ from functools import cached_property
 import numpy as np
 
 MOST_AROUND = 1000
-"""Largest number of triangles around a vertex, because memory for their contact grows with its square."""
+"""Largest number of triangles around a vertex. The memory for their contact grows with the square of this number."""
 
 
 def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return whether the normal of each triangle (m, 3) of a flat shape (n, 3) points down, as in a lower layer."""
+    """Return whether the normal of each triangle points down, as in the lower layer of a garment.
+
+    The triangles have the shape (m, 3), and the flat positions the shape (n, 3).
+    """
     a, b, c = (flat[faces[:, k], :2] for k in range(3))
     return np.asarray((b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0])
 
 
 @dataclass(frozen=True)
 class Topology:
-    """Adjacency of a triangle mesh."""
+    """Neighbourhood of vertices, edges and triangles in a triangle mesh."""
 
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
 
     @cached_property
     def _sides(self) -> tuple[np.ndarray, np.ndarray]:
-        """All 3m directed sides as sorted pairs, and the vertex opposite each; side s is in face s % m."""
+        """All 3m directed sides as sorted pairs, and the vertex opposite each side. Side s belongs to face s % m."""
         corners = [(1, 2, 0), (2, 0, 1), (0, 1, 2)]
         pairs = np.concatenate([self.faces[:, [i, j]] for i, j, _ in corners])
         opposite = np.concatenate([self.faces[:, k] for _, _, k in corners])
@@ -40,7 +43,7 @@ class Topology:
 
     @property
     def edges(self) -> np.ndarray:
-        """Edges as sorted pairs, shape (e, 2), in lexical order."""
+        """All edges as sorted pairs, shape (e, 2), in lexical order."""
         return self._grouped[0]
 
     @property
@@ -50,19 +53,19 @@ class Topology:
 
     @cached_property
     def border(self) -> np.ndarray:
-        """Edges that belong to one triangle only, shape (b, 2)."""
+        """Edges that belong to only one triangle, shape (b, 2)."""
         return self.edges[self.faces_per_edge == 1]
 
     @cached_property
     def face_edges(self) -> np.ndarray:
-        """Edge opposite each corner of each triangle, shape (m, 3)."""
+        """Edge opposite each corner of each triangle, as an index into `edges`, shape (m, 3)."""
         return self._grouped[1].reshape(3, -1).T
 
     @cached_property
     def hinges(self) -> np.ndarray:
-        """Interior edges with the two vertices opposite: (x0, x1, x2, x3), shape (h, 4), in the order of `edges`.
+        """Inner edges (x0, x1) with their two opposite vertices x2 and x3, shape (h, 4), in the order of `edges`.
 
-        (x0, x1, x2) has the orientation of its triangle in `faces`.
+        The triangle (x0, x1, x2) has the same orientation as in `faces`.
         """
         _, opposite = self._sides
         order = np.argsort(self._grouped[1].ravel(), kind="stable")
@@ -71,7 +74,7 @@ class Topology:
         return np.column_stack([first, opposite[inner[:, 0]], opposite[inner[:, 1]]])
 
     def _corner_order(self, sides: np.ndarray) -> np.ndarray:
-        """Return the two ends of sides in their own triangle's order, shape (s, 2)."""
+        """Return the two ends of each side in the order of its own triangle, shape (s, 2)."""
         count = len(self.faces)
         corner = sides // count
         face = sides % count
@@ -79,13 +82,16 @@ class Topology:
 
 
 def among(pairs: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return which pairs of vertices, shape (k, 2), are among others, shape (o, 2), in either order; shape (k,)."""
+    """Return whether each pair of vertices is among other pairs, in either order, shape (k,).
+
+    The pairs have the shape (k, 2), and the other pairs the shape (o, 2).
+    """
     count = max(pairs.max(initial=0), others.max(initial=0)) + 1
     return np.isin(np.sort(pairs, axis=1) @ [count, 1], np.sort(others, axis=1) @ [count, 1])
 
 
 def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return triangle areas, shape (m,), from points of shape (n, 3)."""
+    """Return the area of each triangle, shape (m,), from points of shape (n, 3)."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
@@ -99,7 +105,7 @@ def principal_stretches(points: np.ndarray, rest: np.ndarray, faces: np.ndarray)
         faces: Triangles, shape (m, 3).
     """
     (a, b, c), (u, v, w) = (_metric(each, faces) for each in (points, rest))
-    with np.errstate(all="ignore"):  # of triangles without an area nothing is known
+    with np.errstate(all="ignore"):  # the stretch of a triangle without an area is not defined
         area = u * w - v * v
         half_trace = 0.5 * (a * w - 2.0 * b * v + c * u) / area
         split = np.maximum(half_trace**2 - (a * c - b * b) / area, 0.0)
@@ -107,32 +113,36 @@ def principal_stretches(points: np.ndarray, rest: np.ndarray, faces: np.ndarray)
 
 
 def _metric(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return s.s, s.t and t.t of the two sides s, t of each triangle at its first corner, each of shape (m,)."""
+    """Return s.s, s.t and t.t, each of shape (m,). s and t are the two sides of each triangle at its first corner."""
     s, t = (points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))
     return (s * s).sum(axis=1), (s * t).sum(axis=1), (t * t).sum(axis=1)
 
 
 def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return lengths of edges, shape (e,), from points of shape (n, 2) or (n, 3) and edges of shape (e, 2)."""
+    """Return the length of each edge, shape (e,).
+
+    The points have the shape (n, 2) or (n, 3), and the edges the shape (e, 2).
+    """
     return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
 
 
 def longest_sides(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the longest side of each triangle, shape (m,), from points of shape (n, 3)."""
+    """Return the length of the longest side of each triangle, shape (m,), from points of shape (n, 3)."""
     return np.max([edge_lengths(points, faces[:, [i - 1, i]]) for i in range(3)], axis=0)
 
 
 def lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    """Return the weight of every triangle, shape (m,), shared equally among its corners; shape (count,)."""
+    """Return a weight for each vertex, shape (count,). Each triangle's weight (m,) is shared equally by its corners."""
     return np.bincount(faces.ravel(), np.repeat(weight / 3.0, 3), minlength=count)
 
 
 def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
-    """Refuse a mesh that cannot be a cloth.
+    """Check that a mesh can be a cloth.
 
     Raises:
-        ValueError: If there are no triangles, an index is out of range, a triangle has no area, a vertex is in no
-            triangle, an edge has more than two triangles, a vertex too many, or a seam is not an inner edge.
+        ValueError: If there are no triangles, an index is out of range, or a triangle has no area. Also if a vertex is
+            in no triangle or in too many triangles, or an edge is in more than two. Also if a seam is not an inner
+            edge.
     """
     count = len(rest)
     if not len(faces):

@@ -1,7 +1,7 @@
-"""Triangles to pixels: the highest triangle over each pixel, and its height.
+"""Conversion of triangles to pixels: the highest triangle over each pixel, and its height.
 
-A triangle covers the pixels whose centres lie in it; pixel (i, j) has its centre at (i + 0.5, j + 0.5). Masks, maps of
-heights and pictures are made with it.
+A triangle covers the pixels whose centres lie in it. The centre of pixel (i, j) is at (i + 0.5, j + 0.5). Masks, height
+maps and pictures are made with this module.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 EDGE_ON = 1e-9
-"""Triangles of less than half this area have no height [pixels^2]."""
+"""Twice the area below which a triangle counts as seen edge-on, and has no height [pixels^2]."""
 
 
 @dataclass(frozen=True)
@@ -20,22 +20,22 @@ class ZBuffer:
     """The highest triangle over each pixel of a grid."""
 
     heights: np.ndarray
-    """Heights at the pixels' centres, -inf without a triangle, shape (columns, rows)."""
+    """Height at the centre of each pixel, -inf if no triangle covers it, shape (columns, rows)."""
     face: np.ndarray
-    """Index of the triangle, -1 without one, shape (columns, rows)."""
+    """Index of the triangle over each pixel, -1 if no triangle covers it, shape (columns, rows)."""
     weights: np.ndarray
-    """Barycentric coordinates of the pixels' centres in their triangles, shape (columns, rows, 3)."""
+    """Barycentric coordinates of each pixel's centre in its triangle, shape (columns, rows, 3)."""
 
 
 def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slack: float = 0.0) -> ZBuffer:
     """Return the highest triangle over each pixel.
 
     Args:
-        points: Place on the grid (along its columns, along its rows) [pixels] and height, shape (n, 3).
+        points: Coordinates along columns and rows of the grid [pixels], and heights, shape (n, 3).
         faces: Triangles, shape (m, 3).
         shape: Numbers of columns and rows of the grid.
-        slack: Distance outside a triangle, in barycentric coordinates, at which a centre still counts as inside, so
-            that rounding opens no gap between two triangles.
+        slack: Distance outside a triangle, in barycentric coordinates, at which a pixel's centre still counts as
+            inside. It prevents gaps between two triangles by rounding.
     """
     heights = np.full(shape, -np.inf)
     face = np.full(shape, -1, dtype=np.int64)
@@ -45,7 +45,7 @@ def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slac
 
 
 def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Return where any triangle is, shape (columns, rows); points of shape (n, 2) [pixels]."""
+    """Return which pixels are covered by a triangle, shape (columns, rows). Points have the shape (n, 2) [pixels]."""
     covered = np.zeros(shape, dtype=np.bool_)
     _cover(np.ascontiguousarray(points, dtype=float), faces, covered)
     return covered
@@ -53,13 +53,19 @@ def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.nd
 
 @njit(inline="always")
 def _range(a, b, c, size):  # type: ignore[no-untyped-def]
-    """Return the pixels along one axis, of `size`, that a triangle with these corners may cover."""
+    """Return the range of pixels along an axis that a triangle with these corners may cover.
+
+    The axis has `size` pixels.
+    """
     return range(int(max(min(a, b, c), 0.0)), int(min(max(a, b, c) + 1.0, size)))
 
 
 @njit(inline="always")
 def _sides(ax, ay, bx, by, cx, cy, x, y):  # type: ignore[no-untyped-def]
-    """Return twice the signed areas of (x, y) with each side; inside the triangle, they have the same sign."""
+    """Return twice the signed areas that the point (x, y) forms with each side of a triangle.
+
+    All three have the same sign if the point is inside the triangle.
+    """
     ab = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
     bc = (cx - bx) * (y - by) - (cy - by) * (x - bx)
     ca = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
@@ -93,7 +99,7 @@ def _fill(points, faces, slack, heights, face, weights):  # type: ignore[no-unty
         bx, by, bz = points[faces[t, 1]]
         cx, cy, cz = points[faces[t, 2]]
         twice_area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if not EDGE_ON <= abs(twice_area) < np.inf:  # edge-on, or no number
+        if not EDGE_ON <= abs(twice_area) < np.inf:  # seen edge-on, or not finite
             continue
         for i in _range(ax, bx, cx, columns):
             for j in _range(ay, by, cy, rows):

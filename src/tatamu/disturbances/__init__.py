@@ -1,7 +1,7 @@
-"""Disturbances of hands, grasps, cloth and table: their file, worlds drawn from it, and the scenes of these worlds.
+"""Disturbances of hands, grasps, cloth and table: their file, random draws of them, and the disturbed scenes.
 
-A world is one random draw of all disturbances; the nominal world has no disturbances. With a world, a fold and a
-manipulation become a scene. This does not depend on a simulator.
+A world is one random draw of all disturbances. The nominal world has no disturbances. A scene is made from a world, a
+fold and a manipulation. It does not depend on a simulator.
 """
 
 from tatamu.disturbances.channels import CHANNELS, Channel

@@ -1,4 +1,4 @@
-"""The quantities that a world draws, each a number of one normal distribution, and their names."""
+"""The disturbances that are drawn at random, with their names. Each disturbance is one normally distributed number."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FIELDS = (
     "bending_rigidity_initial",
     "air_drag_turning",
 )
-"""Fields of a material that may be disturbed, in the order in which they are drawn: append only."""
+"""Fields of a material that may be disturbed, in the order of the random numbers. Only append new fields."""
 
 DIRECTIONS = ("along", "across", "up")
 
@@ -40,9 +40,9 @@ class Channel:
     """One disturbance: a number that is drawn from a normal distribution."""
 
     name: str
-    """Name in `margins.json`, such as "hands.offset.up"."""
+    """Name of the disturbance in `margins.json`, such as "hands.offset.up"."""
     unit: str
-    """Unit: m, rad or s; 1 if the number is the logarithm of a factor."""
+    """Unit of the number: m, rad or s. The unit is 1 if the number is the logarithm of a factor."""
 
     @property
     def relative(self) -> bool:
@@ -50,7 +50,7 @@ class Channel:
         return self.unit == "1"
 
     def shown(self, value: float) -> float:
-        """Return a value for readers: in its unit, or as a relative change."""
+        """Return a value for readers: in its unit, or as a relative change if it is the logarithm of a factor."""
         return float(np.expm1(value)) if self.relative else value
 
 
@@ -70,11 +70,15 @@ CHANNELS = (
     Channel("table.height", "m"),
     *(Channel(f"material.{name}", "1") for name in FIELDS),
 )
-"""All disturbances, in the order in which worlds draw them; append new ones, or all worlds change."""
+"""All disturbances, in the order of their random numbers. New disturbances must be appended, because otherwise all
+random draws change."""
 PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 
 def prefix_in(name: str, prefixes: Iterable[str]) -> str | None:
-    """Return the longest of the prefixes that a name begins with, in whole words between dots; None if none fits."""
+    """Return the longest of several prefixes with which a name begins; None if the name begins with none of them.
+
+    Names are compared by whole words between dots.
+    """
     fitting = [prefix for prefix in prefixes if f"{name}.".startswith(f"{prefix}.")]
     return max(fitting, key=len, default=None)

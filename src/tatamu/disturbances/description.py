@@ -1,6 +1,6 @@
-"""The file of disturbances: possible errors of hands, grasps, cloth, table and material in the simulation.
+"""The file of disturbances: possible errors of hands, grasps, cloth, table and material in a simulation.
 
-docs/reference/disturbances.md explains every field. Numbers are standard deviations.
+Numbers are standard deviations. Every field is explained in docs/reference/disturbances.md.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from tatamu.records import Record
 DEFAULT = "default"
 NONE = "none"
 OWN = Path(__file__).parent
-"""Folder of `default.toml`."""
+"""Folder that contains `default.toml`."""
 
 Length = Annotated[Number, Field(ge=0.0, le=0.5)]
-"""Standard deviation of a place [m]."""
+"""Standard deviation of a position [m]."""
 Angle = Annotated[Number, Field(ge=0.0, le=1.0)]
 """Standard deviation of an angle [rad]."""
 Time = Annotated[Number, Field(ge=0.0, le=2.0)]
 """Standard deviation of a time [s]."""
 MOST_RELATIVE = 2.0
-"""Largest standard deviation of a logarithm: a factor of seven."""
+"""Largest standard deviation of a logarithm. It corresponds to a factor of seven."""
 Relative = Annotated[Number, Field(ge=0.0, le=MOST_RELATIVE)]
 """Standard deviation of a logarithm."""
 ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
@@ -39,13 +39,13 @@ ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 """Standard deviations along the fold and across it [m]."""
 FARTHEST_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MOST_RELATIVE}
-"""Largest size of a mean, by unit."""
+"""Largest absolute value of a mean, by unit."""
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
-"""A fraction of a variance."""
+"""A fraction of a variance, from 0 to 1."""
 
 
 def _flat(value: Any) -> Any:
-    """Return nested tables as one table whose names are joined by dots, as in "hands.offset.along"."""
+    """Return nested tables as one table. Names are joined by dots, as in "hands.offset.along"."""
     if not isinstance(value, Mapping):
         return value
     found: dict[str, Any] = {}
@@ -59,7 +59,7 @@ def _flat(value: Any) -> Any:
 
 
 def _one_or_two(value: Any) -> Any:
-    """Check a deviation of both hands, or one each."""
+    """Check that a value is one deviation for both hands, or one deviation for each hand."""
     each = value if isinstance(value, list) and len(value) == 2 else [value]
     if any(isinstance(one, bool) or not isinstance(one, int | float) or not 0.0 <= one <= 0.5 for one in each):
         raise ValueError(f"must be a number from 0 to 0.5, or two, of the left and the right hand, given {value!r}")
@@ -67,54 +67,59 @@ def _one_or_two(value: Any) -> Any:
 
 
 LengthOfHands = Annotated[float | list[float], BeforeValidator(_one_or_two)]
-"""Standard deviation of a place of both hands, or of the left and of the right hand [m]."""
+"""Standard deviation of a position [m]: one number for both hands, or the left hand's and the right hand's number."""
 
 LEAST_EIGENVALUE = -0.01
-"""Lowest eigenvalue accepted for a correlation matrix whose entries were rounded to three digits."""
+"""Lowest accepted eigenvalue of a correlation matrix. Entries rounded to three digits cause small negative values."""
 
 
 class HandErrors(Record):
-    """Errors of the hands, constant through one fold."""
+    """Errors of the hands. They stay constant during one fold."""
 
     offset: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
-    """Offset of both hands equally: along the fold, across, up [m]."""
+    """Common offset of both hands along the fold, across it, and up [m]."""
     difference: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
-    """Difference of the left hand from the right, half each: along the fold, across, up [m]."""
+    """Position of the left hand relative to the right hand, along the fold, across it, and up [m].
+
+    Each hand has half of this error."""
     yaw: Angle = 0.0
-    """Turn of the pair about the middle between the hands [rad]."""
+    """Rotation of both hands about the middle between them [rad]."""
     opening_delay: Time = 0.0
-    """Delay of the opening of one hand after the other [s]."""
+    """Time between the opening of one hand and the opening of the other hand [s]."""
     speed: Relative = 0.0
     """Relative deviation of the speed of both hands."""
 
 
 class GraspErrors(Record):
-    """Errors of the grasps, independent for each hand; each hand still lays the cloth down in the intended place."""
+    """Errors of the grasps, independent for each hand. They do not change where the hands lay the cloth down."""
 
     along: LengthOfHands = 0.0
-    """Error along the edge [m]."""
+    """Error of a grasp along the edge of the cloth [m]."""
     into: LengthOfHands = 0.0
-    """Error into the cloth [m]."""
+    """Error of a grasp towards the inside of the cloth [m]."""
 
 
 class PlaceErrors(Record):
-    """Errors of the cloth's assumed position."""
+    """Errors of the assumed position of the cloth."""
 
     place: TwoLengths = Field(default_factory=lambda: [0.0] * 2)
-    """Displacement along the fold and across it [m]."""
+    """Displacement of the cloth along the fold and across it [m]."""
     yaw: Angle = 0.0
-    """Turn about the middle of the cloth [rad]."""
+    """Rotation about the middle of the cloth [rad]."""
 
 
 class TableErrors(Record):
     """Errors of the table."""
 
     height: Length = 0.0
-    """Error of the height of the table's top [m]."""
+    """Error in the height of the table's top [m]."""
 
 
 class Correlation(Record):
-    """Correlations of the logarithms of a material's fields, as in a calibrated material, and of other disturbances."""
+    """Correlations between disturbances.
+
+    For fields of the material, as in a calibrated material, they are correlations of the logarithms.
+    """
 
     parameters: list[str]
     matrix: list[list[Annotated[Number, Field(ge=-1.0, le=1.0)]]]
@@ -137,26 +142,29 @@ class Correlation(Record):
 
 
 class Disturbances(Record):
-    """Uncertainties of hands, cloth and table; a field that is left out is exact."""
+    """Uncertainties of hands, cloth and table. A quantity without an entry is exact."""
 
     hands: HandErrors = HandErrors()
     grasp: GraspErrors = GraspErrors()
     cloth: PlaceErrors = PlaceErrors()
     table: TableErrors = TableErrors()
     material: dict[str, Relative] = Field(default_factory=dict)
-    """Relative deviations by field."""
+    """Relative deviations of the material, by the names of its fields."""
     correlation: Correlation | None = None
-    """Correlations of fields of `material`, or of disturbances by the names of `CHANNELS`; None if all are
-    independent."""
-    mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Means other than zero, by the names of `CHANNELS`; for relative disturbances, means of the logarithm."""
-    systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Fraction of each variance that is the same in every fold, by names of `CHANNELS` or their beginnings.
+    """Correlations between fields of `material`, or between disturbances by the names of `CHANNELS`.
 
-    `systematic.toml` has the defaults.
+    None if all disturbances are independent."""
+    mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
+    """Means that are not zero, by the names of `CHANNELS`. For relative disturbances, these are means of the
+    logarithm."""
+    systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
+    """Fraction of each variance that is equal in every fold of a set-up. Keys are names of `CHANNELS` or their
+    beginnings.
+
+    The file `systematic.toml` contains the defaults.
     """
     fingers: Fingers = Fingers()
-    """Fingers of the hands; not drawn."""
+    """Fingers of the hands. They are not disturbed."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -169,7 +177,10 @@ class Disturbances(Record):
         return self
 
     def _check_names(self) -> None:
-        """Refuse names of [mean] and [systematic] that no disturbance has, and means that are too far."""
+        """Check the tables [mean] and [systematic].
+
+        Every name must belong to a disturbance, and no mean may be too large.
+        """
         for name, value in self.mean.items():
             if name not in PLACES:
                 raise ValueError(f"mean.{name} must be the name of a disturbance, such as hands.offset.along")
@@ -183,18 +194,18 @@ class Disturbances(Record):
                 )
 
     def describe(self) -> dict[str, Any]:
-        """Return plain data for `result.json` and `margins.json`: only fields that differ from exact."""
+        """Return plain data for `result.json` and `margins.json`. Fields that are exact are omitted."""
         return self.model_dump(exclude_defaults=True)
 
 
 def load_disturbances(name: str) -> Disturbances | None:
-    """Return the disturbances of a file, the default ones, or None.
+    """Return the disturbances of a file, the default disturbances, or None.
 
     Args:
-        name: `default`, `none` or a TOML file.
+        name: `default`, `none`, or the path of a TOML file.
 
     Raises:
-        InputError: If the file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
     """
     if name == NONE:
         return None
@@ -204,7 +215,7 @@ def load_disturbances(name: str) -> Disturbances | None:
 
 
 def default_disturbances() -> Disturbances:
-    """Return the disturbances used if none are given."""
+    """Return the disturbances that are used if the user gives none."""
     return read_disturbances(OWN / "default.toml")
 
 
@@ -212,34 +223,34 @@ def read_disturbances(path: Path) -> Disturbances:
     """Return the disturbances of a file.
 
     Raises:
-        InputError: If the file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
     """
     return disturbances_in(read_toml(path), path)
 
 
 def disturbances_in(value: Mapping[str, Any], source: Path | str) -> Disturbances:
-    """Return disturbances from plain data in the form of a file.
+    """Return disturbances from plain data that have the form of a file.
 
     Args:
-        value: The tables; [source] is not read.
-        source: Origin of the data, for the message.
+        value: The tables of the file. The table [source] is ignored.
+        source: Origin of the data, for the error message.
 
     Raises:
-        InputError: If a field is wrong; the message names it and the source.
+        InputError: If a field is wrong. The message names the field and the source.
     """
     return validated(Disturbances, {name: table for name, table in value.items() if name != "source"}, source)
 
 
 def with_calibrated(disturbances: Disturbances, path: Path, material: Material) -> Disturbances:
-    """Return disturbances with the uncertainties of a calibrated material in place of the default ones.
+    """Return disturbances whose material uncertainties come from a calibrated material instead of the defaults.
 
     Args:
         disturbances: The disturbances to change.
-        path: The file of the material.
-        material: The material in the file.
+        path: Path of the material's file.
+        material: Material in this file.
 
     Raises:
-        InputError: If its [uncertainty] or [correlation] is wrong.
+        InputError: If the table [uncertainty] or [correlation] of the file is wrong.
     """
     value = read_toml(path) if path.is_file() else {}
     uncertainty = value.get("uncertainty")
@@ -260,7 +271,7 @@ def _table(path: Path, value: Any) -> list[tuple[str, Any]]:
 
 
 def _relative(path: Path, name: str, given: Any, material: Material) -> float:
-    """Return a standard uncertainty over the value [-], limited to `MOST_RELATIVE`."""
+    """Return a standard uncertainty divided by the value [-], but at most `MOST_RELATIVE`."""
     if name not in FIELDS:
         raise InputError(f"{path}: uncertainty.{name}: must be one of {', '.join(FIELDS)}")
     if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 <= given < np.inf:

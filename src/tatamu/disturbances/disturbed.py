@@ -1,7 +1,7 @@
-"""The scene of a manipulation in a disturbed world.
+"""The scene of a manipulation in a world, which is one random draw of all disturbances.
 
-Positions are in the frame of the cloth. A table that is too high appears as hands that are too low, and displaced cloth
-as displaced hands. So outcomes are compared with the same target in all worlds.
+Positions are relative to the cloth. A table that is too high is therefore simulated as hands that are too low, and
+displaced cloth as displaced hands. The target shape is thus the same in all worlds.
 """
 
 from __future__ import annotations
@@ -23,26 +23,28 @@ from tatamu.material import Material
 from tatamu.scene import Scene
 
 BASES = ("stretch_stiffness", "bending_rigidity")
-"""Warp stiffnesses whose error factor also scales the other directions."""
+"""Stiffnesses along the warp. Their error factors also apply to the stiffnesses in other directions."""
 NEAR = 0.02
-"""Distance from the fold line, and from the release, within which layers lie below a finger [m]."""
+"""Distance from the fold line, and from the release, over which the layers below a finger come into effect [m]."""
 PRESSES = 0.25
-"""Depth that a finger presses into layers before its arm yields [thicknesses]; it then drags them."""
+"""Depth to which a finger presses into layers before its arm yields, in thicknesses. It then drags the layers."""
 LEAST_HELD = 0.2
-"""Least fraction of the planned cloth that a hand's pads must take [-]; with less, the hand holds nothing."""
+"""Least fraction of the planned cloth area that must be under a hand's pad [-]. With less, the hand holds nothing."""
 PAD_POINTS = (12, 8)
-"""Number of points along the edge and across it at which a pad is compared with the cloth."""
+"""Number of points along the edge, and across it, at which a pad is checked for cloth."""
 SIDES = (("left", 1.0), ("right", -1.0))
-"""Names of the hands, and the sign of their part of the difference between them."""
+"""Names of the hands, and the sign with which each hand has its half of the difference between the hands."""
 
 
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
-    """Return the scene of a manipulation in a world; in the nominal world it is that of `scene_of`.
+    """Return the scene of a manipulation in a world, which is one draw of the disturbances.
 
-    A corrected manipulation may send a hand to a place next to its vertex; the hand then closes there.
+    In the world without disturbances, this is the scene of `scene_of`.
+
+    A corrected manipulation may send a hand to a point next to its vertex. The hand then closes at this point.
 
     Raises:
-        SimulationError: If the hands would grasp the same place.
+        SimulationError: If both hands would grasp the same point.
     """
     if world.is_nominal and not _aims_beside(fold, manipulation).any():
         return scene_of(fold, manipulation)
@@ -57,9 +59,11 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 
 
 def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
-    """Return why a hand fails in a world independently of the simulation; None if no hand does.
+    """Return why a hand fails in a world, if this is known without a simulation; None if no hand fails.
 
-    A hand that grasps next to the cloth holds nothing. A hand that is commanded too far below the table stops.
+    A world is one draw of the disturbances.
+
+    A hand that grasps next to the cloth holds nothing. A hand that is commanded too far below the table must stop.
     """
     if world.is_nominal and not _aims_beside(fold, manipulation).any():
         return None
@@ -76,14 +80,14 @@ def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | 
 
 
 def _material(usual: Material, world: World) -> Material:
-    """Return the disturbed material, each field within its bounds."""
+    """Return the disturbed material. Each of its fields is kept within its bounds."""
     known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
     changed = {name: float(np.clip(known[name] * _factor(name, world), *_bounds(name))) for name in known}
     return _possible(usual.model_copy(update=changed))
 
 
 def _possible(material: Material) -> Material:
-    """Return the nearest material whose fields are consistent; each field alone is within its bounds."""
+    """Return the nearest material whose fields are consistent with each other. Each field must be within its bounds."""
     changed: dict[str, float] = {}
     if material.orthotropic_membrane:
         changed["compression"] = 1.0
@@ -97,7 +101,7 @@ def _possible(material: Material) -> Material:
 
 
 def _factor(name: str, world: World) -> float:
-    """Return the factor of a field; stiffnesses of other directions also have the factor of the warp."""
+    """Return the error factor of a field. The factor of a warp stiffness also applies to the other directions."""
     own = world.factor(f"material.{name}")
     base = next((field for field in BASES if name.startswith(f"{field}_")), None)
     return own if base is None else own * world.factor(f"material.{base}")
@@ -112,32 +116,34 @@ def _bounds(name: str) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Grasp:
-    """The place at which a hand takes the cloth, seen from above; along the fold and across it [m]."""
+    """The point at which a hand grasps the cloth, seen from above, in the directions along the fold and across it."""
 
     vertex: int
-    """The nearest vertex, which represents the place."""
+    """The vertex nearest to the point. It represents the point."""
     place: np.ndarray
-    """The place itself in the scene [m], shape (2,)."""
+    """The point in the scene [m], shape (2,)."""
     slip: np.ndarray
-    """Displacement from the intended to the actual place of the grasp, shape (2,)."""
+    """Displacement from the intended to the actual point of the grasp [m], shape (2,)."""
     rest: float
-    """Distance from that place to the vertex, along the fold."""
+    """Distance from the actual point to the vertex, along the fold [m]."""
     misses: bool
-    """Whether the fingers close next to the cloth."""
+    """Whether the fingers close next to the cloth and hold nothing."""
 
 
 @dataclass(frozen=True)
 class _DisturbedHand:
-    """The motion of a hand in a world."""
+    """The motion of a hand in a world, which is one draw of the disturbances."""
 
     carry: Carry | None
-    """Motion of the hand; None if it holds nothing."""
+    """Motion of the hand; None if the hand holds nothing."""
     too_low: float
-    """Depth below the table, or below the layers that stop it, to which it is commanded [m]; 0 or less if none."""
+    """Commanded depth of the hand below the table, or below the layers that stop it [m].
+
+    The depth is zero or negative if nothing stops the hand."""
 
 
 def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
-    """Return the disturbed motion of a hand, or none if it misses the cloth."""
+    """Return the disturbed motion of a hand. The motion is None if the hand misses the cloth."""
     usual = carries_of(fold, manipulation)[number]
     aim = _aims_beside(fold, manipulation)[number]
     grasp = _grasp(fold, usual.vertex, aim, world, number)
@@ -159,10 +165,10 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
 
 
 def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the errors of each hand in a world, along the fold, across it and up [m], as a correction undoes them.
+    """Return the errors of each hand along the fold, across it and up [m]. A correction of the hand can undo them.
 
-    Each hand has the error of its grasp, shape (2,), and the error of its own position, shape (3,). Displaced cloth
-    counts as displaced hands.
+    For each hand, the first array is the error of its grasp, shape (2,). The second array is the error of its own
+    position, shape (3,). A displacement of the cloth counts as a displacement of the hands.
     """
     lies = np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0])
     found = []
@@ -175,19 +181,26 @@ def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tu
 
 
 def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
-    """Return the offset of each hand from its vertex at the grasp [m], shape (hands, 3); 0 without a correction."""
+    """Return the offset of each hand from its vertex at the grasp [m], shape (hands, 3).
+
+    It is 0 without a correction.
+    """
     return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
 
 def _delay(world: World, number: int) -> float:
-    """Return the delay of a hand's opening [s]; a positive delay is the left hand's, a negative one the right's."""
+    """Return the delay of a hand's opening [s].
+
+    A positive disturbance delays the left hand, a negative one the right.
+    """
     return max(0.0, SIDES[number][1] * world["hands.opening_delay"])
 
 
 def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> np.ndarray:
     """Return the error of a hand's position [m], shape (3,).
 
-    A hand grasps the cloth at its actual place, so its horizontal error acts while it carries and lays down the cloth.
+    The grasp has its own error. The horizontal error of a hand therefore acts while the hand carries the cloth and lays
+    it down.
     """
     error = world.vector("hands.offset") - [0.0, 0.0, world["table.height"]]
     if len(manipulation.grasps) > 1:
@@ -200,7 +213,7 @@ def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> n
 
 
 def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) -> _Grasp:
-    """Return the actual grasp of a hand that is sent to a vertex plus `aim` [m], shape (3,)."""
+    """Return the actual grasp of a hand that is sent to a vertex plus the offset `aim` [m], shape (3,)."""
     side = SIDES[number][0]
     place = fold.start[vertex, :2]
     wrong = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]])
@@ -216,7 +229,10 @@ def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) 
 
 
 def _covered(fold: Fold, place: np.ndarray) -> float:
-    """Return the part of a pad that is over cloth, seen from above; the middle of its outer edge is at a place [m]."""
+    """Return the fraction of a pad's area that is over cloth, seen from above.
+
+    The middle of the pad's outer edge is at `place` [m].
+    """
     along, into = (np.arange(count) + 0.5 for count in PAD_POINTS)
     along = (along / PAD_POINTS[0] - 0.5) * fold.fingers.width
     into = into / PAD_POINTS[1] * PAD
@@ -231,14 +247,20 @@ def _covered(fold: Fold, place: np.ndarray) -> float:
 
 
 def _side_of(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return on which side of edges, shape (m, 2), points, shape (k, 2), lie, shape (k, m): positive on the left."""
+    """Return on which side of edges points lie, shape (k, m). Values are positive on the left side.
+
+    Args:
+        start: Starts of the edges, shape (m, 2).
+        end: Ends of the edges, shape (m, 2).
+        points: The points, shape (k, 2).
+    """
     edge = end - start
     away = points[:, None] - start[None]
     return np.asarray(edge[:, 0] * away[..., 1] - edge[:, 1] * away[..., 0])
 
 
 def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
-    """Return the vertex of the moving side that represents a place; `vertex` if none is nearer."""
+    """Return the vertex of the moving side that is nearest to a point. The result is `vertex` if none is nearer."""
     across, _ = fold.crease.split(fold.start)
     level = np.abs(fold.start[:, 2] - fold.start[vertex, 2]) < 0.5 * fold.garment.material.thickness
     near = np.flatnonzero((across < 0) & level)
@@ -249,10 +271,12 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 
 
 def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
-    """Return the lowest vertical displacement of a hand [m], shape (k,): too low, it meets the table and stops there.
+    """Return the lowest possible vertical displacement of a hand [m], shape (k,).
 
-    Cloth below the hand does not stop it: the hand presses on it and drags it along. Fingers are bodies, so their arm
-    must yield before they crush the cloth.
+    A hand that is lower meets the table and stops there.
+
+    Cloth below a hand does not stop it. The hand presses on the cloth and drags it along. Fingers are rigid bodies, so
+    their arm must yield before they crush the cloth.
     """
     thickness = fold.garment.material.thickness
     table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))
@@ -266,13 +290,13 @@ def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
 
 
 def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:
-    """Return a vector along the fold, across it and up in the coordinates of the scene, shape (3,)."""
+    """Return a vector, given along the fold, across it and up, in the coordinates of the scene, shape (3,)."""
     along, across, up = vector
     return np.array([*(along * fold.normal + across * fold.crease.along), up])
 
 
 def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
-    """Return vectors of shape (k, 3), turned about the vertical by `angle` [rad]."""
+    """Return vectors of shape (k, 3) after a rotation about the vertical by `angle` [rad]."""
     if not angle:
         return vectors
     cos, sin = np.cos(angle), np.sin(angle)

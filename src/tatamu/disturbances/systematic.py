@@ -1,8 +1,10 @@
-"""Systematic and random disturbances: which part is the same in every fold of a set-up, and which is new in each.
+"""Systematic and random parts of disturbances.
 
-A disturbance of variance v and systematic share a is the sum of two independent normal numbers: one of variance a v
-that a set-up keeps, and one of variance (1 - a) v for each fold. Random parts of different disturbances are
-independent, so all correlations that a file states are between systematic parts.
+The systematic part is equal in every fold of a set-up. The random part is new in each fold.
+
+Let a disturbance have the variance v and the systematic share a. It is the sum of two independent normal numbers. The
+number with the variance a v is constant for a set-up. The number with the variance (1 - a) v is drawn for each fold.
+Random parts of different disturbances are independent, so all correlations in a file are between systematic parts.
 """
 
 from __future__ import annotations
@@ -20,12 +22,12 @@ from tatamu.disturbances.world import correlations_root, deviations
 
 @dataclass(frozen=True)
 class Split:
-    """The systematic and the random part of disturbances; k of them, in the order of `names`."""
+    """The systematic and the random parts of k disturbances, in the order of `names`."""
 
     names: tuple[str, ...]
-    """Names of the disturbances, from `CHANNELS`, with a deviation above 0 or a mean."""
+    """Names of the disturbances, from `CHANNELS`. Each has a deviation above 0 or a mean that is not 0."""
     mean: np.ndarray
-    """Means, shape (k,)."""
+    """Means of the disturbances, shape (k,)."""
     systematic: np.ndarray
     """Covariance of the systematic parts, shape (k, k)."""
     random: np.ndarray
@@ -39,7 +41,7 @@ class Split:
 
     @property
     def deviations(self) -> np.ndarray:
-        """Standard deviations of both parts together, shape (k,)."""
+        """Standard deviations of the sums of both parts, shape (k,)."""
         return np.asarray(np.sqrt(np.diag(self.systematic) + self.random))
 
 
@@ -51,11 +53,11 @@ def _usual() -> Disturbances:
 def share(disturbances: Disturbances, name: str) -> float:
     """Return the systematic share of a disturbance's variance.
 
-    Systematic errors are the same in every fold of a set-up.
+    Systematic errors are equal in every fold of a set-up.
 
     Args:
-        disturbances: The disturbances; `systematic.toml` has the defaults.
-        name: Name of a channel.
+        disturbances: The disturbances. Shares that they do not contain come from `systematic.toml`.
+        name: Name of the disturbance, from `CHANNELS`.
     """
     for shares in (disturbances.systematic, _usual().systematic):
         known = prefix_in(name, shares)
@@ -65,7 +67,7 @@ def share(disturbances: Disturbances, name: str) -> float:
 
 
 def split(disturbances: Disturbances) -> Split:
-    """Return the systematic and the random part of disturbances."""
+    """Return the systematic and the random parts of disturbances."""
     scales = deviations(disturbances)
     names = tuple(channel.name for channel in CHANNELS if channel.name in scales or disturbances.mean.get(channel.name))
     places = [PLACES[name] for name in names]
@@ -78,11 +80,11 @@ def split(disturbances: Disturbances) -> Split:
 
 
 def join(parts: Split, others: Disturbances) -> Disturbances:
-    """Return disturbances from their systematic and random parts; the inverse of `split`.
+    """Return disturbances from their systematic and random parts. This function is the inverse of `split`.
 
     Args:
-        parts: The parts; numbers are rounded to six digits.
-        others: Source of the fingers.
+        parts: Both parts of the disturbances. Numbers are rounded to six digits.
+        others: Disturbances from which the fingers are copied.
     """
     deviation = dict(zip(parts.names, map(_rounded, parts.deviations), strict=True))
 
@@ -115,7 +117,7 @@ def join(parts: Split, others: Disturbances) -> Disturbances:
 
 
 def _correlation(parts: Split) -> Correlation | None:
-    """Return the correlations of both parts together; None without any."""
+    """Return the correlations of the sums of both parts; None if the sums are not correlated."""
     whole = parts.systematic + np.diag(parts.random)
     scale = np.sqrt(np.diag(whole))
     used = np.flatnonzero(scale)

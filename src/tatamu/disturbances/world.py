@@ -1,6 +1,6 @@
 """A world: one random draw of all disturbances.
 
-The nominal world has no disturbances. All folds that are compared share the worlds of one seed.
+The nominal world has no disturbances. Folds that are compared are simulated in the same worlds, drawn with one seed.
 """
 
 from __future__ import annotations
@@ -16,15 +16,20 @@ from tatamu.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
 from tatamu.disturbances.description import Disturbances, LengthOfHands
 
 DIMENSIONS = 64
-"""Dimensions of the Sobol sequence, more than the number of channels; another number would change all worlds."""
+"""Number of dimensions of the Sobol sequence. It must be at least the number of channels. Another number would change
+all worlds (random draws of the disturbances)."""
 
 
 class Stream(IntEnum):
-    """Purposes of worlds. A fold is validated in worlds in which it was not learned."""
+    """Purposes of worlds (random draws of the disturbances).
+
+    Each purpose has its own random numbers, so validation uses other worlds than learning.
+    """
 
     LEARNING = 0
     JUDGING = 1
-    """Held-out validation at the end of a study."""
+    """Validation of the best fold at the end of a study. Its worlds (draws of the disturbances) were not used to learn
+    it."""
     MARGINS = 2
     OBSERVATION = 3
 
@@ -34,22 +39,22 @@ class World:
     """The value of every disturbance in one draw."""
 
     values: Mapping[str, float]
-    """Values by the names of `CHANNELS`, relative ones as logarithms of factors; missing ones are 0."""
+    """Values by the names of `CHANNELS`. Relative values are logarithms of factors, and missing values are 0."""
 
     def __getitem__(self, name: str) -> float:
         return self.values.get(name, 0.0)
 
     def factor(self, name: str) -> float:
-        """Return the factor of a relative disturbance."""
+        """Return the factor that belongs to a relative disturbance."""
         return float(np.exp(self[name]))
 
     @property
     def is_nominal(self) -> bool:
-        """Whether there is no disturbance."""
+        """Whether the world has no disturbances."""
         return not any(self.values.values())
 
     def vector(self, prefix: str) -> np.ndarray:
-        """Return a displacement along the fold, across it and up [m], shape (3,)."""
+        """Return a displacement as a vector along the fold, across it and up [m], shape (3,)."""
         return np.array([self[f"{prefix}.{direction}"] for direction in DIRECTIONS])
 
 
@@ -58,7 +63,7 @@ NOMINAL = World({})
 
 
 def deviations(disturbances: Disturbances) -> dict[str, float]:
-    """Return the standard deviations above 0, by the names of `CHANNELS`."""
+    """Return the standard deviations that are above 0, by the names of `CHANNELS`."""
     hands = disturbances.hands
     found = {
         **dict(zip((f"hands.offset.{d}" for d in DIRECTIONS), hands.offset, strict=True)),
@@ -77,25 +82,30 @@ def deviations(disturbances: Disturbances) -> dict[str, float]:
 
 
 def _of_hands(name: str, value: LengthOfHands) -> dict[str, float]:
-    """Return the deviations of the left and of the right hand."""
+    """Return the deviations of the left hand and of the right hand, by their names."""
     left, right = value if isinstance(value, list) else (value, value)
     return {f"{name}.left": left, f"{name}.right": right}
 
 
 def mean_world(disturbances: Disturbances) -> World:
-    """Return the world in which every disturbance has its mean: the nominal one, unless means are given."""
+    """Return the world (value of every disturbance) in which every disturbance has its mean.
+
+    If all means are zero, this is the nominal world, which has no disturbances.
+    """
     means = disturbances.mean
     return World({channel.name: means[channel.name] for channel in CHANNELS if means.get(channel.name)})
 
 
 def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
-    """Draw independent worlds. Each has its own random stream, so the first ones do not depend on `count`.
+    """Draw independent worlds, which are values of all disturbances.
+
+    Each world has its own random numbers, so the first worlds do not depend on `count`.
 
     Args:
-        disturbances: Standard deviations and correlations.
+        disturbances: Standard deviations and correlations of the disturbances.
         count: Number of worlds.
         seed: Random seed.
-        stream: Purpose of the worlds; those of different purposes are independent.
+        stream: Purpose of the worlds. Worlds with different purposes are independent.
     """
     rows = [
         np.random.default_rng(np.random.SeedSequence([seed, stream, number])).standard_normal(len(CHANNELS))
@@ -105,11 +115,13 @@ def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Str
 
 
 def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
-    """Draw worlds from a scrambled Sobol sequence, whose even spread needs fewer worlds for a mean or a quantile.
+    """Draw worlds, which are values of all disturbances, from a scrambled Sobol sequence.
 
-    The first ones do not depend on `count`; see `sample_worlds` for the arguments.
+    The sequence is more even than random numbers. Therefore fewer worlds suffice for a mean or a quantile.
+
+    The first worlds do not depend on `count`. The arguments are those of `sample_worlds`.
     """
-    from scipy.stats import qmc  # takes half a second
+    from scipy.stats import qmc  # this import takes half a second
 
     generator = np.random.default_rng(np.random.SeedSequence([seed, stream]))
     engine = qmc.Sobol(DIMENSIONS, scramble=True, rng=generator)
@@ -118,7 +130,10 @@ def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stre
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
-    """Return worlds from standard normal numbers, shape (n, k), one column for each of `CHANNELS`."""
+    """Return worlds (values of all disturbances) from standard normal numbers, shape (n, k).
+
+    Each disturbance has a column.
+    """
     scales = deviations(disturbances)
     means = mean_world(disturbances).values
     mixing = correlations_root(disturbances)
@@ -129,7 +144,7 @@ def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarra
 
 
 def correlations_root(disturbances: Disturbances) -> np.ndarray:
-    """Return the root of the correlation matrix of all channels, shape (k, k)."""
+    """Return a root of the correlation matrix of all channels, shape (k, k)."""
     mixing = np.eye(len(CHANNELS))
     correlation = disturbances.correlation
     if correlation is not None and correlation.parameters:

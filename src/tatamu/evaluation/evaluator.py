@@ -1,17 +1,18 @@
-"""An evaluator is a function from the parameters of a manipulation to an evaluation: how good the fold is.
+"""Evaluators: functions that rate the fold that a manipulation's parameters produce.
 
     evaluate = CoarseFirst(Disturbed(Nominal(task), disturbances, quantile=0.975))
     evaluate(task.space.middle()).objective
 
-`Nominal` simulates and scores. Wrappers change what is evaluated (`Disturbed`), how (`CoarseFirst`), or what is allowed
-(`WithinReach`); a wrapper of your own overrides `__call__`:
+`Nominal` simulates a fold and scores it. Wrappers modify an evaluator. `Disturbed` changes what is evaluated,
+`CoarseFirst` how it is evaluated, and `WithinReach` which manipulations are allowed. A wrapper of your own overrides
+`__call__`:
 
     class Gentle(Wrapper):
         def __call__(self, parameters, beat=NOTHING):
             found = self.inner(parameters, beat)
             return replace(found, objective=found.objective + 0.1 * parameters["z1"])
 
-Evaluators are immutable and can be pickled; an evaluation depends on nothing but the arguments.
+Evaluators are immutable and can be pickled. An evaluation depends only on the arguments.
 """
 
 from __future__ import annotations
@@ -39,60 +40,72 @@ class Evaluation:
 
     parameters: Mapping[str, int | float]
     trajectory_length: float
-    """l_x of Eq. (10) [m]."""
+    """Trajectory length l_x of Eq. (10) [m]."""
     objective: float
     """The value that a search minimises."""
     nominal: float
-    """C of Eq. (10) without disturbances, or a penalty if the fold failed."""
+    """Objective C of Eq. (10) without disturbances, or a penalty if the fold failed."""
     score: Score | None
     """All measures without disturbances; None if the fold failed."""
     error: str | None = None
-    """Reason of the failure."""
+    """Reason why the fold failed; None if it did not fail."""
     rollout: Rollout | None = None
-    """The motion without disturbances; None if the simulation ended early, or if the motion was not kept."""
+    """Motion without disturbances; None if the simulation ended early or the motion was not kept."""
     simulations: int = 1
     """Number of simulations."""
     hardest: tuple[int, ...] = ()
-    """Numbers of the disturbed worlds that were simulated, hardest first; empty if the evaluation was ended early."""
+    """Numbers of the disturbed worlds that were simulated, hardest first; empty if the evaluation was ended early.
+
+    A disturbed world is one random draw of all disturbances."""
     fidelity: int = HIGH
-    """`LOW` if a coarser mesh was simulated."""
+    """`LOW` if the coarse mesh was simulated, and `HIGH` if the fine mesh was simulated."""
     ended: Literal["arrival"] | None = None
-    """"arrival" if the simulation ended at the hands' arrival, because the fold could no longer become the best."""
+    """"arrival" if the simulation ended when the hands arrived, because the fold could not become the best.
+
+    None if the simulation did not end early."""
     seconds: float = 0.0
-    """Wall time."""
+    """Wall time [s]."""
     errors: np.ndarray | None = None
-    """e_i of Eq. (12) [m], shape (n,); None if they were not requested."""
+    """Vertex distances e_i of Eq. (12) [m], shape (n,); None if they were not requested."""
 
     @property
     def failed(self) -> bool:
-        """Whether the simulation failed, so that there is no score."""
+        """Whether the simulation failed. There is then no score."""
         return self.score is None
 
     @property
     def cost(self) -> float:
-        """Difference of the objective from its nominal value, because of disturbances."""
+        """Amount by which disturbances change the objective, compared with its value without disturbances."""
         return self.objective - self.nominal
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """The vector whose squares sum to alpha D of Eq. (10), shape (n,), in single precision as in stored studies."""
+        """Vector whose squares sum to alpha D of Eq. (10), shape (n,).
+
+        It has single precision, as in stored studies.
+        """
         return None if self.errors is None else residuals(self.errors.astype(np.float32).astype(float))
 
 
 @dataclass(frozen=True)
 class Incumbent:
-    """The best known evaluation. Another evaluation that cannot beat it may end early, with a worse objective."""
+    """The best known evaluation.
+
+    Another evaluation may end early if it cannot beat the incumbent. Its objective is then worse than the incumbent's.
+    """
 
     objective: float = np.inf
-    """The lowest objective known."""
+    """Lowest known objective."""
     cost: float = 0.0
     """Part of the objective that is due to disturbances."""
     hardest: tuple[int, ...] = ()
-    """Numbers of the disturbed worlds in which other evaluations are simulated, hardest first; empty for all worlds."""
+    """Numbers of the disturbed worlds in which other evaluations are simulated, hardest first; empty for all worlds.
+
+    A disturbed world is one random draw of all disturbances."""
 
 
 NOTHING = Incumbent()
-"""No incumbent: every evaluation is complete."""
+"""No incumbent. With it, every evaluation is complete."""
 
 
 class Evaluator(ABC):
@@ -105,14 +118,14 @@ class Evaluator(ABC):
 
     @abstractmethod
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
-        """Evaluate a manipulation; a failed simulation is a result, not an exception.
+        """Evaluate a manipulation. A failed simulation gives a result and raises no exception.
 
         Args:
-            parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
-            beat: Result to beat; an evaluation that cannot beat it may end early.
+            parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
+            beat: Evaluation to beat. An evaluation that cannot beat it may end early.
 
         Raises:
-            InputError: If a parameter is wrong; the message names it.
+            InputError: If a parameter is wrong. The message names the parameter.
         """
 
     @abstractmethod
@@ -121,7 +134,7 @@ class Evaluator(ABC):
 
     @abstractmethod
     def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
-        """Evaluate a manipulation in one disturbed world."""
+        """Evaluate a manipulation in one world, which is one draw of the disturbances."""
 
     @abstractmethod
     def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:
@@ -137,34 +150,46 @@ class Evaluator(ABC):
 
     @property
     def contains_length(self) -> bool:
-        """Whether l_x of Eq. (10) is a part of the objective, so that a search need not learn it."""
+        """Whether the trajectory length l_x of Eq. (10) is a part of the objective.
+
+        A search need not learn this part.
+        """
         return False
 
     @property
     def fidelities(self) -> int:
-        """2 if the evaluator has a low fidelity as well, otherwise 1."""
+        """Number of fidelities: 2 if the evaluator also has a low fidelity, otherwise 1."""
         return 1
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations, which determine the worlds of later ones; later evaluations wait for them."""
+        """Number of first evaluations that determine the disturbances of later ones.
+
+        Later evaluations wait for them.
+        """
         return 0
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
-        """Return the evaluator of low fidelity and the same manipulation's parameters; None with one fidelity."""
+        """Return the evaluator of low fidelity, and the parameters of the same manipulation for it.
+
+        The result is None if the evaluator has only one fidelity.
+        """
         return None
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
         """Return the incumbent that an evaluation has to beat.
 
         Args:
-            known: Evaluations of earlier trials, in order.
+            known: Evaluations of earlier trials, in the order of the trials.
             parameters: Parameters of the evaluation.
         """
         return Incumbent(min((each.objective for each in known if not each.failed), default=np.inf))
 
     def errors(self, evaluation: Evaluation) -> np.ndarray:
-        """Return e_i of Eq. (12) [m] on the task's mesh, shape (n,), of an evaluation with a rollout."""
+        """Return the vertex distances e_i of Eq. (12) on the task's mesh [m], shape (n,).
+
+        The evaluation must have a rollout.
+        """
         if evaluation.rollout is None:
             raise InputError("evaluation: must have a rollout")
         return vertex_distances(self.task.fold.target, evaluation.rollout.positions[-1])
@@ -172,14 +197,16 @@ class Evaluator(ABC):
     def submit(
         self, executor: Executor, parameters: Mapping[str, int | float], beat: Incumbent, *, keep: bool = False
     ) -> Future[Evaluation]:
-        """Evaluate on an executor. A manipulation that is not allowed fails at once, without the executor.
+        """Submit an evaluation to an executor.
+
+        A manipulation that is not allowed fails immediately, without the executor.
 
         Args:
             executor: Threads, processes or a cluster.
             parameters: Parameters of the manipulation.
-            beat: Result that the evaluation has to beat.
-            keep: Return the rollout also if the evaluation does not beat `beat`; otherwise the worker drops such a
-                rollout.
+            beat: Evaluation to beat.
+            keep: Whether to return the rollout of an evaluation that does not beat `beat`. Otherwise the worker deletes
+                this rollout.
         """
         refused = self.refuse(parameters)
         if refused is None:
@@ -190,7 +217,7 @@ class Evaluator(ABC):
 
 
 def _timed(evaluator: Evaluator, parameters: Mapping[str, int | float], beat: Incumbent, keep: bool) -> Evaluation:
-    """Evaluate, and measure how long it took."""
+    """Evaluate a manipulation, and measure the time."""
     started = perf_counter()
     found = evaluator(parameters, beat)
     rollout = found.rollout if keep or found.objective < beat.objective else None
@@ -199,7 +226,7 @@ def _timed(evaluator: Evaluator, parameters: Mapping[str, int | float], beat: In
 
 @dataclass(frozen=True)
 class Wrapper(Evaluator):
-    """Base of evaluators that modify another evaluator; methods that are not overridden call the inner one."""
+    """Base of evaluators that modify an inner evaluator. Methods that are not overridden call the inner evaluator."""
 
     inner: Evaluator
 
@@ -217,7 +244,7 @@ class Wrapper(Evaluator):
         return replace(self, inner=self.inner.on(task))
 
     def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
-        """Evaluate a manipulation in one disturbed world."""
+        """Evaluate a manipulation in one world, which is one draw of the disturbances."""
         return self.inner.in_world(parameters, world)
 
     def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:
@@ -234,22 +261,28 @@ class Wrapper(Evaluator):
 
     @property
     def fidelities(self) -> int:
-        """2 if the evaluator has a low fidelity as well, otherwise 1."""
+        """Number of fidelities: 2 if the evaluator also has a low fidelity, otherwise 1."""
         return self.inner.fidelities
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations for which later evaluations wait."""
+        """Number of first evaluations for which all later evaluations wait."""
         return self.inner.scouts
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
-        """Return the evaluator of low fidelity and the same manipulation's parameters; None with one fidelity."""
+        """Return the evaluator of low fidelity, and the parameters of the same manipulation for it.
+
+        The result is None if the evaluator has only one fidelity.
+        """
         return self.inner.low_fidelity(parameters)
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the incumbent that an evaluation has to beat."""
+        """Return the incumbent: the best known evaluation, which a new evaluation has to beat."""
         return self.inner.incumbent(known, parameters)
 
     def errors(self, evaluation: Evaluation) -> np.ndarray:
-        """Return e_i of Eq. (12) [m] on the task's mesh, shape (n,), of an evaluation with a rollout."""
+        """Return the vertex distances e_i of Eq. (12) on the task's mesh [m], shape (n,).
+
+        The evaluation must have a rollout.
+        """
         return self.inner.errors(evaluation)

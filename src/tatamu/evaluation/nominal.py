@@ -1,4 +1,4 @@
-"""The nominal evaluator: one simulation in the nominal world, without disturbances, scored by C of Eq. (10)."""
+"""The nominal evaluator: one simulation without disturbances, scored by the objective C of Eq. (10)."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from tatamu.scene import Scene
 from tatamu.simulators import simulate
 
 TABLE_MARGIN = 0.5
-"""Width of the table around the place where the cloth lay [m]; cloth that ends farther out has left the table."""
+"""Width of the table around the initial position of the cloth [m]. Cloth that ends farther out has left the table."""
 
 
 @dataclass(frozen=True)
 class Nominal(Evaluator):
-    """Simulates a manipulation and scores the outcome."""
+    """Simulates a manipulation without disturbances, and scores the outcome."""
 
     subject: Task
     """The fold that is evaluated."""
     ends_early: bool = False
-    """End a simulation when the hands have arrived, if the fold cannot beat the incumbent: its layers only come undone
-    later."""
+    """Whether to end a simulation when the hands have arrived, if the fold cannot beat the incumbent.
+
+    After the arrival, the layers of a fold can only come undone."""
     centre: World = NOMINAL
-    """The simulated world: the means of the disturbances, if they are not zero."""
+    """The simulated values of the disturbances: zero, or their means if these are not zero."""
 
     @property
     def task(self) -> Task:
@@ -55,7 +56,7 @@ class Nominal(Evaluator):
 
     @property
     def contains_length(self) -> bool:
-        """True: the objective is C, and l_x of Eq. (10) is a part of C."""
+        """Whether l_x of Eq. (10) is a part of the objective. It is, because the objective is C."""
         return True
 
     def on(self, task: Task) -> Nominal:
@@ -63,7 +64,7 @@ class Nominal(Evaluator):
         return replace(self, subject=task)
 
     def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
-        """Evaluate a manipulation in one disturbed world."""
+        """Evaluate a manipulation in one world, which is one draw of the disturbances."""
         manipulation = self.task.manipulation(parameters)
         try:
             scene = disturbed_scene(self.task.fold, manipulation, world)
@@ -72,7 +73,7 @@ class Nominal(Evaluator):
         return self._evaluate(parameters, manipulation, scene)
 
     def fixed(self, manipulation: Manipulation) -> Evaluation:
-        """Evaluate a manipulation that has no parameters, such as one along polylines."""
+        """Evaluate a manipulation that has no parameters, for example one along polylines."""
         return self._evaluate({}, manipulation, scene_of(self.task.fold, manipulation))
 
     def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:
@@ -80,7 +81,7 @@ class Nominal(Evaluator):
         return replace(self.fail_fixed(self.task.manipulation(parameters), error), parameters=dict(parameters))
 
     def fail_fixed(self, manipulation: Manipulation, error: str) -> Evaluation:
-        """Return the evaluation of a manipulation without parameters that could not be simulated."""
+        """Return the evaluation of a manipulation that has no parameters and could not be simulated."""
         return replace(_failed(self.task.fold, {}, manipulation.trajectory_length, error), simulations=0)
 
     def _evaluate(self, parameters: Mapping[str, int | float], manipulation: Manipulation, scene: Scene) -> Evaluation:
@@ -98,7 +99,7 @@ class Nominal(Evaluator):
 
 
 def penalty(fold: Fold, trajectory_length: float) -> float:
-    """Return the objective of a failed trial, with twice the D of Eq. (11) that untouched cloth has."""
+    """Return the objective of a failed trial. Its shape distance D of Eq. (11) is twice that of untouched cloth."""
     untouched = shape_distance(vertex_distances(fold.target, fold.start))
     return trajectory_length + 2.0 * ALPHA * untouched
 

@@ -1,4 +1,4 @@
-"""An estimate of the time of one simulation, from its first moments, before any trial has ended."""
+"""An estimate of the time of one simulation. It uses the start of a simulation, before any trial has ended."""
 
 from __future__ import annotations
 
@@ -10,19 +10,21 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.simulators.native.simulation import Simulation
 
 BEFORE = 0.02
-"""Simulated time before the measurement [s]; in it the cloth comes to rest, and kernels are loaded."""
+"""Simulated time before the measurement [s]. During this time the cloth comes to rest, and kernels are loaded."""
 MEASURED = 0.1
-"""Simulated time that is measured [s]."""
+"""Simulated time whose wall time is measured [s]."""
 
 
 def simulation_seconds(task: Task) -> float | None:
-    """Return a lower bound of the time of one simulation [s]; later contacts between layers take more time.
+    """Return a lower bound of the wall time of one simulation [s].
+
+    Later in the simulation, layers touch each other and take more time.
 
     Args:
-        task: The fold.
+        task: The fold to simulate.
 
     Returns:
-        Wall time [s]; None if the task's simulator cannot be stepped, or its simulation fails.
+        Wall time [s]; None if the task's simulator cannot be stepped or its simulation fails.
     """
     if task.simulator != "native":
         return None

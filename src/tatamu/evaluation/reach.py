@@ -1,7 +1,6 @@
-"""An evaluator of manipulations within a robot's reach.
+"""An evaluator that only allows manipulations within a robot's reach.
 
-A manipulation out of reach fails without a simulation. Its objective grows with its distance from what the robot can
-do.
+A manipulation out of reach fails without a simulation. The farther it is out of reach, the larger is its objective.
 """
 
 from __future__ import annotations
@@ -16,9 +15,9 @@ from tatamu.folding.task import Reach
 
 @dataclass(frozen=True)
 class WithinReach(Wrapper):
-    """Refuses manipulations that are out of a robot's reach.
+    """Evaluator that refuses manipulations out of a robot's reach.
 
-    The robot reuses placements of earlier manipulations. Its reach is therefore checked in the order of the trials, and
+    The robot reuses its placements from earlier manipulations. Reach is therefore checked in the order of the trials,
     in the process that proposes them.
     """
 
@@ -26,15 +25,15 @@ class WithinReach(Wrapper):
 
     @property
     def contains_length(self) -> bool:
-        """Whether l_x of Eq. (10) is a part of the objective."""
+        """Whether the trajectory length l_x of Eq. (10) is a part of the objective."""
         return self.inner.contains_length
 
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
-        """Evaluate a manipulation; if it is out of reach, it is not simulated."""
+        """Evaluate a manipulation. It is not simulated if it is out of reach."""
         return self.refuse(parameters) or self.inner(parameters, beat)
 
     def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
-        """Return a failed evaluation if the robot cannot do the manipulation, otherwise None."""
+        """Return a failed evaluation if the robot cannot execute the manipulation; otherwise None."""
         short = -self.reach.quality(self.task.manipulation(parameters))
         if short <= 0.0:
             return self.inner.refuse(parameters)
@@ -45,7 +44,7 @@ class WithinReach(Wrapper):
     def submit(
         self, executor: Executor, parameters: Mapping[str, int | float], beat: Incumbent, *, keep: bool = False
     ) -> Future[Evaluation]:
-        """Evaluate on an executor. The reach is checked in this process, and the robot is not sent to workers."""
+        """Submit an evaluation to an executor. Reach is checked in this process, so workers do not need the robot."""
         refused = self.refuse(parameters)
         if refused is None:
             return self.inner.submit(executor, parameters, beat, keep=keep)

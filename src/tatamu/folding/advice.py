@@ -1,4 +1,7 @@
-"""Advice on a plan before it is learned: the parts of a fold that no hand carries, and plans that carry them."""
+"""Advice on a plan before a fold is learned.
+
+The advice names the parts of the cloth that no hand carries, and proposes plans whose hands carry all parts.
+"""
 
 from __future__ import annotations
 
@@ -20,12 +23,12 @@ class UncarriedWarning(UserWarning):
 
 
 def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
-    """Return the parts that no hand carries in the steps of a plan, each with the number of its step, from 0.
+    """Return the parts of the cloth that no hand carries. Each comes with the number of its step, counted from 0.
 
     Args:
         garment: The garment to fold.
-        plan: The fold plan; each step starts from the cloth as the step before lays it flat.
-        hands: Number of hands that fold; None for the plan's number.
+        plan: The fold plan. Each step starts from the cloth as the previous step lays it flat.
+        hands: Number of hands that fold; None for the number in the plan.
 
     Raises:
         InputError: If the garment cannot be folded by this plan.
@@ -41,9 +44,12 @@ def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[
 
 
 def advice(garment: Garment, plan: Plan, hands: int | None = None) -> list[str]:
-    """Return lines to print before a plan is learned: one for each part that no hand carries, then what to do about it.
+    """Return lines to print before a plan is learned.
 
-    For arguments and errors see `left_behind`.
+    There is one line for each part that no hand carries. The remaining lines say what the user can do about these
+    parts.
+
+    The arguments and errors are those of `left_behind`.
     """
     found = left_behind(garment, plan, hands)
     lines = [f"{_step(plan, number)}no hand carries {part.text}" for number, part in found]
@@ -58,7 +64,10 @@ def _step(plan: Plan, number: int) -> str:
 
 
 def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
-    """Return lines that propose other grasps, if they carry everything, and the best plan for the garment's outline."""
+    """Return lines that propose other grasps, and the best plan for the garment's outline.
+
+    Other grasps are proposed only if they carry all moving cloth.
+    """
     lines = []
     wrong = {number for number, _ in found}
     state = garment.vertices
@@ -82,10 +91,12 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
 
 
 def choices(garment: Garment) -> list[Proposal]:
-    """Return the plans for a garment, best first: built-in plans and, for the user's own garment, those of its outline.
+    """Return the plans for a garment, best first.
+
+    These are the built-in plans. For a user's own garment, the plans proposed for its outline are included.
 
     Raises:
-        InputError: If no line is found over which the garment can be folded.
+        InputError: If the garment cannot be folded over any line that was found.
     """
     if garment.own and not garment.kind:
         return propose(garment)
@@ -97,10 +108,12 @@ def choices(garment: Garment) -> list[Proposal]:
 
 
 def chosen(garment: Garment, names: Sequence[str]) -> list[Proposal]:
-    """Return plans for a garment by name, `auto` or file; all of them if `names` is empty.
+    """Return the named plans for a garment, or all of its plans if `names` is empty.
+
+    A name is a built-in plan, the path of a plan file, or `auto` for the best plan for the garment's outline.
 
     Raises:
-        InputError: If a plan does not exist, or the garment cannot be folded by it.
+        InputError: If a plan does not exist, or the plan cannot fold the garment.
     """
     if not names:
         return choices(garment)

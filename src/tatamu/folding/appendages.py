@@ -1,8 +1,8 @@
 """Parts of a flat outline that stick out of its body: sleeves, a hood, the foot of a sock.
 
-The body is the morphological opening of the outline with a disc: the union of all discs of one radius that fit inside
-the outline. A part outside the body is an appendage if it sticks out far enough. An appendage is folded in along a line
-through the corner where it leaves the body.
+The body is the morphological opening of the outline with a disc. That is the union of all discs of one radius that fit
+inside the outline. A part outside the body is an appendage if it sticks out far enough. An appendage is folded in along
+a line through the corner where it leaves the body.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from tatamu.folding.plan import SIDES
 from tatamu.garments import Garment
 
 OPENING = 0.6
-"""Radius of the opening, as a fraction of that of the largest disc inside the outline; sleeves and hoods are
-narrower."""
+"""Radius of the opening, as a fraction of the radius of the largest disc inside the outline.
+
+Sleeves and hoods are narrower than a disc of this radius."""
 LEAST_DEPTH = 0.7
-"""Least depth of an appendage, in radii of the opening; the body's own corners stick out less."""
+"""Least depth of an appendage, in radii of the opening. The body's own corners stick out less."""
 BRIDGE = 0.12
-"""Least width of a strip along the body that joins two appendages, as a fraction of the radius."""
+"""Least width of a strip along the body that joins two appendages, as a fraction of the opening's radius."""
 COARSE = 0.006
 """Tolerance by which an outline is simplified before its corners are found [m]."""
 REFLEX = np.radians(12.0)
@@ -29,9 +30,9 @@ REFLEX = np.radians(12.0)
 NOTCH = 0.35
 """Least depth of the notch between two legs, as a fraction of the garment's length."""
 NOTCH_ASIDE = 0.15
-"""Largest distance of the end of that notch from the middle, as a fraction of the width."""
+"""Largest distance between the end of the notch and the garment's middle, as a fraction of the garment's width."""
 FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
-"""The four directions in which an appendage may stick out of the body, in the order of folding; +y is the left."""
+"""The four directions in which an appendage may stick out of the body, in the order of folding. +y is the left."""
 
 
 @dataclass(frozen=True)
@@ -43,25 +44,25 @@ class Appendage:
     facing: str
     """Direction in which the part leaves the body: +x, -x, +y or -y."""
     line: float
-    """X or y of the line across the root of the part [m]."""
+    """X or y coordinate of the line across the root of the part [m]."""
 
     @property
     def tip(self) -> np.ndarray:
-        """Point of the part farthest from that line [m], shape (2,)."""
+        """Point of the part that is farthest from the line across its root [m], shape (2,)."""
         points = np.array(self.region.exterior.coords)
         return np.asarray(points[np.argmax(points @ FACING[self.facing])])
 
 
 def silhouette(garment: Garment) -> shapely.Polygon:
-    """Return the region that a flat garment covers [m]; holes are filled."""
+    """Return the region that a flat garment covers [m]. Holes are filled."""
     return region_of(garment.vertices[:, :2], garment.faces)
 
 
 def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
-    """Return the largest piece of the region that a mesh covers, seen from above; holes are filled.
+    """Return the largest piece of the region that a mesh covers, seen from above. Holes are filled.
 
     Args:
-        plan: Places of the vertices on the table [m], shape (n, 2).
+        plan: Horizontal positions of the vertices [m], shape (n, 2).
         faces: Triangles, shape (m, 3).
     """
     triangles = shapely.polygons(plan[faces])
@@ -71,7 +72,10 @@ def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 
 def appendages(outline: shapely.Polygon) -> list[Appendage]:
-    """Return the appendages of an outline: those at the sides first, left before right, then those at the ends."""
+    """Return the appendages of an outline.
+
+    Appendages at the sides come first, left before right. Appendages at the ends follow.
+    """
     radius = OPENING * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)
     body = outline.buffer(-radius).buffer(radius)
     sliver = BRIDGE * radius
@@ -92,7 +96,7 @@ def _depth(part: shapely.Polygon, body: shapely.Geometry) -> float:
 
 
 def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.Polygon) -> Appendage:
-    """Return the appendage of a part; it faces the direction that is most nearly across its root."""
+    """Return a part as an appendage. The direction most nearly perpendicular to the root of the part is its facing."""
     root = _root(part, body)
     chord = root[1] - root[0]
     across = np.array([chord[1], -chord[0]]) / (np.linalg.norm(chord) + 1e-12)

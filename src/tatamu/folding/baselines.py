@@ -1,4 +1,4 @@
-"""Fixed trajectories for comparison with a learned one; the hands grasp the corners."""
+"""Fixed trajectories for comparison with a learned trajectory. The hands grasp the corners."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ def li_2015(fold: Fold) -> Manipulation:
 
 
 def triangle(fold: Fold) -> Manipulation:
-    """Return paths straight up to half the span above the fold line, then straight down."""
+    """Return paths that lead straight to a point above the fold line, and from there straight down.
+
+    This point is about half the span above the table.
+    """
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
         return np.stack([np.zeros(3), 0.5 * translation + [0.0, 0.0, 0.5 * span], translation])
@@ -28,7 +31,7 @@ def triangle(fold: Fold) -> Manipulation:
 
 
 def circle(fold: Fold) -> Manipulation:
-    """Return half circles about the fold line, as if the moving side were a stiff board."""
+    """Return half circles about the fold line. The hands move as if the moving side were a stiff board."""
     angle = np.linspace(0.0, np.pi, SAMPLES + 1)
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
@@ -51,6 +54,11 @@ def _corners(fold: Fold) -> tuple[int, ...]:
 
 
 def _each(fold: Fold, path: Callable[[float, np.ndarray], np.ndarray]) -> Manipulation:
-    """Return a manipulation whose hands follow the same kind of path, made from span and translation of each [m]."""
+    """Return a manipulation whose hands follow the same kind of path.
+
+    Args:
+        fold: The fold.
+        path: Returns the path of one hand [m] from its span and its translation [m].
+    """
     grasps = _corners(fold)
     return polyline_manipulation(fold, grasps, [path(fold.span_of(v), fold.translation(v)) for v in grasps])

@@ -1,19 +1,22 @@
 """The parts of the moving side that no hand carries.
 
-Cloth on a table folds over a line as a sheet of paper does, also beside the hands: cloth that hangs between a hand and
-a corner is laid down in its place. Two kinds of cloth are not folded this way. A sleeve that sticks out of the body
-hangs from its root and trails. A part that is joined to the body only across the line stays where it lies. These rules
-decide, for the cloth as seen from above:
+Cloth on a table folds over a line like a sheet of paper, and this includes the cloth next to the hands. Cloth that
+hangs between a hand and a corner is laid down where it belongs. Two kinds of cloth are not folded this way. A sleeve
+that sticks out of the body hangs from its root and trails. A part that is joined to the body only across the line stays
+where it lies. The following rules decide which cloth is carried. They apply to the cloth as seen from above:
 
-- *Held* is cloth of a grasped piece of the moving side that lies between the hands and the line (the convex hull).
-- *Held*, too, is cloth beside the hull that is no farther from the line than the hands are, if its straight path to the
-  line lies in the cloth, and if it is no farther beside the hands than they are from the line.
-- Cloth that lies on top of carried cloth is carried with it, such as a sleeve that was laid on the body.
-- Elsewhere the *overhang* is the shortest distance through the cloth of the moving side to held cloth.
+- Cloth is *held* if it belongs to a grasped piece of the moving side and lies between the hands and the line. This area
+  is the convex hull of the hands and the line.
+- Cloth beside the hull is also *held* under three conditions. Its straight path to the line lies in the cloth. It is no
+  farther from the line than the hands are. Its distance from the hands along the line is no larger than their distance
+  from the line.
+- Cloth that lies on top of carried cloth is carried with it. An example is a sleeve that was laid on the body.
+- The *overhang* of all other cloth is the shortest distance to held cloth, measured through the cloth of the moving
+  side.
 
-A part is not carried if it overhangs by more than `LONGEST`, or by more than `LONGEST_TAIL` beyond the hands. The whole
-part, from its root on, then stays behind. docs/guide/fold-plans-for-your-garment.md has the simulations from which
-these numbers come.
+A part is not carried if it overhangs by more than `LONGEST`. For cloth beyond the hands, away from the line, the limit
+is `LONGEST_TAIL`. The whole part then stays behind, beginning at its root. The simulations from which these numbers
+come are in docs/guide/fold-plans-for-your-garment.md.
 """
 
 from __future__ import annotations
@@ -32,24 +35,25 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology, areas, lumped
 
 OFF = 0.0125
-"""Distance from the target beyond which cloth is not folded [m] (BiFold 2025).
+"""Cloth that ends farther than this from its target is not folded [m] (BiFold 2025).
 
-Cloth that stays behind has at least twice its distance from the line."""
+If cloth stays behind, its distance from its target is at least twice its distance from the fold line."""
 LONGEST = 0.15
-"""Longest overhang that is laid down with the cloth from which it hangs [m]."""
+"""Longest overhang of cloth that is still laid down properly [m]."""
 LONGEST_TAIL = 0.10
-"""Longest overhang of cloth beyond the hands, away from the line [m]. Hands do not turn, so this cloth is laid under
-the cloth that they carry."""
+"""Longest overhang of cloth beyond the hands, away from the line [m].
+
+Hands do not turn, so this cloth is laid under the cloth that they carry."""
 ROOT = 0.03
-"""Overhang at which a part that is not carried begins [m]."""
+"""Overhang at which a part begins if it is not carried [m]."""
 BESIDE = 1.0
 """Cloth next to the hands is held up to this many times their distance from the line."""
 LEAST_SHARE = 0.01
-"""Smallest share of the moving cloth that is reported."""
+"""Smallest part that is reported, as a fraction of the area of the moving cloth."""
 SAME_PLACE = 0.7
-"""Largest distance, seen from above, of vertices that lie over each other [cells]."""
+"""Largest horizontal distance between vertices that count as lying over each other [cells]."""
 PIXEL = 0.4
-"""Size of the pixels in which straight paths to the line are looked up, in cells."""
+"""Size of the pixels of the map in which straight paths to the line are looked up [cells]."""
 TRIES = 3
 """Number of grasp candidates tried for each hand, from the corner inwards."""
 
@@ -59,7 +63,7 @@ class Part:
     """A part of the moving side that no hand carries."""
 
     name: str
-    """Edges of the garment along the part, or its place."""
+    """Names of the garment's edges along the part, or a description of where the part is."""
     low: np.ndarray
     """Lowest x and y of the part before the fold [m], shape (2,)."""
     high: np.ndarray
@@ -67,13 +71,13 @@ class Part:
     area: float
     """Area of the part, in all layers [m^2]."""
     overhang: float
-    """Largest distance from the part to held cloth [m]; infinite if nothing joins them."""
+    """Largest distance through the cloth from the part to held cloth [m]; infinite if no cloth joins them."""
     vertices: np.ndarray
     """Vertices of the part, shape (k,)."""
 
     @property
     def text(self) -> str:
-        """Name and extent of the part."""
+        """Name and extent of the part, in words."""
         (x0, y0), (x1, y1) = self.low, self.high
         how = "not joined to the hands" if np.isinf(self.overhang) else f"{self.overhang:.2f} m beyond the hands"
         return f"{self.name} (x {x0:.2f} to {x1:.2f}, y {y0:.2f} to {y1:.2f} m; {how})"
@@ -86,15 +90,18 @@ class Coverage:
     grasps: tuple[int, ...]
     """Grasped vertices."""
     overhang: np.ndarray
-    """Overhang of each vertex [m], shape (n,): 0 for cloth that is held or lies still, infinite if not joined to it."""
+    """Overhang of each vertex [m], shape (n,).
+
+    It is 0 for cloth that is held or does not move. It is infinite if no cloth joins the vertex to held cloth."""
     limit: np.ndarray
-    """Overhang above which a vertex is not carried [m], shape (n,)."""
+    """Largest overhang at which each vertex is still carried [m], shape (n,)."""
     missed: np.ndarray
-    """Whether each vertex lies beyond the root of a part and would be wrong if it stayed behind, shape (n,)."""
+    """Whether each vertex is farther out than the root of a part, and would be wrong if it stayed behind, shape
+    (n,)."""
 
     @property
     def lost(self) -> np.ndarray:
-        """Whether each missed vertex's overhang exceeds the limit, shape (n,)."""
+        """Whether the overhang of each vertex in `missed` is larger than its limit, shape (n,)."""
         return self.missed & (self.overhang > self.limit)
 
 
@@ -104,7 +111,7 @@ def uncarried(
     line: FoldLine,
     hands: tuple[np.ndarray, ...],
 ) -> tuple[Part, ...]:
-    """Return the parts of the moving side that no hand carries, the largest first.
+    """Return the parts of the moving side that no hand carries, largest first.
 
     Args:
         garment: The garment to fold.
@@ -117,7 +124,7 @@ def uncarried(
 
 
 def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
-    """Return the coverage of the pair of grasps that leaves the least cloth behind."""
+    """Return the cloth that hands carry with the pair of grasps that leaves the least cloth behind."""
     cloth = _Cloth.of(garment, state, line)
     count = min(len(hand) for hand in hands)
     tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
@@ -127,7 +134,7 @@ def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tu
 
 
 def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage) -> tuple[Part, ...]:
-    """Return the overhanging cloth in connected parts; only parts that exceed the limit."""
+    """Return the connected parts of overhanging cloth. Only parts whose overhang exceeds the limit are included."""
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
     moving = line.split(state)[0] < 0
@@ -159,25 +166,30 @@ def vertex_areas(garment: Garment) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Cloth:
-    """The moving side as a graph: edges of the mesh with their lengths, and steps up through a stack at no cost."""
+    """The moving side as a graph.
+
+    Its links are the edges of the mesh, with their lengths. Further links of length zero lead up through a stack of
+    cloth.
+    """
 
     line: FoldLine
     places: np.ndarray
-    """Distance across the line and place along it [m], shape (n, 2)."""
+    """Distance of each vertex from the fold line, and its coordinate along the line [m], shape (n, 2)."""
     moving: np.ndarray
     """Whether each vertex is on the moving side, shape (n,)."""
     weight: np.ndarray
     """Area of each vertex [m^2], shape (n,)."""
     pieces: np.ndarray
-    """Piece of the moving side that each vertex belongs to, shape (n,); -1 for vertices that stay."""
+    """Number of the piece of the moving side to which each vertex belongs, shape (n,); -1 for vertices that stay."""
     graph: csr_array
-    """Lengths from vertex to vertex [m], shape (n, n)."""
+    """Lengths of the links between vertices [m], shape (n, n)."""
     region: np.ndarray
-    """Triangles of the moving side by their vertices, shape (m, 3)."""
+    """Triangles of the moving side, as indices of their vertices, shape (m, 3)."""
     spacing: float
     straight: dict[int, np.ndarray] = field(default_factory=dict)
-    """Vertices of each piece whose straight path to the line lies in the cloth, kept after the first use, shape (n,).
-    """
+    """For each piece, whether each vertex has a straight path to the line that lies in the cloth, shape (n,).
+
+    An entry is computed at its first use and then kept."""
 
     @classmethod
     def of(cls, garment: Garment, state: np.ndarray, line: FoldLine) -> _Cloth:
@@ -215,11 +227,14 @@ class _Cloth:
         return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
 
     def _farthest(self, grasps: tuple[int, ...]) -> float:
-        """Return the distance from the line of the farther hand [m]; negative."""
+        """Return the distance from the line of the hand that is farther from it [m]. The distance is negative."""
         return float(self.places[list(grasps), 0].min())
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
-        """Return the pieces under the fingers, and the grasps that hold each of them; a pinch takes all layers."""
+        """Return the pieces of cloth under the fingers, and for each piece the grasps that hold it.
+
+        A pinch takes all layers.
+        """
         found: dict[int, list[int]] = {}
         for grasp in grasps:
             near = np.linalg.norm(self.places - self.places[grasp], axis=1) < SAME_PLACE * self.spacing
@@ -228,7 +243,11 @@ class _Cloth:
         return found
 
     def _inside(self, own: np.ndarray, grasps: list[int], straight: np.ndarray) -> np.ndarray:
-        """Return the held vertices of a piece: between grasps and line, or beside with a straight path, shape (n,)."""
+        """Return which vertices of a piece are held, shape (n,).
+
+        A vertex is held if it lies between the grasps and the line. It is also held next to the grasps, if its straight
+        path to the line lies in the cloth.
+        """
         at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
         hands = self.places[grasps]
         corners = [*hands]
@@ -244,7 +263,7 @@ class _Cloth:
         return np.asarray(inside | (beside & straight))
 
     def _straight(self, own: np.ndarray) -> np.ndarray:
-        """Return the vertices of a piece whose straight path to the line lies in the cloth, shape (n,)."""
+        """Return which vertices of a piece have a straight path to the line that lies in the cloth, shape (n,)."""
         triangles = self.region[own[self.region].any(axis=1)]
         pixel = PIXEL * self.spacing
         shrunk = np.column_stack([layers.PIXEL / pixel * self.places, np.ones(len(self.places))])
@@ -261,7 +280,7 @@ class _Cloth:
 
 
 def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndarray:
-    """Return pairs of vertices in which the second lies on the first, shape (k, 2)."""
+    """Return pairs of vertices of which the second lies on top of the first, shape (k, 2)."""
     if not len(vertices):
         return np.empty((0, 2), dtype=np.int64)
     tree = cKDTree(state[vertices, :2])
@@ -272,7 +291,10 @@ def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndar
 
 
 def _name(garment: Garment, vertices: np.ndarray, plan: np.ndarray) -> str:
-    """Return the named edges that lie in a part, those with the largest share first; otherwise its place."""
+    """Return the named edges that lie in a part, those with the largest share of their vertices in the part first.
+
+    If no named edge lies in the part, describe where the part is.
+    """
     inside = set(vertices.tolist())
     shares = {name: np.mean([int(v) in inside for v in path]) for name, path in garment.edges.items()}
     whole = [name for name in sorted(shares, key=lambda name: -shares[name]) if shares[name] > 0.5]

@@ -1,15 +1,15 @@
-"""The two equal fingers of a hand, one under the hem and one over it. Their sizes are defined here.
+"""The two equal fingers of a hand and their sizes. One finger is under the hem of the cloth and one is over it.
 
-`Fingers` describes the fingers of a simulated hand, and `tatamu.robots.jaw.Jaw` the fingers of a robot. Both are based
-on `FingerSize`.
+`Fingers` describes the fingers of a simulated hand. `tatamu.robots.jaw.Jaw` describes the fingers of a robot. Both
+classes are based on `FingerSize`. The axes of a hand are:
 
     a   axis of the fingers, from the hand to their tips: towards the side that stays, `tilt` below the horizontal
-    u opening axis, from the lower finger to the upper one: like a, in the vertical plane across the hem
-    w   along the hem
+    u   opening axis, from the lower finger to the upper one; it is in the same vertical plane as a, across the hem
+    w   axis along the hem
 
-The held row of vertices lies at the tips, between both fingers. The lower finger, of thickness f, then reaches f
-cos(tilt) below this row. A closing hand therefore lifts the hem by this height, and lets it go at this height above the
-layers below.
+The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f. Its lowest
+point is f cos(tilt) below the row. A closing hand therefore lifts the hem by this height. The hand lets the hem go at
+this height above the layers below.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tatamu.material import Number
 from tatamu.records import Record
 
 PAD = 0.01
-"""Depth of cloth under the pads of a hand that grasps a hem as intended [m]."""
+"""Depth of the cloth between the pads of a hand that grasps a hem as intended [m]."""
 PRESETS = {
     # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
     "franka-hand": {"thickness": 0.0152, "width": 0.0175, "length": 0.0185},
@@ -41,25 +41,25 @@ PRESETS = {
     # the finger's collision mesh in v2/openarm_bimanual.xml of openarm-mujoco 2.3.0
     "openarm": {"thickness": 0.021, "width": 0.055, "length": 0.0235},
 }
-"""Fingers of known hands [m], each from the shapes of a published model."""
+"""Fingers of known hands [m]. The comment above each hand names the shape, in a published model, that was measured."""
 
 
 class FingerSize(Record):
     """Size of both fingers of a hand at their tips, and how far they open."""
 
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.008
-    """Thickness of each finger, along the opening [m]."""
+    """Thickness of each finger, along the opening axis [m]."""
     width: Annotated[Number, Field(gt=0.0, le=0.15)] = 0.03
-    """Width of a finger along the edge [m]."""
+    """Width of each finger along the hem [m]."""
     length: Annotated[Number, Field(ge=0.005, le=0.2)] = 0.02
-    """Length of a finger along its axis, as far as it is straight [m]."""
+    """Length of the straight part of each finger, along its axis [m]."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.012
-    """Distance of the fingertips before they close and after they have opened [m]."""
+    """Distance between the fingertips before they close and after they have opened [m]."""
 
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Replace the name of a hand by its sizes; sizes that are given as well have priority."""
+        """Replace the name of a known hand by its sizes. Sizes that are also given have priority over the preset."""
         if not isinstance(given, dict) or "preset" not in given:
             return given
         name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}
@@ -73,18 +73,18 @@ class FingerSize(Record):
 
         Args:
             preset: Name of the hand, one of `PRESETS`.
-            others: Fields that the preset does not have, or has differently.
+            others: Fields that the preset does not have, or whose value differs from the preset.
         """
         return cls.model_validate({"preset": preset, **others})
 
 
 class Fingers(FingerSize):
-    """Fingers of a simulated hand; by default hands are points, without fingers."""
+    """Fingers of a simulated hand. By default a hand is a point and has no fingers."""
 
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
-    """Thickness of each finger [m]. If it is 0, the hand has no fingers, and is simulated as a point."""
+    """Thickness of each finger [m]. A hand with thickness 0 has no fingers and is simulated as a point."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
-    """Distance of the upper finger from the lower one before it closes and after it has opened [m]."""
+    """Distance between both fingers before they close and after they have opened [m]."""
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
     """Angle of the fingers below the horizontal [rad]."""
     friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
@@ -92,8 +92,8 @@ class Fingers(FingerSize):
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
     """Largest depth below the table's top to which a hand may be commanded without failing [m].
 
-    The default is the depth at which an arm with a stiffness of 3000 N/m stops, at 20 N (`setDefaultBehavior` in
-    examples/examples_common.cpp of frankaemika/libfranka).
+    At this depth, an arm with a stiffness of 3000 N/m stops with a force of 20 N. This arm is the default
+    (`setDefaultBehavior` in examples/examples_common.cpp of frankaemika/libfranka).
     """
 
     @property
@@ -103,16 +103,18 @@ class Fingers(FingerSize):
 
     @property
     def lift(self) -> float:
-        """Depth of the lower finger below the hem that lies on it [m]."""
+        """Height of the hem above the lowest point of the lower finger, on which it lies [m]."""
         return float(self.thickness * np.cos(self.tilt))
 
     @property
     def setback(self) -> float:
-        """Length of the cloth around the tip of the lower finger [m]; the hem is released this much earlier."""
+        """Length of the cloth that goes around the tip of the lower finger [m]. The hand stops this much earlier."""
         return float(self.thickness * (1.0 - np.sin(self.tilt)))
 
     def axes(self, normal: np.ndarray) -> np.ndarray:
-        """Return a, w and u as columns, shape (3, 3): a right-handed rotation.
+        """Return the axes a, w and u of the fingers as the columns of a right-handed rotation, shape (3, 3).
+
+        a points from the hand to the fingertips, w along the hem, and u from the lower finger to the upper one.
 
         Args:
             normal: Horizontal unit vector from the moving side to the side that stays, shape (2,).

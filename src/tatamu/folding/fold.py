@@ -1,4 +1,4 @@
-"""A fold of a garment as it lies: the line, the target shape, and the vertices where hands may grasp."""
+"""One fold of a garment that lies on the table: the line, the target shape, and the vertices where hands may grasp."""
 
 from __future__ import annotations
 
@@ -31,46 +31,51 @@ class Fold:
     crease: FoldLine
     """The fold line and its moving side."""
     stacks: Stack
-    """Heights of the cloth before the fold."""
+    """Heights of the cloth before the fold, and of the stack that the fold makes."""
     target: np.ndarray
-    """The target shape S_t [m], shape (n, 3)."""
+    """The target shape S_t: position of each vertex after a perfect fold [m], shape (n, 3)."""
     left: np.ndarray
-    """Grasp candidates of the left hand, from the corner inwards, shape (M,)."""
+    """Grasp candidates of the left hand: M vertices, from the corner inwards, shape (M,)."""
     right: np.ndarray
-    """Grasp candidates of the right hand, from the corner inwards, shape (M,); unused if one hand folds."""
+    """Grasp candidates of the right hand, from the corner inwards, shape (M,). They are not used if one hand folds."""
     hands: int = 2
     area_ratio: float | None = None
-    """Folded area over the area before, for a fold without thickness; None for the target's ratio."""
+    """Area after the fold divided by the area before, for cloth without thickness; None for the ratio of the target."""
     fingers: Fingers = field(default_factory=Fingers)
     """Fingers of the hands."""
     press: Press | None = None
-    """The press after the hands have left the fold; None if it is not pressed."""
+    """The press that flattens the fold after the hands have left; None if the fold is not pressed."""
 
     @property
     def normal(self) -> np.ndarray:
-        """Unit vector across the line, from the moving side to the side that stays, shape (2,)."""
+        """Horizontal unit vector across the line, from the moving side to the side that stays, shape (2,)."""
         return self.crease.normal
 
     @property
     def candidates(self) -> int:
-        """M: the number of grasps that each hand may choose from."""
+        """M: the number of vertices from which each hand may choose its grasp."""
         return len(self.left)
 
     @cached_property
     def span(self) -> float:
-        """Horizontal distance from grasp to release [m], mean of both hands, with the grasps nearest to the line."""
+        """Horizontal distance from grasp to release [m].
+
+        This is the mean over the hands. Each hand is taken at its candidate nearest to the line.
+        """
         nearest = [min(self.span_of(int(vertex)) for vertex in hand) for hand in (self.left, self.right)]
         return sum(nearest[: self.hands]) / self.hands
 
     def span_of(self, vertex: int) -> float:
-        """Return the horizontal distance from a grasp to its release [m]."""
+        """Return the horizontal distance from a grasp to its release, the mirror image over the line [m]."""
         return float(-2.0 * self.crease.split(self.start[[vertex]])[0][0])
 
     def translation(self, vertex: int) -> np.ndarray:
-        """Return the vector from a grasp P0 to its release P3 [m], shape (3,); the fingers' `lift` raises both equally.
+        """Return the vector from a grasp P0 to its release P3 [m], shape (3,).
 
-        P3 is the mirror image of P0, at the height at which the lowest layer in the hand touches the side that stays.
-        With fingers, P3 is nearer and higher, because the layers go round the tip of the lower finger.
+        The vector does not contain the fingers' `lift`, because the lift raises P0 and P3 equally.
+
+        P3 is the mirror image of P0 over the line. Its height is such that the lowest layer in the hand touches the
+        side that stays. With fingers, P3 is nearer and higher, because the layers go round the tip of the lower finger.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
         rise = self.stacks.under[vertex] - lowest
@@ -79,24 +84,30 @@ class Fold:
         return np.array([*(self.span_of(vertex) - self.fingers.setback) * self.normal, rise])
 
     def held_thickness(self, vertex: int) -> float:
-        """Return the thickness of the layers that fingers hold in a pinch at a vertex [m]."""
+        """Return the total thickness of the layers that fingers hold if they pinch the cloth at a vertex [m]."""
         return float(np.ptp(self.start[self.patch(vertex), 2]) + self.garment.material.thickness)
 
     @cached_property
     def releases(self) -> tuple[np.ndarray, ...]:
-        """Span, and height of the release over the grasp, of each hand's candidates [m], shape (M, 2)."""
+        """For each hand, span and height of the release over the grasp of its M candidates [m], shape (M, 2)."""
         hands = (self.left, self.right)[: self.hands]
         return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)
 
     def patch(self, vertex: int) -> list[int]:
-        """Return the vertices that fingers hold in a pinch at a vertex: under the pad, the outermost of every layer."""
+        """Return the vertices that fingers hold if they pinch the cloth at a vertex.
+
+        These are the outermost vertices of every layer under the pads of the fingers.
+        """
         if vertex not in self._patches:
             self._patches[vertex] = self._patch(vertex)
         return list(self._patches[vertex])
 
     @cached_property
     def _patches(self) -> dict[int, list[int]]:
-        """Patches computed so far; a search uses the same few in every trial."""
+        """Held vertices of the grasps that were used so far.
+
+        They are kept, because all trials use the same few grasps.
+        """
         return {}
 
     def _patch(self, vertex: int) -> list[int]:
@@ -104,14 +115,14 @@ class Fold:
         across, along = self.crease.split(self.start)
         sideways = np.abs(along - along[vertex]) <= max(
             self.fingers.width / 2, 1.3 * spacing
-        )  # On a coarse mesh also neighbours.
+        )  # On a coarse mesh, the neighbours of the vertex are included.
         inwards = np.abs(across - across[vertex]) <= PAD + 1e-9
         under = np.flatnonzero(sideways & inwards & (across < 0))
         held = outermost(across[under], along[under], self._links(under), spacing)
         return under[held | (under == vertex)].tolist()
 
     def _links(self, vertices: np.ndarray) -> np.ndarray:
-        """Return the edges of the mesh between some vertices, by their indices in `vertices`, shape (e, 2)."""
+        """Return the edges of the mesh between some vertices, as indices into `vertices`, shape (e, 2)."""
         place = np.full(len(self.start), -1)
         place[vertices] = np.arange(len(vertices))
         links = place[self._edges]
@@ -123,19 +134,19 @@ class Fold:
 
     @property
     def crease_ends(self) -> tuple[float, float]:
-        """The two ends of the cloth along the fold line [m]."""
+        """The lowest and the highest coordinate of the cloth along the fold line [m]."""
         across, along = self.crease.split(self.start)
         near = along[np.abs(across) <= self.garment.spacing]
         return float(near.min()), float(near.max())
 
     @property
     def folded_thickness(self) -> float:
-        """Thickness of the layers at the fold line after the fold, their loops pressed [m]."""
+        """Thickness of all layers at the fold line after the fold [m]. Loops of earlier folds count as pressed."""
         near = np.abs(self.crease.split(self.start)[0]) <= self.garment.spacing
         return 2.0 * float(self.stacks.middle[near].max() + 0.5 * self.garment.material.thickness)
 
     def still(self) -> np.ndarray:
-        """Return which vertices a perfect fold does not move, shape (n,)."""
+        """Return whether a perfect fold leaves each vertex where it was, shape (n,)."""
         return np.linalg.norm(self.target - self.start, axis=1) < 1e-6
 
 
@@ -148,8 +159,8 @@ def fold_of(
         garment: The garment to fold.
         plan: The plan that the step belongs to.
         step: The step to fold.
-        state: The cloth as it lies [m], shape (n, 3); None if flat.
-        hands: Number of hands that fold; None for the plan's number.
+        state: Positions of the cloth before the fold [m], shape (n, 3); None if the garment lies flat.
+        hands: Number of hands that fold; None for the number in the plan.
 
     Raises:
         InputError: If the garment cannot be folded by this step.
@@ -168,12 +179,12 @@ def fold_of(
     made = Fold(garment, state, points, line, stacks, target, left, right, hands, step.area_ratio, press=step.press)
     if step.press is not None:
         low, high = made.crease_ends
-        step.press.gap_over(garment.material, made.folded_thickness, high - low)  # refuse a gap without room now
+        step.press.gap_over(garment.material, made.folded_thickness, high - low)  # an early error if it is too low
     return made
 
 
 def _check_room(garment: Garment, reach: float) -> None:
-    """Refuse a crease that is wider than the moving side."""
+    """Raise an error if the crease is wider than the moving side."""
     width = crease_of(garment, garment.material.thickness).arc[-1]
     if width > reach:
         raise InputError(
@@ -183,17 +194,19 @@ def _check_room(garment: Garment, reach: float) -> None:
 
 
 def make_fold(name: str, garment: Garment) -> Fold:
-    """Return the first fold of a plan, given by its name, on the flat garment.
+    """Return the first fold of a plan on the flat garment. The plan is given by its name.
 
     Raises:
-        InputError: If there is no such plan, or the garment cannot be folded by it.
+        InputError: If there is no such plan, or the plan cannot fold the garment.
     """
     plan = make_plan(name, garment)
     return fold_of(garment, plan, plan.steps[0])
 
 
 def ideal_folds(garment: Garment, plan: Plan, hands: int | None = None) -> list[Fold]:
-    """Return the folds of a plan, from the flat garment; each starts from the ideal result of the one before.
+    """Return the folds of a plan on a garment that starts flat.
+
+    Each fold starts from the ideal result of the previous fold.
 
     Raises:
         InputError: If the garment cannot be folded by this plan.

@@ -1,4 +1,4 @@
-"""Grasp candidates: vertices of the garment's edge on the moving side, from the corner inwards."""
+"""Grasp candidates: vertices of the garment's edge on the moving side, ordered from the corner inwards."""
 
 from __future__ import annotations
 
@@ -10,25 +10,28 @@ from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
 HAND_CLEARANCE = 0.06
-"""Least distance between the grasps of the two hands [m]; it keeps hands from crossing or touching."""
+"""Least distance between the grasps of the two hands [m]. With it, the hands do not cross or touch."""
 NEAREST = 0.5
-"""Least distance of a grasp from the line, as a fraction of the distance of the farthest vertex of its edge."""
+"""Least distance of a grasp from the line, as a fraction of the distance of the edge's farthest vertex."""
 SAME_PLACE = 0.4
-"""Distance in cells within which vertices count as one place, where a pinch takes all layers."""
+"""Largest horizontal distance between vertices that lie over each other [cells]. A pinch takes all of these
+vertices."""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
-    """Return the grasp candidates of the left and of the right hand, each of shape (M,); equal if one hand folds.
+    """Return the grasp candidates of the left hand and of the right hand, each of shape (M,).
+
+    The two arrays are equal if one hand folds.
 
     Raises:
-        InputError: If the garment has no such edge on the moving side, or the hands do not fit on it.
+        InputError: If the named edge is not on the moving side, or the hands do not fit on it.
     """
     edges = [_edge(garment, state, line, name) for name in step.grasp]
     _, along = line.split(state)
     if hands == 1:
         only = _ordered(state, line, edges[0], 1.0)
         return only, only
-    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # on coarse meshes, so that the pinches share no vertex
+    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # on coarse meshes, the two pinches must not share a vertex
     if len(edges) == 1:
         middle = 0.5 * (along[edges[0]].min() + along[edges[0]].max())
         place = along[edges[0]] - middle
@@ -41,13 +44,13 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
 
 
 def distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
-    """Return the mean distance from the line of the graspable part of each edge on the moving side [m]."""
+    """Return the mean distance from the line of each edge on the moving side [m]. Only its graspable part counts."""
     parts = {name: _moving(garment, state, line, name) for name in garment.edges}
     return {name: float(-line.split(state[part])[0].mean()) for name, part in parts.items() if len(part)}
 
 
 def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
-    """Return the edge on the moving side that is on average farthest from the line.
+    """Return the edge on the moving side whose mean distance from the line is largest.
 
     Raises:
         InputError: If no edge lies on the moving side.
@@ -59,7 +62,7 @@ def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
 
 
 def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
-    """Return the moving vertices of a named edge, the uppermost if several lie on each other."""
+    """Return the vertices of a named edge on the moving side. Vertices below another vertex of the edge are omitted."""
     if name == AUTO:
         return _moving(garment, state, line, farthest_edge(garment, state, line))
     if name not in garment.edges:
@@ -80,7 +83,7 @@ def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> n
 
 
 def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndarray:
-    """Return the vertices without those below another one at the same place, in the order given."""
+    """Return the vertices in their given order, without vertices that lie below another of these vertices."""
     kept: list[int] = []
     for vertex in vertices[np.argsort(-state[vertices, 2], kind="stable")]:
         if not (np.linalg.norm(state[kept, :2] - state[vertex, :2], axis=1) < apart).any():
@@ -89,13 +92,16 @@ def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndar
 
 
 def _ordered(state: np.ndarray, line: FoldLine, edge: np.ndarray, side: float) -> np.ndarray:
-    """Return the edge from the corner inwards; the corner is far from the line and on the hand's own side."""
+    """Return the vertices of an edge, from the corner inwards.
+
+    The corner is the vertex that is farthest from the line and farthest to the hand's own side.
+    """
     across, along = line.split(state[edge])
     return edge[np.argsort(across - side * along, kind="stable")]
 
 
 def _apart(left: np.ndarray, right: np.ndarray, clearance: float) -> int:
-    """Return the largest number of candidates per hand with which any two are at least `clearance` apart."""
+    """Return the largest number of candidates per hand for which the hands are always at least `clearance` apart."""
     count = min(len(left), len(right))
     distance = np.linalg.norm(left[:count, None, :2] - right[None, :count, :2], axis=2)
     while count and distance[:count, :count].min() < clearance - 1e-9:

@@ -1,8 +1,8 @@
-"""A hand as rigid bodies: its two fingers, how they close on the hem, carry it, open and leave.
+"""A hand as rigid bodies. Its two fingers close on the hem, carry it, open and leave.
 
-The hand comes from outside the cloth along the axis of its fingers, and closes. Its orientation stays the same through
-the fold, so at the release the lower finger lies inside the turned hem, on the layers below. Then the upper finger
-opens, while the lower finger stays. At last the hand draws back along its own axis.
+The hand comes from outside the cloth along the axis of its fingers, and closes. Its orientation stays the same during
+the fold. At the release, the hem has therefore turned over around the lower finger, which lies between the hem and the
+layers below. The upper finger opens while the lower finger stays. Then the hand draws back along its own axis.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Hand
 
 AWAY = 0.05
-"""Distance from the hem at which a hand starts, and distance that it draws back [m]."""
+"""Distance from the hem at which a hand starts, and to which it draws back [m]."""
 OPENING, LEAVING = 0.1, 0.3
 """Time in which a hand opens, and then draws back [s]."""
 FRAME = 1.0 / 60.0
-"""Time between the knots of a motion, about [s]."""
+"""Approximate time between the knots of a motion [s]."""
 
 
 def leaves(fingers: Fingers) -> float:
-    """Return how long a hand with such fingers takes to open and to draw back [s]."""
+    """Return the time that a hand with these fingers takes to open and to draw back [s]."""
     return OPENING + LEAVING if fingers.stated else 0.0
 
 
@@ -36,9 +36,9 @@ class HandPath:
     """Path of the point at the fingertips of a hand."""
 
     times: np.ndarray
-    """Knots [s], shape (k,), from 0."""
+    """Times of the knots of the path [s], shape (k,), from 0."""
     points: np.ndarray
-    """Positions [m], shape (k, 3)."""
+    """Position of the point at each knot [m], shape (k, 3)."""
     closed: float
     """Time at which the fingers have closed [s]."""
     opens: float
@@ -46,11 +46,11 @@ class HandPath:
 
 
 def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float, path: HandPath) -> list[Body]:
-    """Return both fingers of a hand, the lower before the upper.
+    """Return both fingers of a hand as bodies, the lower finger before the upper one.
 
     Args:
-        hand: Which hand.
-        fingers: Their shape.
+        hand: Name of the hand, left or right.
+        fingers: Shape of the fingers.
         normal: Horizontal unit vector from the moving side to the side that stays, shape (2,).
         held: Thickness of the cloth between the fingers [m].
         path: The path of the hand.
@@ -82,7 +82,10 @@ def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float,
 
 
 def _knots(path: HandPath) -> np.ndarray:
-    """Return the knots of the fingers [s]: those of the hand, and others while it closes, opens and draws back."""
+    """Return the times at which the motion of the fingers is described [s].
+
+    These are the knots of the hand's path, and more knots while the hand closes, opens and draws back.
+    """
     ends = (path.opens, path.opens + OPENING, path.opens + OPENING + LEAVING)
     coming = np.linspace(0.0, path.closed, max(2, round(path.closed / FRAME) + 1))
     going = [np.linspace(a, b, round((b - a) / FRAME) + 1) for a, b in pairwise(ends)]
@@ -91,5 +94,5 @@ def _knots(path: HandPath) -> np.ndarray:
 
 
 def _passed(times: np.ndarray, begins: float, ends: float) -> np.ndarray:
-    """Return how much of a motion from rest to rest is done at times [s], from 0 to 1, shape (k,)."""
+    """Return which fraction of a motion from rest to rest is complete at given times [s], from 0 to 1, shape (k,)."""
     return np.asarray(curves.minimum_jerk(np.clip((times - begins) / (ends - begins), 0.0, 1.0)))

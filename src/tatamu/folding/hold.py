@@ -14,19 +14,20 @@ from tatamu.folding.plan import Step
 from tatamu.garments import Garment
 
 TWO_HANDS = 0.15
-"""Least length along the fold line of an edge that both hands grasp [m]; a cuff is grasped by one."""
+"""Least length along the fold line of an edge that both hands grasp [m]. A shorter edge, such as a cuff, is grasped by
+one hand."""
 MOST_EDGES = 8
-"""Number of edges among which pairs are tried: those farthest from the line."""
+"""Number of edges among which pairs are tried. The edges farthest from the line are tried."""
 
 
 def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
-    """Return the edges to grasp, one or two, and the number of hands.
+    """Return the names of the one or two edges to grasp, and the number of hands.
 
-    The edge farthest from the line is chosen if hands on it carry all moving cloth. Otherwise the choice is the edge,
-    or the pair of edges with one for each hand, that leaves the least cloth behind.
+    The edge farthest from the line is chosen if hands on it carry all moving cloth. Otherwise the choice is the edge or
+    the pair of edges that leaves the least cloth behind. In a pair, each hand grasps one edge.
 
     Raises:
-        InputError: If no edge lies on the moving side, or the hands do not fit on any.
+        InputError: If no edge lies on the moving side, or the hands fit on none of the edges.
     """
     plain = (farthest_edge(garment, state, line),)
     hands = 2 if _extent(garment, state, line, plain[0]) >= TWO_HANDS else 1
@@ -40,7 +41,10 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 
 
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
-    """Return one edge for both hands, or one for each, that carries all moving cloth; None if no edges do."""
+    """Return a grasp that carries all moving cloth: one edge for both hands, or one edge for each hand.
+
+    The result is None if no grasp carries all moving cloth.
+    """
     far = distances(garment, state, line)
     names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
     middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}
@@ -49,7 +53,7 @@ def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[st
         try:
             if not covered(garment, state, line, grasp, 2):
                 return grasp
-        except InputError:  # too short for both hands
+        except InputError:  # The edge is too short for both hands.
             continue
     return None
 
@@ -57,16 +61,16 @@ def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[st
 def covered(
     garment: Garment, state: np.ndarray, line: FoldLine, grasp: tuple[str, ...], hands: int
 ) -> tuple[Part, ...]:
-    """Return the parts that hands on these edges leave behind.
+    """Return the parts of the moving cloth that are left behind if hands grasp these edges.
 
     Raises:
-        InputError: If the hands cannot grasp there.
+        InputError: If the hands cannot grasp these edges.
     """
     step = Step.model_validate({"line": ((0.0, 0.0), (0.0, 1.0)), "moves": "-x", "grasp": grasp})
     return uncarried(garment, state, line, candidates(garment, state, line, step, hands)[:hands])
 
 
 def _extent(garment: Garment, state: np.ndarray, line: FoldLine, edge: str) -> float:
-    """Return the length along the line of the far part of an edge [m]."""
+    """Return the length, along the fold line, of the part of an edge that is far from the line [m]."""
     across, along = line.split(state[np.unique(garment.edges[edge])])
     return float(np.ptp(along[-across >= NEAREST * float((-across).max())]))

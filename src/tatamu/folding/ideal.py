@@ -1,13 +1,13 @@
-"""The ideal fold of a cloth as it lies: the moving side is mirrored over the line, on top of the side that stays.
+"""The ideal fold of a cloth: the moving side is mirrored over the line, on top of the side that stays.
 
-The stack at a place and the stack that is laid on it are treated as one stack of mean height H, bent round the line.
-Its mid-surface is the crease of minimum energy for that thickness (see `crease`). A layer at height z before the fold
-is parallel to this mid-surface, at the distance d = z - H/2. The layer is inside the loop if d > 0. Far from the line
-the stack is thus turned over, z -> 2H - z. Near the line lengths change by the factor 1 - d * curvature.
+A fold lays one stack of cloth on another. Both stacks are treated as one stack of mean height H that is bent round the
+line. Its mid-surface is the crease of minimum energy for that thickness (see `crease`). A layer at height z before the
+fold is parallel to this mid-surface, at the distance d = z - H/2. The layer is inside the loop if d > 0. Far from the
+line, the stack is thus turned over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
 
-There are two simplifications. Loops of earlier folds inside the stack are pressed: their height over the flat part is
-reduced to the share `KEPT`. H changes along the table by at most `SLOPE`, because cloth laid over an edge does not hang
-straight down from it.
+There are two simplifications. First, loops of earlier folds inside the stack are pressed: their height over the flat
+part is multiplied by `KEPT`. Second, the slope of H along the table is at most `SLOPE`, because cloth does not hang
+straight down from an edge.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from tatamu.garments import Garment
 from tatamu.heavy_strip.crease import Crease, crease
 
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
-"""Heights of stacks, in thicknesses, for which creases are computed; creases between them are interpolated."""
+"""Heights of stacks, in thicknesses of the cloth, for which creases are computed. Other creases are interpolated."""
 KEPT = 0.5
-"""Share of its height over the flat part of the stack that a pressed loop keeps."""
+"""Fraction of its height over the flat part of the stack that a loop keeps when it is pressed."""
 FADE = 3.5
-"""Distance over which a loop falls to zero beyond the end of its crease, in bending lengths."""
+"""Distance over which a loop falls to zero next to the end of its crease, in bending lengths of the cloth."""
 SLOPE = 0.3
-"""Steepest rise of the cloth over the cloth below it [-]; such cloth is 4 % longer than flat cloth."""
+"""Steepest rise of cloth that lies on other cloth [-]. Cloth with this slope is 4 % longer than flat cloth."""
 
 
 @dataclass(frozen=True)
@@ -45,37 +45,45 @@ class FoldLine:
         return np.array([-self.normal[1], self.normal[0]])
 
     def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the distance from the line, negative on the moving side, and the place along it [m], shapes (n,)."""
+        """Return two coordinates of points: distance from the line and coordinate along the line [m], shapes (n,).
+
+        The distance is negative on the moving side.
+        """
         offset = points[:, :2] - self.origin
         return offset @ self.normal, offset @ self.along
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
-        """Return mirror images of points over the line, shape (n, 2)."""
+        """Return the mirror images of points over the line, shape (n, 2)."""
         across, along = self.split(points)
         return self.join(-across, along)
 
     def join(self, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return points from their distances from the line and places along it, shape (n, 2)."""
+        """Return points from their distances from the line and their coordinates along the line, shape (n, 2)."""
         return self.origin + across[:, None] * self.normal + along[:, None] * self.along
 
 
 @dataclass(frozen=True)
 class Stack:
-    """Heights of a cloth at its vertices, and the stack that a fold makes there; loops are pressed."""
+    """Heights of a cloth at its vertices before a fold, and of the stack that the fold makes there.
+
+    Loops of earlier folds are pressed.
+    """
 
     middle: np.ndarray
     """Height of the mid-surface at each vertex [m], shape (n,)."""
     under: np.ndarray
     """Height of the upper surface at the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
     mean: np.ndarray
-    """H: half the summed height of the stacks at a place and at its mirror image [m], shape (n,)."""
+    """H: half the summed height of the stacks at each vertex and at its mirror image [m], shape (n,)."""
     creased: np.ndarray
-    """1 where cloth crosses the line beside a vertex, 0 far from any such cloth, as between trouser legs, shape (n,).
-    """
+    """Factor of the crease at each vertex, shape (n,).
+
+    It is 1 if cloth crosses the line next to the vertex. It is 0 far from such cloth, for example between trouser
+    legs."""
 
 
 def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
-    """Return the stacks of a garment that lies as `state` [m], shape (n, 3)."""
+    """Return the stacks that a fold makes of a garment with the positions `state` [m], shape (n, 3)."""
     thickness = garment.material.thickness
     reach = 0.5 * garment.spacing
     top = Surface.of(state, garment.faces, thickness, reach).height(state[:, :2])
@@ -83,7 +91,7 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
     surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
 
     def together(points: np.ndarray) -> np.ndarray:
-        """Return the summed height of the moving side and the cloth it is laid upon; 0 beside the moving side."""
+        """Return the summed height of the moving side and its mirror image [m]; 0 outside the moving side."""
         own = surface.height(points)
         across = line.split(points)[0]
         return np.where((own > 0) & (across < PIXEL), own + surface.height(line.mirrored(points)), 0.0)
@@ -96,7 +104,11 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
 
 
 def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -> np.ndarray:
-    """Return 1 where cloth crosses the line at a vertex's place along it, falling to 0 over `fade` [m], shape (n,)."""
+    """Return the factor of the crease at each vertex, shape (n,).
+
+    The factor is 1 if cloth crosses the line at the vertex's coordinate along it. From there it falls to 0 over the
+    distance `fade` [m].
+    """
     along = line.split(state)[1]
     places = np.arange(along.min(), along.max() + PIXEL, PIXEL)
     crossing = places[surface.height(line.join(np.zeros(len(places)), places)) > 0]
@@ -108,12 +120,12 @@ def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -
 
 
 def pressed(z: np.ndarray, flat: float) -> np.ndarray:
-    """Return heights [m] with the excess over the `flat` part pressed; their order is kept, so no layers meet."""
+    """Return heights [m] of which the part above `flat` is reduced. The order of heights is kept, so no layers meet."""
     return np.where(z <= flat, z, flat + KEPT * (z - flat))
 
 
 def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stack) -> np.ndarray:
-    """Return the target shape of a fold [m], shape (n, 3), of a garment that lies as `state`, shape (n, 3)."""
+    """Return the target shape of a fold [m], shape (n, 3). The garment lies as in `state`, shape (n, 3)."""
     across, along = line.split(state)
     x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
     flat_z = np.where(across < 0, 2.0 * stacks.mean - stacks.middle, stacks.middle)
@@ -121,17 +133,20 @@ def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stac
     z = stacks.creased * z + (1.0 - stacks.creased) * flat_z
     target = np.column_stack([line.join(x, along), z])
     alone = (across > crease_of(garment, garment.material.thickness).arc[-1]) & (stacks.under == 0)
-    target[alone] = state[alone]  # nothing presses its loops
+    target[alone] = state[alone]  # no other cloth presses their loops
     return target
 
 
 def crease_of(garment: Garment, height: float) -> Crease:
-    """Return the crease of a stack of this height [m]."""
+    """Return the crease of a stack with a given height [m]."""
     return crease(garment.material.bending_length, height)
 
 
 def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and z of points at arc lengths u and distances d from the middle of stacks of `height`, shapes (n,)."""
+    """Return x and z of points in bent stacks of `height` [m], shapes (n,).
+
+    The points are given by their arc lengths u and their distances d from the middle of the stack.
+    """
     grid = np.array(STACKS) * garment.material.thickness
     held = np.clip(height, grid[0], grid[-1])
     lower = np.clip(np.searchsorted(grid, held, side="right") - 1, 0, len(grid) - 2)

@@ -1,4 +1,4 @@
-"""Interpolation of a garment's state from one mesh to the vertices of another mesh of the same garment."""
+"""Interpolation of a garment's state from one mesh to the vertices of another mesh of this garment."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from scipy.spatial import cKDTree
 from tatamu.garments import Garment
 
 CANDIDATES = 12
-"""Number of triangles, by nearest centre, among which the one around a point is looked for."""
+"""Number of triangles, nearest centre first, that are tried in the search for the triangle around a point."""
 
 
 def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndarray:
-    """Return a state of a garment at the vertices of another mesh of it [m], shape (m, 3).
+    """Return a state of a garment at the vertices of another mesh of this garment [m], shape (m, 3).
 
-    Every vertex is looked up on the flat garment, in its own layer.
+    The position of every vertex is looked up on the flat garment, in the layer of this vertex.
 
     Args:
         garment: The garment on the first mesh.
-        state: Its vertices [m], shape (n, 3).
-        other: The same garment on the other mesh.
+        state: Positions of the vertices of the first mesh [m], shape (n, 3).
+        other: The garment on the other mesh.
     """
     found = np.empty((len(other.vertices), 3))
     for up in (False, True):
@@ -31,7 +31,11 @@ def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndar
 
 
 def _in_triangles(flat: np.ndarray, faces: np.ndarray, points: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return values (n, 3) of a flat mesh (n, 2) at points (p, 2), shape (p, 3); outside the mesh, those nearby."""
+    """Return the values of a mesh at points (p, 2), shape (p, 3).
+
+    The flat vertices of the mesh have the shape (n, 2), and their values (n, 3). A point outside the mesh has the
+    values of a nearby triangle.
+    """
     corners = flat[faces]
     count = min(CANDIDATES, len(faces))
     _, near = cKDTree(corners.mean(axis=1)).query(points, count)

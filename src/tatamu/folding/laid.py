@@ -1,7 +1,7 @@
-"""Approximation of the folded cloth: the moving side mirrored over the line, flat, on top of all other cloth.
+"""Approximation of a folded cloth: the moving side is mirrored over the line and lies flat on top of all other cloth.
 
-Proposed plans are compared by this approximation before any simulation. Simulated folds are scored against the shape of
-`ideal`.
+This approximation compares proposed plans without a simulation. Simulated folds are scored against the more exact shape
+of `ideal`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from tatamu.garments import Garment
 
 
 def laid(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
-    """Return the cloth with its moving side on top [m], shape (n, 3).
+    """Return the cloth with its moving side mirrored over the line and on top [m], shape (n, 3).
 
     Args:
         garment: The garment to fold.

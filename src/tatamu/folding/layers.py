@@ -1,4 +1,4 @@
-"""Height of a cloth: its upper surface over every point of the table."""
+"""Height of the upper surface of a cloth over every point of the table."""
 
 from __future__ import annotations
 
@@ -13,16 +13,19 @@ from tatamu.zbuffer import z_buffer
 PIXEL = 0.001
 """Resolution of the map [m]."""
 SLACK = 1e-9
-"""Tolerance for pixels at the border of a triangle, in barycentric coordinates; it leaves no gaps in the cloth."""
+"""Tolerance for pixels at the border of a triangle, in barycentric coordinates. It prevents gaps between triangles."""
 NANOMETRES = 9
-"""Number of decimals of a metre to which heights are rounded, so that a flat layer is flat to the last bit."""
+"""Number of decimals to which heights in metres are rounded, so that a flat layer has exactly equal heights."""
 
 
 class Surface:
     """A map of heights over the table."""
 
     def __init__(self, low: np.ndarray, heights: np.ndarray) -> None:
-        """Make a map of heights [m], shape (columns, rows), with the corner of the first pixel at `low` [m], (2,)."""
+        """Make a map from heights [m], shape (columns, rows).
+
+        `low` is the corner of its first pixel [m], shape (2,).
+        """
         self._low = low
         self._heights = heights
 
@@ -33,8 +36,8 @@ class Surface:
         Args:
             points: Positions of the mid-surface [m], shape (n, 3).
             faces: Triangles, shape (m, 3).
-            thickness: Thickness of the cloth [m]; its surface lies half of it above the mid-surface.
-            reach: Distance within which a point beside the cloth counts as on it [m].
+            thickness: Thickness of the cloth [m]. Its upper surface lies half of this thickness above the mid-surface.
+            reach: Distance from the cloth within which a point next to the cloth counts as on the cloth [m].
         """
         low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
         size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
@@ -45,7 +48,7 @@ class Surface:
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
 
     def height(self, points: np.ndarray) -> np.ndarray:
-        """Return the height of the surface at points of shape (k, 2) [m], shape (k,); 0 on the bare table."""
+        """Return the height of the surface at points of shape (k, 2) [m], shape (k,). It is 0 on the bare table."""
         column, row = np.floor((points - self._low) / PIXEL).astype(int).T
         inside = (column >= 0) & (row >= 0) & (column < self._heights.shape[0]) & (row < self._heights.shape[1])
         heights = np.zeros(len(points))
@@ -53,7 +56,10 @@ class Surface:
         return heights
 
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
-        """Return a surface of `height` at the pixels' centres (k, 2), raised to be no steeper than `slope`."""
+        """Return the surface with the given heights at the pixels' centres (k, 2).
+
+        The surface is raised where it is steeper than `slope`.
+        """
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)
         return Surface(self._low, _gentle(np.ascontiguousarray(heights), slope * PIXEL))
@@ -61,7 +67,10 @@ class Surface:
 
 @njit(cache=True)
 def _gentle(heights, fall):  # type: ignore[no-untyped-def]
-    """Raise pixels until none is lower than a neighbour by more than `fall`: two sweeps, as in a distance transform."""
+    """Raise pixels until no pixel is lower than a neighbour by more than `fall`.
+
+    Two sweeps over the map suffice, as in a distance transform.
+    """
     columns, rows = heights.shape
     for sweep in range(2):
         for a in range(columns):

@@ -1,4 +1,4 @@
-"""A manipulation: the grasps of the hands, their paths, and the times at which they move and let go."""
+"""A manipulation: the grasps of the hands, the paths of the hands, and the times at which they move and let go."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from tatamu.records import OpenRecord
 from tatamu.scene import Index, Points
 
 TOP_SPEED = 0.6
-"""Top speed of a hand [m/s]; folding twice as fast changes folds (De Gusseme and wyffels 2022)."""
+"""Top speed of a hand [m/s]. At twice this speed, the results of folds change (De Gusseme and wyffels 2022)."""
 WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
-"""Time before the hands move, time between their arrival and opening, and time from then until the fold is scored
-[s]."""
+"""Three times [s]: until the hands move, from their arrival until they open, and from there until the fold is scored.
+"""
 FRAME_RATE = 60.0
 """Frames per second [1/s]."""
 
@@ -31,13 +31,13 @@ Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")
 """Names of the hands, in the order of `Manipulation`."""
 OFF_PATH = 2e-3
-"""Largest distance of via-points from the motion of their hand [m]; farther ones do not belong to it."""
+"""Largest distance of a via-point from the motion of its hand [m]. Farther via-points are refused."""
 VIA_EVERY = 10
-"""Frames between the robot's via-points (paper, section VI-C)."""
+"""Number of frames from one via-point for the robot to the next (paper, section VI-C)."""
 
 
 class Timing(OpenRecord):
-    """Times at which the hands close, start, arrive and open, and at which the scene ends [s]."""
+    """Times at which the hands close, start to move, arrive and open, and at which the scene ends [s]."""
 
     closes: float = Field(ge=0)
     starts: float
@@ -58,13 +58,13 @@ class Timing(OpenRecord):
 
 
 class GraspPoint(OpenRecord):
-    """The place at which a hand grasps the cloth."""
+    """The point at which a hand grasps the cloth."""
 
     vertex: Index
     position: Annotated[list[float], Field(min_length=3, max_length=3)]
     """Position of the grasped vertex [m], shape (3,)."""
     patch: list[Index] = Field(default_factory=list)
-    """The held vertices."""
+    """Indices of the vertices that the hand holds."""
 
 
 class ArmPath(OpenRecord):
@@ -73,9 +73,9 @@ class ArmPath(OpenRecord):
     name: Literal["left", "right"]
     grasp: GraspPoint
     control_points: Points
-    """P0..P3 in the scene [m], shape (4, 3)."""
+    """Control points P0 to P3 of the hand's Bezier curve in the scene [m], shape (4, 3)."""
     from_grasp: Points | None = None
-    """P0..P3 relative to the grasp and without the lift [m], shape (4, 3); None in files of other programs."""
+    """P0 to P3 relative to the grasp and without the lift [m], shape (4, 3); None in files of other programs."""
 
     @field_validator("control_points", "from_grasp")
     @classmethod
@@ -91,7 +91,7 @@ class ArmPath(OpenRecord):
 
 
 class ViaPoints(OpenRecord):
-    """Points of the path in steps of `every_frames`, for a robot."""
+    """Points on the paths of the hands for a robot, one in every `every_frames` frames."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"right"})
 
@@ -123,9 +123,9 @@ class ManipulationFile(OpenRecord):
     """Arms, left before right."""
     timing: Timing | None = None
     lift: float | None = None
-    """`Manipulation.lift`; None in files of other programs."""
+    """Height of the hands over their grasps when the fingers have closed [m]; None in files of other programs."""
     settle: float = SETTLE
-    """`Manipulation.settle`."""
+    """Time from the opening of the hands until the fold is scored [s]."""
     via_points: ViaPoints | None = None
 
     @model_validator(mode="after")
@@ -137,34 +137,34 @@ class ManipulationFile(OpenRecord):
 
     @property
     def timing_values(self) -> dict[str, float]:
-        """The times in the file, by name."""
+        """The times in the file, by their names."""
         return self.timing.model_dump(exclude_none=True) if self.timing else {}
 
 
 @dataclass(frozen=True, eq=False)
 class Manipulation:
-    """One trial as the hands execute it; one hand, or two."""
+    """The motion of one hand or two hands in one trial."""
 
     grasps: tuple[int, ...]
-    """Grasped vertex of the left and of the right hand."""
+    """Index of the grasped vertex of each hand, left before right."""
     positions: tuple[np.ndarray, ...]
     """Position of each hand's grasp [m], shape (3,)."""
     paths: tuple[np.ndarray, ...]
-    """Each hand's path relative to its grasp [m], shape (s, 3), from 0 to its release."""
+    """Path of each hand relative to its grasp [m], shape (s, 3). The path starts at 0 and ends at the release."""
     control_points: tuple[np.ndarray, ...] | None
-    """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None if the paths are no cubic Bezier curves."""
+    """P0 to P3 of each hand relative to its grasp [m], shape (4, 3); None if the paths are not cubic Bezier curves."""
     lift: float = 0.0
-    """Height of the hands over their grasps when their fingers have closed [m]."""
+    """Height of the hands over their grasps when the fingers have closed [m]."""
     settle: float = SETTLE
     """Time from the opening of the hands until the fold is scored [s]."""
     patches: tuple[tuple[int, ...], ...] = ()
-    """The vertices that each hand holds."""
+    """Indices of the vertices that each hand holds."""
 
     def describe(self) -> ManipulationFile:
         """Return the content of `manipulation.json`.
 
         Raises:
-            ValueError: If the paths are no cubic Bezier curves.
+            ValueError: If the paths are not cubic Bezier curves.
         """
         times, displacements = self.motion()
         via = np.unique(np.append(np.arange(0, len(times), VIA_EVERY), len(times) - 1))
@@ -196,7 +196,7 @@ class Manipulation:
 
     @classmethod
     def of(cls, file: ManipulationFile) -> Manipulation:
-        """Return the manipulation of a file, exactly as it was saved."""
+        """Return the manipulation that a file describes, exactly as it was saved."""
         arms = sorted(file.arms, key=lambda arm: arm.name)
         lift = file.lift
         if lift is None:
@@ -217,10 +217,12 @@ class Manipulation:
         return made
 
     def check_via_points(self, via: ViaPoints | None) -> None:
-        """Refuse via-points off the curve in the file, because a robot would not follow the curve.
+        """Check that via-points lie on the curves of the hands.
+
+        A robot with other via-points would not follow the curves.
 
         Raises:
-            InputError: If one of them is farther from the hand's motion than `OFF_PATH`.
+            InputError: If a via-point is farther than `OFF_PATH` from the motion of its hand.
         """
         if via is None:
             return
@@ -244,10 +246,10 @@ class Manipulation:
 
     @classmethod
     def load(cls, path: Path | str) -> Manipulation:
-        """Read `manipulation.json`, exactly as the manipulation was saved.
+        """Read `manipulation.json` and return the manipulation exactly as it was saved.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         file = validated(ManipulationFile, read_json(Path(path)), Path(path))
         try:
@@ -257,10 +259,10 @@ class Manipulation:
 
     @property
     def curves(self) -> tuple[Bezier, ...]:
-        """Each hand's Bezier curve in the scene.
+        """Bezier curve of each hand in the scene.
 
         Raises:
-            ValueError: If the paths are no cubic Bezier curves.
+            ValueError: If the paths are not cubic Bezier curves.
         """
         if self.control_points is None:
             raise ValueError("the paths of this manipulation are polylines")
@@ -273,12 +275,12 @@ class Manipulation:
 
     @property
     def trajectory_length(self) -> float:
-        """l_x of Eq. (10): the mean length of both hands' paths [m]."""
+        """Trajectory length l_x of Eq. (10): the mean length of the hands' paths [m]."""
         return sum(map(curves.length, self.paths)) / len(self.paths)
 
     @property
     def move_seconds(self) -> float:
-        """Time that the hands move [s], a whole number of frames; the longer path determines it."""
+        """Time during which the hands move [s]. It is a whole number of frames and depends on the longer path."""
         longest = max(map(curves.length, self.paths))
         return float(np.ceil(curves.minimum_jerk_duration(longest, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
 
@@ -296,7 +298,11 @@ class Manipulation:
         )
 
     def motion(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Return one knot per frame: times [s], shape (k,), and displacements of each hand [m], shapes (k, 3)."""
+        """Return the motion with one knot per frame.
+
+        Returns:
+            Times of the knots [s], shape (k,), and the displacements of each hand [m], shapes (k, 3).
+        """
         count = round(self.move_seconds * FRAME_RATE)
         fraction = curves.minimum_jerk(np.arange(count + 1) / count)
         times = WAIT + np.arange(count + 1) / FRAME_RATE
@@ -306,10 +312,12 @@ class Manipulation:
 def bezier_manipulation(
     fold: Fold, grasps: tuple[int, ...], x1: float, z1: float, x2: float, z2: float
 ) -> Manipulation:
-    """Return the paper's manipulation, Eq. (9), from P1 and P2 relative to P0, x along the fold, z up [m].
+    """Return the paper's manipulation of Eq. (9), made from the control points P1 and P2.
 
-    P1 and P2 are given for a hand at the fold's span. A hand that is farther from the line follows the same curve,
-    enlarged by the ratio of the spans. Both hands then turn the cloth about the line together.
+    P1 and P2 are relative to the grasp P0, with x along the motion of the fold and z up [m].
+
+    The arguments describe a hand whose distance from grasp to release is the fold's span. A hand farther from the line
+    follows the same curve, enlarged by the ratio of the spans. The hands then turn the cloth about the line together.
     """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -324,11 +332,11 @@ def bezier_manipulation(
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return l_x of Eq. (10) of many manipulations at once [m], shape (p,), without sampling their paths.
+    """Return the trajectory lengths l_x of Eq. (10) of many manipulations [m], shape (p,). Paths are not sampled.
 
     Args:
-        fold: The fold.
-        parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9), each of shape (p,).
+        fold: The fold of all manipulations.
+        parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9), each of shape (p,).
     """
     x1, z1, x2, z2 = (parameters[name] for name in ("x1", "z1", "x2", "z2"))
     zero = np.zeros_like(x1)
@@ -344,7 +352,7 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
-    """Return a manipulation whose hands follow polylines relative to their grasps [m], shape (s, 3) each."""
+    """Return a manipulation whose hands follow polylines. Each is relative to the hand's grasp [m], shape (s, 3)."""
     return Manipulation(grasps, _places(fold, grasps), tuple(paths), None, fold.fingers.lift)
 
 

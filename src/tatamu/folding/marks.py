@@ -1,7 +1,7 @@
-"""The marks of a finished fold: six numbers that a person or a camera measures.
+"""The marks of a finished fold: six deviations that a person or a camera can measure.
 
-The corners are those of the moved hem, where the first grasp candidates lie. The lower hem is the cloth that lies still
-at the targets of these corners.
+The corners of the moved hem are the first grasp candidates of both hands. The lower hem is the cloth that does not move
+and is nearest to the targets of these corners.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ import numpy as np
 from tatamu.folding.fold import Fold
 
 MARKS = ("left_along", "left_across", "right_along", "right_across", "slip_along", "slip_across")
-"""Deviations from the target [m], along the fold and across it (positive to the left): the left and the right corner of
-the moved hem, and the lower hem."""
+"""Names of the deviations from the target [m].
+
+Each deviation is measured along the fold, or across it (positive to the left). There are two for the left corner of the
+moved hem, two for the right corner, and two for the slip of the lower hem."""
 
 
 def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
@@ -20,7 +22,7 @@ def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
 
     Args:
         fold: The fold.
-        final: The cloth after it [m], shape (n, 3).
+        final: Positions of the cloth after the fold [m], shape (n, 3).
     """
     corners = [int(fold.left[0]), int(fold.right[0])]
     moved = [(final - fold.target)[corner, :2] for corner in corners]
@@ -31,7 +33,7 @@ def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
 
 
 def lower_hem(fold: Fold, corners: list[int]) -> list[int]:
-    """Return the vertices that lie still and are nearest to the targets of the corners."""
+    """Return, for each corner, the vertex of the cloth that lies still and is nearest to the corner's target."""
     still = np.flatnonzero(fold.still())
     if not len(still):
         across, _ = fold.crease.split(fold.start)

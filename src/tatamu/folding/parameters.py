@@ -1,4 +1,8 @@
-"""The parameters of a manipulation, x = (x1, z1, x2, z2, g1, g2) of Eq. (9): search space and starting curves."""
+"""The parameters of a manipulation: their search space, and curves with which a search starts.
+
+The parameters are x = (x1, z1, x2, z2, g1, g2) of Eq. (9). The first four are the control points P1 and P2 of the
+hands' Bezier curves. The last two are the numbers of the grasps.
+"""
 
 from __future__ import annotations
 
@@ -10,24 +14,29 @@ from tatamu.folding.manipulation import trajectory_lengths
 from tatamu.search.space import Bounds, Parameters, Space
 
 Grasps = Literal["integer", "continuous"]
-"""Grasps as whole numbers 0 to M-1, or as the paper's real numbers 0 to M, which are floored when used."""
+"""Kind of the grasp parameters.
+
+`integer` means whole numbers from 0 to M-1 for M candidates. `continuous` means the paper's real numbers from 0 to M,
+which are rounded down when they are used."""
 
 HIGHEST = 0.75
-"""Largest height of the inner control points P1 and P2 over the grasp, as a fraction of the span."""
+"""Largest height of the inner control points P1 and P2 above the grasp, as a fraction of the span."""
 LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
-"""Low curves: height of P1 over the grasp, and distance of P2 ahead of the grasp, as fractions of the span."""
+"""Low curves: height of P1 above the grasp, and horizontal distance of P2 from the grasp, as fractions of the span."""
 ARCHED = 0.2
-"""The arched curve: height of P1 over the grasp and of P2 over the release, as a fraction of the span."""
+"""Arched curve: height of P1 above the grasp and of P2 above the release, as a fraction of the span."""
 HIGH = 0.5
-"""Height of the high curve, as a fraction of the span. On it, hands lift layers of earlier folds off the table before
-they turn these layers over."""
+"""Height of the high curve, as a fraction of the span.
+
+On the high curve, hands lift layers of earlier folds off the table before they turn these layers over."""
 
 
 def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
-    """Return the search space of a fold, with l_x of Eq. (10) as the known part of the objective.
+    """Return the search space of a fold. The known part of the objective is the trajectory length l_x of Eq. (10).
 
-    P1 and P2 lie between grasp and release, from the height of the grasp up to `HIGHEST` spans. Fingers must clear what
-    lies at the release, so with fingers the lower bound is the height of the release.
+    P1 and P2 lie horizontally between grasp and release. Their heights are between the height of the grasp and
+    `HIGHEST` times the span. With fingers, the lower bound is the height of the release, because fingers must pass over
+    the cloth there.
     """
     ahead = Bounds(0.0, fold.span)
     up = Bounds(_lowest(fold), HIGHEST * fold.span)
@@ -38,54 +47,58 @@ def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
 
 
 def first_curves(fold: Fold) -> list[Parameters]:
-    """Return curves to start a search with: arched at the corners, arched further inwards, then low ones."""
+    """Return curves with which a search starts.
+
+    The first is an arched curve at the corners, the second an arched curve at grasps further inwards. Low curves
+    follow.
+    """
     return [arched_curve(fold), arched_inwards(fold), *low_curves(fold)]
 
 
 def robust_curves(fold: Fold) -> list[Parameters]:
-    """Return curves to start a search in disturbed worlds with.
+    """Return curves with which a search starts if folds are simulated with random disturbances.
 
-    The first two are an arched and a low curve, which fail in different disturbed worlds. The last is the arched curve
-    again, because the fine mesh starts with the last one, and its fold usually holds. A search on one mesh tries
-    this curve once.
+    An arched curve and a low curve come first, because they fail under different disturbances. The arched curve comes
+    last again. The search on the fine mesh starts with it, because its fold usually succeeds. A search on one mesh
+    tries the arched curve only once.
     """
     return [arched_inwards(fold), *low_curves(fold), arched_inwards(fold)]
 
 
 def arched_inwards(fold: Fold) -> Parameters:
-    """Return the arched curve from half-way inwards, where hands with errors still find cloth."""
+    """Return the arched curve at the grasps half-way inwards, where hands with position errors still find cloth."""
     return arched_curve(fold, (fold.candidates - 1) // 2)
 
 
 def later_curves(fold: Fold) -> list[Parameters]:
-    """Return curves to start the search of a later step with: an arched one, then high ones.
+    """Return curves with which the search of a later step starts: an arched curve, then high curves.
 
-    On low curves, loose flaps of earlier folds come undone. They also come undone if the hands hold only the corners.
+    On low curves, loose flaps of earlier folds come undone. They also come undone if hands grasp only the corners.
     """
     inwards = (0, (fold.candidates - 1) // 2, fold.candidates - 1)
     return [arched_curve(fold), *(arched_curve(fold, grasp, HIGH) for grasp in dict.fromkeys(inwards))]
 
 
 def arched_curve(fold: Fold, grasp: int = 0, spans: float = ARCHED) -> Parameters:
-    """Return a curve that starts straight up and ends straight down.
+    """Return an arched curve: it starts straight up and ends straight down.
 
-    Hands that come down from above do not push the cloth below them, but hands on low curves push it
+    Hands on low curves push the cloth below them. Hands that come down from above do not push it
     (docs/notes/own-garments.md).
 
     Args:
         fold: The fold.
-        grasp: Number of both grasps, from the corners inwards.
-        spans: Height of P1 over the grasp and of P2 over the release, as a fraction of the span.
+        grasp: Number of the grasp of both hands, counted from the corners inwards.
+        spans: Height of P1 above the grasp and of P2 above the release, as a fraction of the span.
     """
     height = max(spans * fold.span, _lowest(fold))
     return {"x1": 0.0, "z1": height, "x2": fold.span, "z2": height, "g1": grasp, "g2": grasp}
 
 
 def low_curves(fold: Fold) -> list[Parameters]:
-    """Return curves from the corners that rise a little and pass low over the part that lies still.
+    """Return curves from the corners that rise a little and pass low over the cloth that lies still.
 
-    If no cloth is pushed, the shortest paths to a good fold are of this kind. How low they may be depends on the cloth;
-    the lowest curve crushes coarse meshes.
+    If no cloth is pushed, the shortest paths to a good fold are low curves. How low they may be depends on the cloth.
+    The lowest of the curves crushes the cloth on coarse meshes.
     """
     lowest = _lowest(fold)
     return [
@@ -95,15 +108,15 @@ def low_curves(fold: Fold) -> list[Parameters]:
 
 
 def _lowest(fold: Fold) -> float:
-    """Return the lowest height of P1 and P2 over P0 [m]."""
+    """Return the lowest height of P1 and P2 above the grasp P0 [m]."""
     return max(0.0, *(float(hand[:, 1].max()) for hand in fold.releases)) if fold.fingers.stated else 0.0
 
 
 def transfer(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:
     """Return the parameters for `fold` that correspond to `parameters` of the fold `before`.
 
-    P1 and P2 keep their places as fractions of the span. Grasps keep their places among the candidates, counted from
-    the corner inwards.
+    P1 and P2 keep their positions as fractions of the span. Grasps keep their relative positions in the row of
+    candidates, from the corner inwards.
     """
     old = search_space(before, grasps).bounds
     new = search_space(fold, grasps).bounds

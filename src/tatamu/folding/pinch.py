@@ -1,4 +1,4 @@
-"""A pinch: the vertices that fingers hold under their pads, and the motion of layers that they press together."""
+"""A pinch: which vertices fingers hold under their pads, and how layers move that the fingers press together."""
 
 from __future__ import annotations
 
@@ -7,28 +7,30 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 BESIDE, FARTHER_OUT = 0.55, 0.1
-"""Distance along the edge, and distance across it, in cells. If two vertices of a layer are nearer than the first along
-the edge and differ by more than the second across it, only the outer one is held."""
+"""Distance along the edge, and distance across it [cells].
+
+Two vertices of a layer form a row across the edge under two conditions. Their distance along the edge is below the
+first value, and their distance across the edge is above the second value. Then only the outer vertex is held."""
 SAME_PLACE = 0.55
-"""Largest distance, seen from above, of vertices that lie over each other [cells]."""
+"""Largest horizontal distance between vertices that lie over each other [cells]."""
 APART = 1.05
-"""Distance between pressed layers, in thicknesses."""
+"""Distance between pressed layers, in thicknesses of the cloth."""
 NOTICEABLE = 1.0
-"""Least displacement by which a vertex is pressed down, in thicknesses; with less it stays as it lies."""
+"""Smallest displacement by which a vertex is pressed down, in thicknesses. Otherwise the vertex does not move."""
 
 
 def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing: float) -> np.ndarray:
-    """Return which vertices under a finger pad are held: the outermost row of each layer.
+    """Return which vertices under a finger pad are held. These are the outermost row of each layer.
 
-    The cloth turns about this row. Only fine meshes have a second row under a pad. Hands on both rows would also hold
-    the slope of the cloth. Because hands do not turn, they would lay the flap down with its hem turned up, and the flap
-    would jump when they open.
+    The cloth turns about the outermost row. On fine meshes, a pad covers a second row, too. If hands held both rows,
+    they would also hold the slope of the cloth. Because hands do not turn, they would lay the flap down with its hem
+    turned up. The flap would jump when the hands open.
 
     Args:
-        across: Distances of the vertices from the fold line [m], lower farther out, shape (k,).
-        along: Their places along the fold line [m], shape (k,).
-        links: Edges of the mesh between them, shape (e, 2); connected vertices form one layer.
-        spacing: Distance between vertices of the mesh [m].
+        across: Distances of the vertices from the fold line [m], shape (k,). Outer vertices have lower values.
+        along: Coordinates of the vertices along the fold line [m], shape (k,).
+        links: Edges of the mesh between these vertices, shape (e, 2). Connected vertices form one layer.
+        spacing: Distance between neighbouring vertices of the mesh [m].
 
     Returns:
         Whether each vertex is held, shape (k,).
@@ -45,15 +47,15 @@ def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
     """Return the displacements of the cloth between closing fingers.
 
     Every vertex goes down to its layer. For example, a vertex with two others below it stops two thicknesses above the
-    lowest. Layers that lie flat on each other do not move.
+    lowest vertex. Layers that already lie flat on each other do not move.
 
     Args:
         points: The vertices under the finger pad [m], shape (k, 3).
         thickness: Thickness of the cloth [m].
-        spacing: Distance between vertices of its mesh [m].
+        spacing: Distance between neighbouring vertices of the cloth's mesh [m].
 
     Returns:
-        Displacement of each vertex upwards [m], shape (k,); negative or zero, zero for the lowest.
+        Upward displacement of each vertex [m], shape (k,). It is zero for the lowest vertex, and never positive.
     """
     height = points[:, 2]
     beside = np.linalg.norm(points[:, None, :2] - points[None, :, :2], axis=2) < SAME_PLACE * spacing

@@ -1,6 +1,6 @@
-"""A fold plan: successive folds, each with a line, the side that moves, and the edges where hands may grasp.
+"""A fold plan: a sequence of folds, each with a line, the side that moves, and the edges where hands may grasp.
 
-Users write plans in TOML; docs/reference/fold-plan.md shows one.
+Users write plans as TOML files. An example is in docs/reference/fold-plan.md.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from tatamu.garments import Garment
 from tatamu.records import Record
 
 AUTO = "auto"
-"""Name for the edge farthest from the line."""
+"""Name that stands for the edge farthest from the line."""
 SIDES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
-"""Names of the moving side, and the direction from the line to it."""
+"""Direction from the line to the moving side, by the name of the side."""
 
 Place = tuple[float, float]
 
@@ -41,13 +41,15 @@ class Step(Record):
     moves: Literal["+x", "-x", "+y", "-y"]
     """Side of the line on which the cloth moves."""
     grasp: Annotated[tuple[str, ...], BeforeValidator(_names), Field(min_length=1, max_length=2)] = (AUTO,)
-    """Edge of the garment that both hands grasp, or the left hand's and the right hand's; `auto` for the farthest."""
+    """Edge of the garment that both hands grasp, or the edges of the left and of the right hand.
+
+    `auto` stands for the edge farthest from the line."""
     hands: Literal[1, 2] = 2
     area_ratio: float | None = Field(None, gt=0.0, le=1.0)
-    """Folded area over the area before, for a fold without thickness; None for the target's ratio."""
+    """Area after the fold divided by the area before, for cloth without thickness; None for the ratio of the target."""
 
     press: Press | None = None
-    """The press after the hands have left the fold; None if it is not pressed."""
+    """The press that flattens the fold after the hands have left; None if the fold is not pressed."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -60,15 +62,17 @@ class Step(Record):
 
 
 class Plan(Record):
-    """Successive folds of a garment."""
+    """A sequence of folds of a garment."""
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[\w -]+$")
     unit: Literal["fraction", "m"] = "fraction"
-    """Unit of the lines, from the garment's middle: fractions of its length (x) and width (y), or metres."""
+    """Unit of the lines' coordinates, which start at the garment's middle.
+
+    The unit is a metre (`m`), or a `fraction` of the garment's length (x) and width (y)."""
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=20, alias="step")]
 
     def to_toml(self) -> str:
-        """Return the plan as a file that `load_plan` reads."""
+        """Return the plan as the text of a file that `load_plan` can read."""
         steps = [step.model_dump(exclude_defaults=True, mode="json") for step in self.steps]
         return tomli_w.dumps({"plan": {"name": self.name, "unit": self.unit}, "step": steps})
 
@@ -95,7 +99,7 @@ def load_plan(path: Path) -> Plan:
     """Read a plan from TOML.
 
     Raises:
-        InputError: If the file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
     """
     value = read_toml(path)
     head = value.pop("plan", {})

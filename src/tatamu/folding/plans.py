@@ -1,6 +1,7 @@
-"""The built-in plans, in fractions of the garment's length (x, from -0.5 at the hem) and width (y).
+"""The built-in fold plans.
 
-Left is +y. A user's own garment has the plans of its kind, if known, otherwise those of `ANY`.
+Coordinates are fractions of the garment's length (x, from -0.5 at the hem) and width (y, positive to the left). A
+user's own garment has the plans of its kind. If its kind is not known, it has the plans in `ANY`.
 """
 
 from __future__ import annotations
@@ -13,19 +14,21 @@ from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
 from tatamu.garments import Garment
 
 THIRD = 0.18
-"""Distance from the middle at which the sides of a T-shirt are folded, as a fraction of its width over the sleeves.
+"""Distance from the middle to the lines over which the sides of a T-shirt are folded.
 
-If it were a sixth, the end of the first sleeve would lie exactly on the second line.
+It is a fraction of the shirt's width, measured over the sleeves.
+
+If it were a sixth, the end of the sleeve that is folded first would lie exactly on the second fold line.
 """
 
 
 def _across(x: float, **more: object) -> dict[str, object]:
-    """Return a fold across the length."""
+    """Return a fold over a line across the garment's length."""
     return {"line": ((x, -0.5), (x, 0.5)), **more}
 
 
 def _lengthwise(y: float, **more: object) -> dict[str, object]:
-    """Return a fold along the length."""
+    """Return a fold over a line along the garment's length."""
     return {"line": ((-0.5, y), (0.5, y)), **more}
 
 
@@ -40,7 +43,7 @@ QUARTERS = _plan(
     _lengthwise(0.0, title="in half along the length", moves="-y", area_ratio=0.5),
 )
 ANY = {"half": _plan("half", _across(0.0, title="in half across the length", moves="-x"))}
-"""Plans for every garment."""
+"""Plans that fit every garment."""
 
 PLANS: dict[str, dict[str, Plan]] = {
     "towel": {"half": HALF, "quarters": QUARTERS},
@@ -68,16 +71,16 @@ PLANS: dict[str, dict[str, Plan]] = {
         ),
     },
 }
-"""Plans of each garment by name."""
+"""Plans of each garment, by the names of garment and plan."""
 
 
 def make_plan(name: str, garment: Garment) -> Plan:
-    """Return a plan for a garment by name, from a .toml file, or as proposed for its outline.
+    """Return a plan for a garment. It is read from a .toml file, built in, or proposed for the garment's outline.
 
-    `auto` is the best plan proposed for the outline of a user's own garment; for other garments it is their half fold.
+    For a user's own garment, `auto` is the best plan for its outline. For other garments, `auto` is the half fold.
 
     Raises:
-        InputError: If there is no such plan, or the file contains none.
+        InputError: If there is no such plan, or the file does not contain a valid plan.
     """
     if name.endswith(".toml"):
         return load_plan(Path(name))
@@ -94,5 +97,5 @@ def make_plan(name: str, garment: Garment) -> Plan:
 
 
 def known_plans(garment: Garment) -> dict[str, Plan]:
-    """Return the built-in plans for a garment, by name, independent of its outline."""
+    """Return the built-in plans for a garment, by name. They do not depend on the garment's outline."""
     return PLANS.get(garment.kind if garment.own else garment.name, ANY)

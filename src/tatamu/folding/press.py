@@ -1,9 +1,13 @@
-"""Pressing a fold: a plate flattens the crease, or a hand strokes along it; then the plate or the hand leaves.
+"""Pressing a fold after the hands have left.
+
+A plate flattens the crease, or a hand slides along the crease. Then the plate or the hand leaves.
 
 A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. Between parallel
-plates a bent strip is an elastica whose ends lie flat on both. With phi the angle of the strip to the plates and P the
-force per length of the crease, B/2 (d phi/ds)^2 = P sin phi, so the distance of the layers' mid-surfaces is
+plates, a bent strip is an elastica whose ends lie flat on both plates. B is the bending rigidity of the cloth [N m],
+and P the force per length of the crease [N/m]. phi is the angle between strip and plates, and s the arc length [m]. The
+two formulas below give the angle and then the distance D between the mid-surfaces of the layers:
 
+    B/2 (d phi/ds)^2 = P sin phi
     D = sqrt(B / 2P) c,   c = integral of sqrt(sin phi) from 0 to pi = 2.396
 """
 
@@ -22,21 +26,21 @@ from tatamu.material import Material, Number
 from tatamu.records import Record
 
 FLAT = 2.396
-"""c above: twice the integral of sqrt(sin) over a quarter turn [-]."""
+"""The constant c of the module's formula: twice the integral of sqrt(sin) over a quarter turn [-]."""
 PLATE, HAND = (0.06, 0.4), (0.02, 0.03)
-"""Default sizes across the line and along it [m]."""
+"""Default sizes of a plate and of a hand, each across the fold line and along it [m]."""
 HALF_THICKNESS = 0.005
 """Half the thickness of a plate or of a pressing hand [m]."""
 BEYOND = 0.01
-"""Distance that a plate reaches beyond the fold line, to the side from which the cloth came [m]."""
+"""Distance by which a plate extends over the fold line, to the side from which the cloth came [m]."""
 RESTS = 0.3
-"""Time that the cloth has to fall before it is pressed, and to rise after it [s]."""
+"""Time for which the cloth can fall before it is pressed, and for which it can rise afterwards [s]."""
 MOVES = 0.4
-"""Time in which a plate comes down, or goes up [s]."""
+"""Time in which a plate comes down or goes up [s]."""
 HIGH, ABOVE = 0.8, 0.05
-"""Height at which a plate waits, out of the way of the hands, and height from which it presses [m]."""
+"""Height at which a plate waits above the hands, and height from which it comes down to press [m]."""
 KNOTS = 16
-"""Knots of each motion."""
+"""Number of knots of each motion."""
 
 Side = Annotated[Number, Field(ge=0.005, le=3.0)]
 
@@ -45,15 +49,15 @@ class Press(Record):
     """The pressing of a fold after the hands have left it."""
 
     tool: Literal["plate", "hand"] = "plate"
-    """A plate on the whole crease, or a hand that strokes along it."""
+    """Tool: a plate that covers the whole crease, or a hand that slides along the crease."""
     size: tuple[Side, Side] | None = None
-    """Size across the fold line and along it [m]; None for 60 x 400 mm of a plate, 20 x 30 mm of a hand."""
+    """Size across the fold line and along it [m]. None for 0.06 x 0.4 (a plate) or 0.02 x 0.03 (a hand)."""
     gap: Annotated[Number, Field(gt=0.0, le=0.1)] | None = None
-    """Distance between the table and the plate [m]."""
+    """Distance between the table and the plate or the hand [m]."""
     weight: Annotated[Number, Field(gt=0.0, le=1000.0)] | None = None
-    """Force on the plate [N]; the gap follows from it."""
+    """Force on the plate or the hand [N]. The gap is computed from this force."""
     seconds: Annotated[Number, Field(gt=0.0, le=60.0)] = 1.0
-    """Time for which a plate presses, or which a hand takes for its stroke [s]."""
+    """Time for which a plate presses, or in which a hand slides along the crease [s]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -64,24 +68,24 @@ class Press(Record):
 
     @property
     def area(self) -> tuple[float, float]:
-        """Size across the fold line and along it [m]."""
+        """Size of the tool across the fold line and along it [m]."""
         return self.size or (PLATE if self.tool == "plate" else HAND)
 
     @property
     def duration(self) -> float:
-        """Time from the hands' leaving to the end of the scene [s]."""
+        """Time from the moment when the hands have left until the end of the scene [s]."""
         return 2.0 * RESTS + 3.0 * MOVES + self.seconds
 
     def gap_over(self, material: Material, stack: float, crease: float) -> float:
-        """Return the gap between the table and the plate [m].
+        """Return the distance between the table and the tool [m].
 
         Args:
             material: Material of the cloth.
-            stack: Thickness of the layers after the fold [m].
+            stack: Total thickness of the layers after the fold [m].
             crease: Length of the crease [m].
 
         Raises:
-            InputError: If the gap has no room for the layers.
+            InputError: If the layers do not fit into the gap.
         """
         if self.weight is not None:
             force = self.weight / min(self.area[1], crease)
@@ -95,12 +99,12 @@ class Press(Record):
 
 
 def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: float, begins: float) -> Body:
-    """Return the plate or the hand that presses.
+    """Return the plate or the hand that presses, as a body with a motion.
 
     Args:
         press: Options of the press.
         line: The fold line.
-        ends: The two ends of the crease along the line [m].
+        ends: Coordinates of both ends of the crease along the line [m].
         gap: Distance between the table and the plate [m].
         begins: Time at which the hands have left [s].
     """
@@ -109,7 +113,7 @@ def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: flo
     start = stop = 0.5 * (low + high)
     if press.tool == "hand":
         start, stop = low + 0.5 * along, max(high - 0.5 * along, low + 0.5 * along)
-    legs = (  # until when [s], height over the gap [m], place along the line [m]
+    legs = (  # time of the end [s], height over the gap [m], coordinate along the line [m]
         (begins + RESTS, HIGH, start),
         (begins + RESTS + MOVES, ABOVE, start),
         (begins + RESTS + 2.0 * MOVES, 0.0, start),

@@ -1,7 +1,9 @@
-"""Fold plans from a garment's outline: parts that stick out are folded in, then the body is folded in half.
+"""Fold plans proposed from a garment's outline.
 
-A proposal states the fold lines in order, the sides that move, and the edges to grasp. `coverage` finds the parts that
-no hand would carry; plans without such parts come first. Nothing is simulated.
+Parts that stick out are folded in first. Then the body is folded in half.
+
+A proposal states the fold lines in order, the sides that move, and the edges to grasp. `coverage` finds the parts of
+the cloth that no hand would carry. Plans without such parts come first. Nothing is simulated.
 """
 
 from __future__ import annotations
@@ -22,11 +24,11 @@ from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
 SHORT_FLAP = 2.0
-"""Width, in creases, below which the fold of an appendage, or of earlier folds, counts as short: it is mostly loop."""
+"""Width below which a folded part counts as short, in widths of its crease. Most of a short part is loop."""
 AUTO_PLAN = "auto"
-"""Name of the best proposal."""
+"""Name under which the best proposal is available."""
 SIDES = ("bottom", "top", "left", "right")
-"""Names that `garments.sides` gives to edges without a name of their own."""
+"""Names that `garments.sides` gives to edges if the user has not named them."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,13 @@ class Proposal:
 
     plan: Plan
     missed: tuple[tuple[int, Part], ...]
-    """Parts that no hand carries: number of the step, from 0, and the part."""
+    """Parts that no hand carries, each with the number of its step, from 0."""
     short: bool = False
-    """Whether a folded part is so narrow for its crease that it hardly lies flat."""
+    """Whether a folded part is so narrow, compared with its crease, that it hardly lies flat."""
 
     @property
     def text(self) -> str:
-        """Titles of the steps."""
+        """Titles of the steps, in one line."""
         return ", ".join(step.title for step in self.plan.steps)
 
 
@@ -61,7 +63,7 @@ def propose(garment: Garment) -> list[Proposal]:
         raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/reference/fold-plan.md)")
     return sorted(
         found, key=lambda each: (bool(each.missed), each.short)
-    )  # a stable sort keeps the order of proposals that are equally good
+    )  # The sort is stable, so equally good proposals keep their order.
 
 
 def best_plan(garment: Garment) -> Plan:
@@ -74,7 +76,7 @@ def best_plan(garment: Garment) -> Plan:
 
 
 def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
-    """Return names of plans and their folds in order, the most common plan first."""
+    """Return plans as names with lists of folds. The most common plan for such a garment is first."""
     outline = silhouette(garment)
     legs = has_legs(outline)
     parts = [part for part in appendages(outline) if not (legs and part.facing == "-x")]
@@ -108,17 +110,17 @@ def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
 
 
 class _Wanted(NamedTuple):
-    """A fold over a line along an axis."""
+    """A fold over a line that is parallel to an axis."""
 
     title: str
     moves: str
     at: float
-    """X or y of the line [m]."""
+    """X or y coordinate of the line [m]."""
 
 
 @dataclass(frozen=True)
 class _Inwards:
-    """A fold that lays an appendage on the body."""
+    """A fold that lays a part that sticks out on the body of the garment."""
 
     part: Appendage
     title: str
@@ -129,7 +131,7 @@ class _Inwards:
 
 @dataclass(frozen=True)
 class _Halving:
-    """A fold over the middle of the area that the garment covers at that time."""
+    """A fold over the middle of the area that the garment covers after the earlier folds."""
 
     axis: str
 
@@ -150,19 +152,19 @@ def _ends(moves: str, at: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Folded:
-    """A garment after some folds, each ideal and flat."""
+    """A garment after some folds, each of them ideal and flat."""
 
     steps: tuple[dict[str, Any], ...]
     missed: tuple[tuple[int, Part], ...]
     short: bool
     state: np.ndarray
-    """The cloth [m], shape (n, 3)."""
+    """Positions of the cloth after these folds [m], shape (n, 3)."""
 
 
 def _folded(
     garment: Garment, folds: tuple[_Fold, ...], known: dict[tuple[_Fold, ...], _Folded | None]
 ) -> _Folded | None:
-    """Return the garment after these folds, or None if one of them is impossible. Results are kept in `known`."""
+    """Return the garment after these folds, or None if a fold is impossible. Results are stored in `known`."""
     if folds not in known:
         before = _folded(garment, folds[:-1], known)
         try:
@@ -176,7 +178,7 @@ def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
     """Return the garment after one more fold.
 
     Raises:
-        InputError: If it cannot be folded.
+        InputError: If the fold is impossible.
     """
     state = before.state
     wanted = fold.step(state)

@@ -5,7 +5,9 @@
     e_i = |q_i - y_i|                                 Eq. (12)
     w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     Eq. (13)
 
-q_i are the vertices of the target shape S_t, y_i those of the outcome S_x, in metres.
+q_i are the vertices of the target shape S_t [m]. y_i are the vertices of the outcome S_x [m]. C is the objective, l_x
+the length of the hands' paths [m], and D the shape distance [m]. w_i is the weight of vertex i. mu_e and sigma_e are
+the mean and the standard deviation of the distances e_i [m].
 """
 
 from __future__ import annotations
@@ -19,36 +21,38 @@ from tatamu.records import OpenRecord
 from tatamu.zbuffer import mask
 
 ALPHA = 0.01
-"""alpha of Eq. (10), as in the paper."""
+"""The factor alpha of Eq. (10), as in the paper."""
 TAIL = 1.28
-"""Errors beyond mu + 1.28 sigma count as unnecessary bending (Eq. (13))."""
+"""Factor of the standard deviation in Eq. (13). Errors above mu + 1.28 sigma count as unnecessary bending."""
 PIXEL = 0.001
-"""Resolution of the top view [m]."""
+"""Width of a pixel in the view from above [m]."""
 
 
 class Measured(Protocol):
-    """The measures of a fold that decide its success; None if its simulation failed."""
+    """The measures that decide whether a fold succeeds; None if the simulation of the fold failed."""
 
     @property
     def mean_vertex_distance(self) -> float | None:
-        """Mean of e_i [m]."""
+        """Mean distance e_i of the vertices from their targets [m]."""
         ...
 
     @property
     def moving_vertex_distance(self) -> float | None:
-        """Mean of e_i over the part that moves [m]; None if it was not measured."""
+        """Mean distance e_i of the vertices in the part that moves [m]; None if it was not measured."""
         ...
 
     @property
     def mask_iou(self) -> float | None:
-        """Overlap of the views from above [-]."""
+        """Overlap of the outcome and the target, seen from above [-]."""
         ...
 
 
 def judged_distance(measured: Measured) -> float | None:
-    """Return the distance by which a fold is judged [m]: the larger mean, of the whole or of the part that moves.
+    """Return the vertex distance that decides whether a fold succeeds [m].
 
-    Half of a cloth that is folded in half never moves, so the mean over all vertices hides half of an error.
+    It is the mean over the whole cloth or the mean over the part that moves, whichever is larger.
+
+    When a cloth is folded in half, half of it never moves. The mean over all vertices would hide half of the error.
     """
     whole, moving = measured.mean_vertex_distance, measured.moving_vertex_distance
     return whole if whole is None or moving is None else max(whole, moving)
@@ -58,12 +62,14 @@ class Limits(OpenRecord):
     """The limits of a successful fold."""
 
     mean_vertex_distance: float = 0.0125
-    """Largest mean of e_i [m], over the whole and over the part that moves (12.5 mm over all points in BiFold 2025)."""
+    """Largest mean distance e_i of a successful fold [m], over the whole cloth and over the part that moves.
+
+    BiFold 2025 uses 12.5 mm over all points."""
     mask_iou: float = 0.80
-    """Smallest overlap of the views from above [-] (FoldBack 2026)."""
+    """Smallest overlap, seen from above, of a successful fold [-] (FoldBack 2026)."""
 
     def hold(self, measured: Measured) -> bool:
-        """Return whether a fold succeeds; False if its simulation failed."""
+        """Return whether a fold succeeds. The result is False if the simulation of the fold failed."""
         distance = judged_distance(measured)
         if distance is None or measured.mask_iou is None:
             return False
@@ -71,10 +77,10 @@ class Limits(OpenRecord):
         return near and measured.mask_iou >= self.mask_iou
 
     def slack(self, measured: Measured) -> float:
-        """Return the distance to failure, as a fraction of the limits.
+        """Return how far a fold is from failure, as a fraction of the limits.
 
-        It is 1 without any error, 0 at the limits, and negative if the fold fails: -1 if the errors are twice the
-        limits or more, or if the simulation failed.
+        The result is 1 for a fold without any error, 0 at the limits, and negative if the fold fails. It is -1 if the
+        errors are at least twice the limits, or if the simulation failed.
         """
         distance = judged_distance(measured)
         if distance is None or measured.mask_iou is None:
@@ -85,31 +91,36 @@ class Limits(OpenRecord):
 
 
 class Score(OpenRecord):
-    """All measures of one fold; docs/guide/learning.md names their sources."""
+    """All measures of one fold. Their sources are in docs/guide/learning.md."""
 
     objective: float
-    """C = l_x + alpha D, Eq. (10)."""
+    """Objective C = l_x + alpha D, Eq. (10)."""
     trajectory_length: float
-    """l_x: length of a hand's path [m]."""
+    """Trajectory length l_x: mean length of the hands' paths [m]."""
     shape_distance: float
-    """D = sum of w_i e_i, Eq. (11) [m]."""
+    """Shape distance D: sum of w_i e_i, Eq. (11) [m]."""
     mean_vertex_distance: float
-    """Mean of e_i [m]: below 0.002 near perfect, 0.005 good, above 0.02 failed (De Gusseme and wyffels 2022)."""
+    """Mean distance e_i of the vertices from their targets [m].
+
+    Below 0.002 a fold is near perfect, around 0.005 it is good, and above 0.02 it failed (De Gusseme and wyffels
+    2022)."""
     moving_vertex_distance: float | None = None
-    """Mean of e_i over the part that moves [m]; None in files of earlier versions."""
+    """Mean distance e_i over the part that moves [m]; None in files of earlier versions."""
     mask_iou: float
-    """Intersection over union of the outcome's and the target's view from above [-]."""
+    """Overlap of the outcome and the target, seen from above: intersection over union [-]."""
     area_error: float
-    """E_f = 100/r abs(A_f/A_i - r) [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), otherwise the
-    target's."""
+    """Error of the folded area: E_f = 100/r abs(A_f/A_i - r) [%].
+
+    A_i and A_f are the areas before and after the fold, seen from above. r is 0.5 for a fold in half (Garcia-Camacho et
+    al. 2020). For other folds, r is the ratio of the target."""
     slip: float
-    """Mean horizontal displacement of the part that should lie still [m]."""
+    """Mean horizontal displacement of the part that should not move [m]."""
     residual_bend: float
-    """Largest e_i beyond mu + 1.28 sigma [m] (the paper's Fig. 2)."""
+    """Largest amount by which a distance e_i exceeds mu + 1.28 sigma [m] (the paper's Fig. 2)."""
 
     @property
     def succeeds(self) -> bool:
-        """Whether the fold keeps the field's limits."""
+        """Whether the fold is within the limits of a successful fold that are usual in the field."""
         return Limits().hold(self)
 
 
@@ -118,27 +129,27 @@ MEASURES = tuple(Score.model_fields)
 
 
 def vertex_distances(target: np.ndarray, outcome: np.ndarray) -> np.ndarray:
-    """Return e_i of Eq. (12) [m], shape (n,)."""
+    """Return the distances e_i of Eq. (12) between target and outcome [m], shape (n,)."""
     return np.linalg.norm(target - outcome, axis=1)
 
 
 def weights(e: np.ndarray) -> np.ndarray:
-    """Return w_i of Eq. (13) from e_i [m], shape (n,)."""
+    """Return the weights w_i of Eq. (13) from the distances e_i [m], shape (n,)."""
     return np.asarray(np.maximum(e - (e.mean() + TAIL * e.std()), 0.0) + 1.0)
 
 
 def shape_distance(e: np.ndarray) -> float:
-    """Return D of Eq. (11) from e_i [m]."""
+    """Return the shape distance D of Eq. (11) from the distances e_i [m]."""
     return float((weights(e) * e).sum())
 
 
 def residuals(e: np.ndarray) -> np.ndarray:
-    """Return the vector whose squares sum to alpha D of Eq. (10), from e_i [m], shape (n,)."""
+    """Return a vector whose squares sum to alpha D of Eq. (10), from the distances e_i [m], shape (n,)."""
     return np.asarray(np.sqrt(ALPHA * weights(e) * e))
 
 
 def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
-    """Score the final positions of a trial, shape (n, 3)."""
+    """Return the score of a trial from the final positions of the cloth, shape (n, 3)."""
     e = vertex_distances(fold.target, outcome)
     distance = shape_distance(e)
     reached, wanted, before = top_views(fold.garment.faces, outcome, fold.target, fold.start)
@@ -158,12 +169,15 @@ def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
 
 
 def intersection_over_union(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the overlap of two masks of the same shape [-]."""
+    """Return the overlap of two masks [-]: the area of their intersection divided by the area of their union."""
     return float((one & other).sum() / max((one | other).sum(), 1))
 
 
 def top_views(faces: np.ndarray, *shapes: np.ndarray) -> list[np.ndarray]:
-    """Return masks of shapes seen from above, on one raster of `PIXEL`; a pixel counts if its centre is covered."""
+    """Return masks of shapes seen from above, on a common raster of pixels of width `PIXEL`.
+
+    A pixel belongs to the mask if the shape covers its centre.
+    """
     low = np.min([shape[:, :2].min(0) for shape in shapes], axis=0) - PIXEL
     high = np.max([shape[:, :2].max(0) for shape in shapes], axis=0) + PIXEL
     size = np.minimum(np.ceil((high - low) / PIXEL).astype(int), 8000)

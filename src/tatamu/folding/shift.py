@@ -1,4 +1,4 @@
-"""A correction of a manipulation: shifts of the places where hands grasp and let go, and of their height."""
+"""A correction of a manipulation: it shifts the points where hands grasp and let go, and the height of their paths."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ class HandShift(OpenRecord):
     """The correction of one hand [m]."""
 
     grasp: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Shift of the place where it grasps, along the fold and across it."""
+    """Shift of the point where the hand grasps [m], along the fold and across it."""
     release: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Shift of the place where it lets go, along the fold and across it."""
+    """Shift of the point where the hand lets go [m], along the fold and across it."""
     height: float = 0.0
-    """Shift of its whole path, upwards."""
+    """Upward shift of the whole path of the hand [m]."""
 
     @property
     def is_none(self) -> bool:
-        """Whether it changes nothing."""
+        """Whether the correction changes nothing."""
         return not any((*self.grasp, *self.release, self.height))
 
 
 def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift]) -> Manipulation:
-    """Return a corrected manipulation.
+    """Return a manipulation with corrected paths of the hands.
 
-    The shift of the grasp moves P0 and P1 of a hand's curve, that of the release P2 and P3.
+    A shift of the grasp moves the control points P0 and P1 of a hand's curve. A shift of the release moves P2 and P3.
 
     Args:
-        fold: The fold.
-        manipulation: The manipulation on Bezier curves.
+        fold: The fold that the manipulation makes.
+        manipulation: The manipulation to correct, on Bezier curves.
         shifts: The correction of each hand, left before right.
 
     Raises:
-        InputError: If there are fewer shifts than hands, or the paths are no Bezier curves.
+        InputError: If there are fewer shifts than hands, or the paths are not Bezier curves.
     """
     if manipulation.control_points is None or len(shifts) < len(manipulation.grasps):
         raise InputError(
@@ -64,6 +64,6 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
 
 
 def _in_scene(fold: Fold, vector: Sequence[float]) -> np.ndarray:
-    """Return a vector along the fold and across it in the coordinates of the scene, shape (3,)."""
+    """Return a vector, given along the fold and across it, in the coordinates of the scene, shape (3,)."""
     along, across = vector
     return np.array([*(along * fold.normal + across * fold.crease.along), 0.0])

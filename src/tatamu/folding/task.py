@@ -1,4 +1,4 @@
-"""A task: one fold of one garment in one simulator; a step of a plan."""
+"""A task: one step of a fold plan, which is one fold of one garment, in one simulator."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tatamu.simulators import named
 
 
 def _no_refusal(manipulation: Manipulation) -> None:
-    """Refuse nothing; a lambda could not be pickled."""
+    """Do nothing, because no manipulation is refused. A lambda could not be pickled."""
 
 
 def _forget_nothing() -> None:
@@ -42,71 +42,75 @@ class Reach:
     robot: str
     """Name of the robot."""
     description: bytes = field(default=b"", kw_only=True)
-    """Content of the file that describes the robot; empty for a robot that comes with tatamu."""
+    """Content of the file that describes the robot; empty for a robot that tatamu contains."""
     files: tuple[Path, ...] = field(default=(), kw_only=True)
-    """The file that describes the robot, and the files that it names."""
+    """The file that describes the robot, and the files to which it refers."""
     disturbances: Mapping[str, Any] | None = field(default=None, kw_only=True)
     """Table of disturbances in the robot's description; None if the description has no such table."""
     quality: Callable[[Manipulation], float]
-    """Quality of the robot's motion along a manipulation on Bezier curves; negative if it cannot make it."""
+    """Function that rates the robot's motion along a manipulation on Bezier curves.
+
+    The rating is negative if the robot cannot execute the manipulation."""
     refusal: Callable[[Manipulation], str | None] = _no_refusal
-    """Why the robot cannot execute a manipulation; None if it can. A call changes no later result of `quality`."""
+    """Function that returns why the robot cannot execute a manipulation; None if the robot can.
+
+    A call does not change later results of `quality`."""
     forget: Callable[[], None] = _forget_nothing
-    """Delete the placements that `quality` keeps from earlier calls."""
+    """Function that deletes the placements of the robot that `quality` stores."""
 
 
 class TaskOptions(OpenRecord):
-    """The garment and the fold as the user named them, and the options that the user gave."""
+    """The names of the garment and the fold, and the options, all as the user gave them."""
 
     garment: str
     fold: str
     size: list[float] | None = None
-    """Width and length [m]; None for the garment's own."""
+    """Width and length of the garment [m]; None for the garment's own size."""
     spacing: float | None = None
-    """Distance between vertices [m]; None for the garment's own."""
+    """Distance between neighbouring vertices [m]; None for the garment's own spacing."""
     scale: float | None = None
-    """Metres per unit of the garment's file; None if the file says so itself."""
+    """Metres per unit of the garment's file; None if the file states its unit."""
     hands: int | None = None
-    """Number of hands that fold; None for the plan's number."""
+    """Number of hands that fold; None for the number in the plan."""
     material: str | None = None
-    """Name or file of the cloth's material; None for the garment's own."""
+    """Name or file of the cloth's material; None for the garment's own material."""
     robot: str | None = None
-    """Name or file of the robot within whose reach the fold must be; None for any manipulation."""
+    """Name or file of the robot that must be able to execute the fold; None if any manipulation is allowed."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"scale", "material", "robot"})
 
     @property
     def size_pair(self) -> tuple[float, float] | None:
-        """Width and length [m]; None for the garment's own."""
+        """Width and length of the garment [m]; None for the garment's own size."""
         return None if self.size is None else (self.size[0], self.size[1])
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """One fold of one garment by one step of a plan, in one simulator."""
+    """One step of a fold plan for one garment, in one simulator."""
 
     garment: Garment
     plan: Plan
     simulator: str
     hands: int | None = None
-    """Number of hands that fold; None for the plan's number."""
+    """Number of hands that fold; None for the number in the plan."""
     reach: Reach | None = None
     """The manipulations that the robot can execute; None if any manipulation is allowed."""
     asked: TaskOptions | None = None
-    """The names and options that the task was made from; None if it was made from objects."""
+    """The names and options from which the task was made; None if the task was made from objects."""
     fingers: Fingers = field(default_factory=Fingers)
     """The fingers of the hands."""
     number: int = 0
-    """Number of the step, from 0."""
+    """Number of the step in the plan, from 0."""
     state: np.ndarray | None = None
-    """The cloth as it lies [m], shape (n, 3); None if flat."""
+    """Positions of the cloth before the fold [m], shape (n, 3); None if the cloth lies flat."""
     settle: float = SETTLE
     """Time from the opening of the hands until the fold is scored [s]."""
     shift: tuple[HandShift, ...] = ()
-    """Correction of each hand's manipulation, left before right; empty without one."""
+    """Correction of each hand's path, left before right; empty if no correction is needed."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state without the robot, which only the proposing process needs."""
+        """Return the state for pickling, without the robot. Only the process that proposes trials needs the robot."""
         return {**self.__dict__, "reach": None}
 
     @cached_property
@@ -117,33 +121,33 @@ class Task:
 
     @cached_property
     def space(self) -> Space:
-        """The search space of x = (x1, z1, x2, z2, g1, g2), Eq. (9), with whole grasps."""
+        """The search space of the parameters x = (x1, z1, x2, z2, g1, g2), Eq. (9). Grasps are whole numbers."""
         return search_space(self.fold)
 
     @property
     def step(self) -> tuple[int, int]:
-        """Number of the step from 1, and number of steps in the plan."""
+        """Number of the step, counted from 1, and number of steps in the plan."""
         return self.number + 1, len(self.plan.steps)
 
     @property
     def title(self) -> str:
-        """The fold in a few words."""
+        """Title of the fold, in a few words."""
         return self.plan.steps[self.number].title
 
     def at(self, number: int, state: np.ndarray | None) -> Task:
-        """Return a step of the same plan.
+        """Return the task for another step of this plan.
 
         Args:
             number: Number of the step, from 0.
-            state: The cloth as it lies [m], shape (n, 3); None if flat.
+            state: Positions of the cloth before that step [m], shape (n, 3); None if the cloth lies flat.
         """
         return replace(self, number=number, state=state)
 
     def next(self, state: np.ndarray) -> Task:
-        """Return the next step of the plan.
+        """Return the task for the next step of the plan.
 
         Args:
-            state: The cloth as this step leaves it [m], shape (n, 3).
+            state: Positions of the cloth after this step [m], shape (n, 3).
 
         Raises:
             InputError: If this is the last step.
@@ -153,10 +157,13 @@ class Task:
         return self.at(self.number + 1, state)
 
     def manipulation(self, parameters: Mapping[str, float]) -> Manipulation:
-        """Return the manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored.
+        """Return the manipulation with the parameters x = (x1, z1, x2, z2, g1, g2), Eq. (9).
+
+        Grasps that are not whole numbers are rounded down.
 
         Raises:
-            InputError: If a parameter is missing, not finite, a negative height, or no grasp; the message names it.
+            InputError: If a parameter is missing, not finite, a negative height, or not the number of a grasp. The
+                message names the parameter.
         """
         check_parameters(parameters, self.fold.candidates)
         g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))
@@ -168,14 +175,15 @@ class Task:
 
 
 def check_parameters(parameters: Mapping[str, float], candidates: int) -> None:
-    """Refuse parameters that no manipulation can have.
+    """Raise an error for parameters that no manipulation can have.
 
     Args:
-        parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
-        candidates: Number of grasps that each hand may choose from.
+        parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
+        candidates: Number of grasps from which each hand may choose.
 
     Raises:
-        InputError: If a parameter is missing, not finite, a negative height, or no grasp; the message names it.
+        InputError: If a parameter is missing, not finite, a negative height, or not the number of a grasp. The message
+            names the parameter.
     """
     for name in ("x1", "z1", "x2", "z2", "g1", "g2"):
         value = parameters.get(name)
@@ -200,22 +208,24 @@ def make_task(
     reach: Reach | None = None,
     fingers: Fingers | None = None,
 ) -> Task:
-    """Return the first step of folding a garment by a plan.
+    """Return the task for the first step of a fold plan.
 
     Args:
-        garment: A garment, the name of one, or its file. `size`, `material`, `spacing` and `scale` are for the latter.
+        garment: A garment, the name of a garment, or its file. The arguments `size`, `material`, `spacing` and `scale`
+            only apply to a name or a file.
         fold: Name of a fold plan, or its file.
-        size: Width and length [m]; None for the garment's own.
-        material: Material of the cloth, or its preset or file; None for the garment's own.
-        spacing: Distance between vertices [m]; None for the garment's own.
-        scale: Metres per unit of the garment's file; None if the file says so itself.
+        size: Width and length of the garment [m]; None for the garment's own size.
+        material: Material of the cloth, the name of a preset, or a file; None for the garment's own material.
+        spacing: Distance between neighbouring vertices [m]; None for the garment's own spacing.
+        scale: Metres per unit of the garment's file; None if the file states its unit.
         simulator: Name of the simulator.
-        hands: Number of hands that fold, 1 or 2; None for the plan's number.
-        reach: Reach of the robot; None if any manipulation is allowed.
-        fingers: The fingers of the hands; None for fingers without thickness.
+        hands: Number of hands that fold, 1 or 2; None for the number in the plan.
+        reach: The manipulations that the robot can execute; None if any manipulation is allowed.
+        fingers: The fingers of the hands; None for hands without fingers.
 
     Raises:
-        InputError: If a name is unknown, or the garment cannot be made or folded so; the message names the argument.
+        InputError: If a name is unknown, the garment cannot be made, or the plan cannot fold the garment. The message
+            names the argument.
     """
     named(simulator)
     if hands not in (None, 1, 2):
@@ -229,12 +239,15 @@ def make_task(
     task = Task(
         made, make_plan(fold, made), simulator, hands, reach, _asked(made, fold, hands, reach), fingers or Fingers()
     )
-    ideal_folds(made, task.plan, hands)  # refuse a plan now if a later step cannot be folded
+    ideal_folds(made, task.plan, hands)  # Raises an error now if a later step cannot be folded.
     return task
 
 
 def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) -> TaskOptions | None:
-    """Return the names and options that a task was made from; None if its garment was not made by `make_garment`."""
+    """Return the names and options from which a task was made.
+
+    The result is None if its garment was not made by `make_garment`.
+    """
     source = garment.source
     if source is None:
         return None
@@ -251,5 +264,5 @@ def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) 
 
 
 def digest(*arrays: np.ndarray) -> str:
-    """Return a short name of arrays of numbers; it changes with any bit of them."""
+    """Return a short name for arrays of numbers. The name changes if any bit of the arrays changes."""
     return sha256(b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in arrays)).hexdigest()[:16]

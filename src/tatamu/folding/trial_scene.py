@@ -1,4 +1,4 @@
-"""The scene of a manipulation: the garment as it lies on the table, and the hands that carry it."""
+"""The scene of a manipulation: the garment on the table before the fold, and the hands that carry it."""
 
 from __future__ import annotations
 
@@ -23,24 +23,25 @@ _CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
 
 @dataclass(frozen=True)
 class Carry:
-    """A hand that carries the vertices it holds."""
+    """The motion of a hand that carries the vertices it holds."""
 
     hand: Hand
     vertex: int
-    """The grasped vertex."""
+    """Index of the grasped vertex."""
     times: np.ndarray
-    """Knots of the motion [s], shape (k,); at the first the hand starts to move."""
+    """Times of the knots of the motion [s], shape (k,). The hand starts to move at the first knot."""
     displacements: np.ndarray
-    """Displacements from the grasp at each knot [m], shape (k, 3); the first is that of the closed hand before it
-    moves."""
+    """Displacement from the grasp at each knot [m], shape (k, 3).
+
+    The first displacement is the one after the hand has closed and before it moves."""
     opens: float
     """Time at which the hand opens [s]."""
     beside: np.ndarray | None = None
-    """Place of the hand relative to the vertex at each knot [m], shape (k, 3); None if it is at the vertex."""
+    """Position of the hand relative to the vertex at each knot [m], shape (k, 3); None if the hand is at the vertex."""
 
 
 def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
-    """Return both hands of a manipulation, left before right."""
+    """Return the motions of the hands in a manipulation, left before right."""
     times, displacements = manipulation.motion()
     opens = manipulation.timing.opens
     hands = zip(HANDS, manipulation.grasps, displacements, strict=False)
@@ -48,22 +49,22 @@ def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
-    """Return the scene of one trial: the garment as it lies on the table, and the hands.
+    """Return the scene of one trial: the garment on the table before the fold, and the hands.
 
-    A hand is one gripper, left before right, or several if its fingers press layers together. Fingers of a stated shape
-    are bodies.
+    Each hand is one gripper, left before right. A hand whose fingers press layers together consists of several
+    grippers. Fingers with a thickness are bodies in the scene.
     """
     return scene_with(fold, carries_of(fold, manipulation), manipulation.timing.ends, fold.garment.material)
 
 
 def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
-    """Return the scene of hands whose paths a manipulation cannot describe.
+    """Return the scene of hands with any motion, including motions that no `Manipulation` can describe.
 
     Args:
         fold: The fold.
         carries: Motion of each hand.
         ends: Time at which the scene ends [s].
-        material: Material of the cloth; thicker cloth lies higher.
+        material: Material of the cloth. Thicker cloth lies higher.
     """
     grippers = [
         Gripper(hand=carry.hand, vertices=held, closes=0.0, opens=carry.opens, times=knots, displacements=path)
@@ -90,21 +91,24 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
 
 
 def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
-    """Return a hand's vertices in groups, by how far its fingers press them down [m]; first those that stay."""
+    """Return the vertices that a hand holds, in groups with the distance by which the fingers press them down [m].
+
+    The group that is not pressed down comes first.
+    """
     patch = np.array(fold.patch(vertex))
     down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
 
 
 def _bodies(fold: Fold, carries: Sequence[Carry], thickness: float) -> list[Body]:
-    """Return the fingers of all hands; none if the hands have no fingers."""
+    """Return the fingers of all hands as bodies. The list is empty if the hands have no fingers."""
     if not fold.fingers.stated:
         return []
     return [body for carry in carries for body in _fingers(fold, carry, thickness)]
 
 
 def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
-    """Return the fingers of a hand round the layers that it holds."""
+    """Return the fingers of a hand as bodies, around the layers that the hand holds."""
     heights = np.concatenate([fold.start[held, 2] + down for held, down in _held(fold, carry.vertex)])
     heights = heights * thickness / fold.garment.material.thickness
     middle = 0.5 * (heights.min() + heights.max())
@@ -123,7 +127,12 @@ def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
 
 
 def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
-    """Return knots [s] and displacements [m] of vertices that closing fingers press `down` and then carry along."""
+    """Return knots [s] and displacements [m] of vertices that closing fingers press down and then carry.
+
+    Args:
+        carry: Motion of the hand.
+        down: Upward displacement by which the fingers press the vertices [m]; negative or zero.
+    """
     pressed_down = np.array([0.0, 0.0, down])
     shift = pressed_down + carry.displacements[0]
     if not shift.any():
@@ -134,7 +143,7 @@ def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
 
 
 def _cloth(fold: Fold, thicker: float) -> Cloth:
-    """Return the cloth before the fold; its unstrained shape is the flat one, even if it was folded before."""
+    """Return the cloth before the fold. Its shape without strain is the flat shape, even after earlier folds."""
     garment = fold.garment
     rest = garment.rest if fold.start is garment.vertices else garment.unstrained
     start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]

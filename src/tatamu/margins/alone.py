@@ -1,4 +1,7 @@
-"""The range of one disturbance alone: up to `FARTHEST` if the fold still holds there, otherwise found by bisection."""
+"""The range of a single disturbance within which a fold succeeds.
+
+The range ends at `FARTHEST` if the fold still succeeds there. Otherwise its end is found by bisection.
+"""
 
 from __future__ import annotations
 
@@ -10,36 +13,42 @@ from tatamu.folding.score import Limits
 from tatamu.robustness import Verdict, WorldSearch
 
 FARTHEST = 6.0
-"""Farthest value tried, in standard deviations; a normal variable is beyond it in two of a thousand million draws."""
+"""Farthest value that is tried, in standard deviations.
+
+A normal variable is farther from its mean in two of a thousand million draws."""
 NEAR = 2.0
-"""Value tried next if the fold fails at `FARTHEST`, in standard deviations; most ranges end below it."""
+"""Value that is tried next if the fold fails at `FARTHEST`, in standard deviations. Most ranges end below this
+value."""
 HALVINGS = 3
 """Number of bisections of the remaining interval."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """One disturbance in one direction."""
+    """One disturbance in one direction, without the other disturbances."""
 
     channel: Channel
     deviation: float
     sign: float
     centre: World = NOMINAL
-    """The world of the means."""
+    """The world (value of every disturbance) in which all disturbances have their means."""
 
     def world(self, deviations: float) -> World:
-        """Return the world with this disturbance alone, by this many standard deviations from its mean."""
+        """Return the world (value of every disturbance) in which only this disturbance deviates from its mean.
+
+        `deviations` is the distance from the mean in standard deviations.
+        """
         return World({**self.centre.values, self.channel.name: self._value(deviations)})
 
     def shown(self, deviations: float) -> float:
-        """Return the value for readers."""
+        """Return the value of the disturbance in the unit for readers."""
         return self.channel.shown(self._value(deviations))
 
     def _value(self, deviations: float) -> float:
         return self.centre[self.channel.name] + self.sign * deviations * self.deviation
 
     def search(self, limits: Limits) -> WorldSearch:
-        """Find the farthest value at which the fold still holds; None if it holds at `FARTHEST`."""
+        """Find the farthest value at which the fold still succeeds; None if it succeeds at `FARTHEST`."""
         if limits.hold((yield self.world(FARTHEST))):
             return None
         near = limits.hold((yield self.world(NEAR)))

@@ -1,4 +1,7 @@
-"""Margins of a learned fold: each disturbance alone, and all of them at once in many draws."""
+"""Measurement of the margins of a learned fold: the disturbances that it tolerates.
+
+Each disturbance is tried alone. In addition, all disturbances are applied together in many random draws.
+"""
 
 from __future__ import annotations
 
@@ -35,40 +38,42 @@ from tatamu.study import Result
 from tatamu.version import __version__
 
 DRAWS = 200
-"""Default number of joint draws."""
+"""Default number of joint draws, in which all disturbances have random values."""
 KEPT = "simulated.jsonl"
-"""The file that keeps simulations, next to `margins.json`."""
+"""Name of the file in which the results of simulations are kept, next to `margins.json`."""
 
 
 @dataclass(frozen=True)
 class Draw:
-    """One joint draw."""
+    """One joint draw: a random value of every disturbance, and the result of the fold."""
 
     number: int
     world: World
     verdict: Verdict
-    """Verdict on the finest mesh on which the draw was simulated."""
+    """Result of the fold on the finest mesh on which the draw was simulated."""
     distance: float
-    """Mean vertex distance on the fine mesh [m]. If the draw was not simulated there, it is estimated from pairs on
-    both meshes; if the simulation failed, it is twice that of untouched cloth."""
+    """Mean vertex distance on the fine mesh [m].
+
+    If only the coarse mesh was simulated, the distance is estimated from draws that were simulated on both meshes. If
+    the simulation failed, it is twice the distance of untouched cloth."""
     own: bool
     """Whether the draw was simulated on the fine mesh."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Margins, and further data for the page."""
+    """The measured margins of a fold, and more data for the page."""
 
     learned: Result
     subject: FoldOnMesh
     """The fold on the fine mesh."""
     result: MarginsResult
     draws: list[Draw]
-    """Draws from the worst to the best."""
+    """Joint draws of all disturbances, from the worst to the best."""
 
     @property
     def share(self) -> float:
-        """Share of draws in which the fold succeeded."""
+        """Fraction of joint draws in which the fold succeeded."""
         return self.result.joint.share
 
 
@@ -86,20 +91,20 @@ def measure(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Measured:
-    """Measure the margins of a learned fold, or resume where it was interrupted.
+    """Measure which disturbances a learned fold tolerates, or resume an interrupted measurement.
 
     Args:
-        learned: The fold.
+        learned: The fold to measure.
         disturbances: Standard deviations of the disturbances.
-        out: Folder that keeps simulations; None to keep none.
-        draws: Number of joint draws.
+        out: Folder in which the results of simulations are kept; None if they are not kept.
+        draws: Number of joint draws, in which all disturbances have random values.
         seed: Random seed of the draws.
-        limits: The limits of success; None for the field's.
-        simulator: Name of the simulator; None for the one in which the fold was learned.
-        fine: Simulate the fine mesh only, even if there is a coarser one.
-        alone: Also measure the range of each disturbance alone.
-        executor: Executor of the simulations; None for threads on every processor, if the simulator can.
-        progress: Called after every simulation.
+        limits: Limits of a successful fold; None for the limits that are usual in the field.
+        simulator: Name of the simulator; None for the simulator in which the fold was learned.
+        fine: Whether to simulate only the fine mesh, even if a coarser mesh exists.
+        alone: Whether to measure the range of each disturbance alone, too.
+        executor: Executor of the simulations. None for threads on all processors, if the simulator supports threads.
+        progress: Function that is called after every simulation.
 
     Raises:
         InputError: If an argument is out of range.
@@ -142,7 +147,7 @@ def measure(
 
 
 def coarser_fold(own: FoldOnMesh) -> FoldOnMesh | None:
-    """Return the fold on a coarser mesh; None if it has no coarser mesh."""
+    """Return the fold on a coarser mesh; None if the garment has no coarser mesh."""
     task: Task = own.evaluator.task
     coarse = coarser_task(task, CoarseMesh())
     if coarse is None:
@@ -151,7 +156,7 @@ def coarser_fold(own: FoldOnMesh) -> FoldOnMesh | None:
 
 
 def check_draws(draws: int, seed: int) -> None:
-    """Refuse a number of draws, or a seed, that is out of range."""
+    """Check that the number of draws and the seed are within their ranges."""
     if not 1 <= draws <= 100_000:
         raise InputError(f"draws: must be from 1 to 100000, given {draws}")
     if not 0 <= seed < 2**32:
@@ -159,7 +164,7 @@ def check_draws(draws: int, seed: int) -> None:
 
 
 def _sides(disturbances: Disturbances) -> list[Side]:
-    """Return every disturbance in both directions, below zero before above."""
+    """Return every disturbance in both directions, first below zero and then above zero."""
     known = deviations(disturbances)
     channels = [channel for channel in CHANNELS if channel.name in known]
     centre = mean_world(disturbances)
@@ -183,7 +188,7 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
 
 
 def _ranked(fold: Fold, worlds: Sequence[World], judged: Sequence[MeshVerdict], limits: Limits) -> list[Draw]:
-    """Return the draws from the worst to the best."""
+    """Return the joint draws from the worst to the best."""
     distances = distances_of(fold, judged, limits)
     draws = [
         Draw(number, world, one.verdict, distance, one.fine)

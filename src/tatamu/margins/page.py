@@ -1,4 +1,8 @@
-"""The page of margins: the range of each disturbance, the results of joint draws, and a replay of the worst of them."""
+"""The page of margins, which shows the disturbances that a fold tolerates.
+
+It has the range of each disturbance, the results of joint draws, and a replay of the worst draws. A joint draw is one
+random value of every disturbance.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +31,14 @@ from tatamu.simulators import capabilities, simulate
 from tatamu.simulators.many import executor_of
 
 REPLAYED = 3
-"""Number of worst draws that the page replays."""
+"""Number of the worst draws that the page replays."""
 NAMED = 3
-"""Number of disturbances named as the largest ones of a draw."""
+"""Number of disturbances that are named for each draw. The largest disturbances are named."""
 
 
 @dataclass(frozen=True)
 class Replayed:
-    """A draw that the page replays."""
+    """A draw of the disturbances that the page replays."""
 
     draw: Draw
     scene: Scene
@@ -49,7 +53,7 @@ def write_page(measured: Measured, out: Path) -> Path:
 
 
 def page(measured: Measured) -> str:
-    """Return the whole page; the same margins give the same bytes."""
+    """Return the whole page. The content only depends on the margins."""
     result = measured.result
     shown = _replayed(measured)
     return render(
@@ -70,7 +74,10 @@ def page(measured: Measured) -> str:
 
 
 def sureness(margin: AloneMargin) -> float:
-    """Return the range of a disturbance in its worse direction, in standard deviations; infinite if it never fails."""
+    """Return the range of a disturbance in its worse direction, in standard deviations.
+
+    The result is infinite if the fold succeeds at all tried values.
+    """
     return min(_deviations(margin, end) for end in (margin.low, margin.high))
 
 
@@ -86,7 +93,10 @@ def _sorted(result: MarginsResult) -> list[AloneMargin]:
 
 
 def _tornado(result: MarginsResult) -> Plot:
-    """Return bars from the lowest to the highest value at which the fold holds, in standard deviations."""
+    """Return a chart with one bar for each disturbance.
+
+    The bar goes from the lowest to the highest value at which the fold succeeds, in standard deviations.
+    """
     rows = _sorted(result)[::-1]
     most = 1.0 + max((_tried(margin) for margin in rows), default=1.0)
     names = [TITLES.get(margin.name, margin.name) for margin in rows]
@@ -145,7 +155,7 @@ def _histogram(measured: Measured) -> Chart:
 
 
 def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
-    """Return the number of a draw, its result, and its largest disturbances."""
+    """Return the number of a draw, a description of its result, and its largest disturbances."""
     known = {margin.name: margin for margin in measured.result.alone}
     ranked = sorted(known.values(), key=lambda margin: -abs(draw.world[margin.name] - margin.mean) / margin.deviation)
     chief = [
@@ -163,7 +173,7 @@ def _value(margin: AloneMargin, world: World) -> float:
 
 
 def _replayed(measured: Measured) -> list[Replayed]:
-    """Simulate again the worst draws whose simulation did not fail."""
+    """Return new simulations of the worst draws. Draws whose simulation failed are omitted."""
     subject = measured.subject
     worst = [draw for draw in measured.draws if draw.verdict.error is None][:REPLAYED]
     with executor_of(None, REPLAYED if capabilities(subject.evaluator.task.simulator).parallel else 1) as workers:
@@ -172,7 +182,10 @@ def _replayed(measured: Measured) -> list[Replayed]:
 
 
 def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
-    """Simulate a draw again on the fine mesh; None if that fails where only the coarse mesh was simulated before."""
+    """Simulate a draw again on the fine mesh.
+
+    Return None if this simulation fails, which can happen if the draw was only simulated on the coarse mesh before.
+    """
     try:
         task = subject.evaluator.task
         scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.world)
@@ -182,7 +195,7 @@ def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
 
 
 def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:
-    """Return the data of the viewer: the worst draws one after another."""
+    """Return the data for the viewer, which shows the worst draws one after another."""
     goal = measured.subject.evaluator.task.fold.target
     scale = largest(np.linalg.norm(shown[0].rollout.positions[-1] - goal, axis=1))
     return replay_data(_joined(measured, shown), shown[0].scene, _hands(shown), scale)
@@ -198,13 +211,13 @@ def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
 
 
 def _starts(shown: Sequence[Replayed]) -> list[float]:
-    """Return the time at which each draw starts [s]; a frame lies between two draws."""
+    """Return the time at which each draw starts [s]. There is a gap of one frame between two draws."""
     lengths = [each.rollout.times[-1] + 1.0 / each.scene.frame_rate for each in shown]
     return [0.0, *np.cumsum(lengths)[:-1].tolist()]
 
 
 def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
-    """Return both hands through all draws; a hand that missed the cloth is drawn at the other hand's place."""
+    """Return the tracks of both hands through all draws. A hand that missed the cloth is shown at the other hand."""
     tracks = []
     starts = _starts(shown)
     for hand, colour in zip(HANDS, HAND_COLOURS, strict=True):
@@ -223,13 +236,16 @@ def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
 
 
 def _leading(scene: Scene, hand: str) -> Gripper | None:
-    """Return the first gripper of a hand, or of the other one if this one missed the cloth; None if both did."""
+    """Return the first gripper of a hand. If this hand missed the cloth, return the first gripper of the other hand.
+
+    The result is None if both hands missed the cloth.
+    """
     own = [gripper for gripper in scene.grippers if gripper.hand == hand]
     return next(iter([*own, *scene.grippers]), None)
 
 
 def _events(shown: Sequence[Replayed]) -> list[tuple[float, str]]:
-    """Return marks under the time slider, at fractions of the whole time: the start of each draw."""
+    """Return marks for the time slider: the start of each draw as a fraction of the whole time, with a text."""
     if not shown:
         return []
     starts = _starts(shown)

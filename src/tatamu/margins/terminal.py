@@ -1,4 +1,4 @@
-"""Margins on a terminal: a table of the range of each disturbance alone, and a summary of the joint draws."""
+"""Margins on a terminal: a table with the range of each disturbance alone, and a summary of the joint draws."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tatamu.margins.words import TITLES, amount, reach, simulated
 from tatamu.robustness import MarginsResult, Spread
 
 EVERY = 50
-"""Number of simulations per printed line if there is no terminal."""
+"""Number of simulations between two printed lines if the output is not a terminal."""
 
 
 def table(margins: MarginsResult) -> Table:
-    """Return a table of the range of each disturbance alone, the smallest in standard deviations first."""
+    """Return a table with the range of each disturbance alone. The smallest range in standard deviations is first."""
     out = Table(title="Range tolerated, one disturbance at a time", title_justify="left", title_style="bold")
     out.add_column("disturbance", ratio=1)
     for name in ("σ", "from", "to"):
@@ -31,7 +31,7 @@ def table(margins: MarginsResult) -> Table:
 
 
 def summary(margins: MarginsResult) -> str:
-    """Return the result of the joint draws, why some failed, and the meshes of the simulations, in lines."""
+    """Return a summary in lines: the result of the joint draws, reasons of failures, and the simulated meshes."""
     lines = [f"{margins.joint.headline}: mean distance {_spread(margins.joint.mean_vertex_distance)}"]
     if margins.moving_vertex_distance is not None:
         lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
@@ -49,7 +49,7 @@ def _spread(spread: Spread) -> str:
 
 @contextmanager
 def reporting(console: Console, title: str, what: str = "simulations") -> Iterator[Callable[[int, int], None]]:
-    """Yield a callback that draws a progress bar, or prints a line now and then if there is no terminal."""
+    """Yield a callback that draws a progress bar. Without a terminal, the callback prints a line now and then."""
     if not console.is_terminal:
         yield lambda done, total: _line(console, title, done, total, what)
         return

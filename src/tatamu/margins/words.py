@@ -1,4 +1,4 @@
-"""Texts for disturbances and margins, for the terminal and the page."""
+"""Texts that describe disturbances and margins, for the terminal and the page."""
 
 from __future__ import annotations
 
@@ -44,20 +44,20 @@ TITLES = {
     "material.air_drag_turning": "more air drag after turning around",
     "material.air_added_mass": "more air carried along",
 }
-"""The meaning of a positive value of each disturbance."""
+"""What a positive value of each disturbance means, in words."""
 SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / 3.141592653589793, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
-"""Factor from a file's unit to the one shown, and the shown unit's name."""
+"""For each unit in files: the factor to the unit for readers, and the name of the unit for readers."""
 
 
 def amount(value: float, unit: str) -> str:
-    """Return a value with its sign and unit."""
+    """Return a value with its sign and unit, as text."""
     scale, name = SHOWN[unit]
     space = "" if name == "°" else " "
     return f"{scale * value:+.3g}".replace("-", "−") + space + name
 
 
 def reach(margin: AloneMargin) -> tuple[str, str]:
-    """Return the range of a disturbance below and above zero, as text."""
+    """Return how far a disturbance may go below and above zero, as two texts."""
     return _side(margin.low, margin.tried[0], margin.unit), _side(margin.high, margin.tried[1], margin.unit)
 
 

@@ -1,7 +1,7 @@
-"""Robustness: in which disturbed worlds a fold still succeeds, judged on one mesh or on two.
+"""Robustness: simulations that show under which disturbances a fold still succeeds, on one mesh or on two meshes.
 
-A world is one random draw of the disturbances. The nominal world has no disturbances. A verdict is the result of a fold
-in one world.
+A world is one random draw of all disturbances. The nominal world has no disturbances. A verdict is the result of one
+fold in one world.
 """
 
 from tatamu.robustness.cache import VerdictCache

@@ -1,4 +1,7 @@
-"""Verdicts that are kept, so that an interrupted measurement resumes and no simulation runs twice."""
+"""A cache of simulation results, so that an interrupted measurement resumes and no simulation runs twice.
+
+A verdict is the result of a fold in one world. A world is one random draw of all disturbances.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +19,13 @@ _LINE = TypeAdapter(Verdict)
 
 
 class VerdictCache:
-    """Verdicts by fold and world, one line each in a file."""
+    """Cache of verdicts, the results of folds under random disturbances. Its file has one line for each verdict."""
 
     def __init__(self, path: Path | None = None) -> None:
-        """Read the file if it exists, and make its folder; a line that was cut off is skipped.
+        """Read the file if it exists, and make its folder. An incomplete line is skipped.
 
         Args:
-            path: The file; None to keep verdicts in memory only.
+            path: Path of the file; None if verdicts are only kept in memory.
 
         Raises:
             InputError: If the file cannot be read, or its folder cannot be made.
@@ -45,16 +48,16 @@ class VerdictCache:
 
     @staticmethod
     def key(fold: str, world: World) -> str:
-        """Return the name of a simulation."""
+        """Return the key of a simulation, made from a fold and a world (one draw of the disturbances)."""
         values = sorted((name, value.hex()) for name, value in world.values.items() if value)
         return sha256(json.dumps([fold, values]).encode()).hexdigest()[:24]
 
     def get(self, key: str) -> Verdict | None:
-        """Return the verdict of a simulation; None if it is not known."""
+        """Return the verdict of a simulation by its key; None if the cache does not contain the verdict."""
         return self._known.get(key)
 
     def keep(self, key: str, verdict: Verdict) -> None:
-        """Add a verdict, and write it at once.
+        """Add a verdict, and write it to the file immediately.
 
         Raises:
             InputError: If the file cannot be written.
@@ -71,7 +74,7 @@ class VerdictCache:
 
 
 def _ends_with_line(path: Path) -> bool:
-    """Return whether a file is empty or ends with a whole line."""
+    """Return whether a file is empty or ends with a complete line."""
     with path.open("rb") as file:
         if not file.seek(0, 2):
             return True

@@ -1,4 +1,7 @@
-"""Judges a fold in disturbed worlds, on one mesh or on two, with every simulation kept."""
+"""Simulates a fold in many worlds, on one mesh or on two meshes. Every result is kept.
+
+A world is one random draw of all disturbances, and a verdict is the result of the fold in one world.
+"""
 
 from __future__ import annotations
 
@@ -15,31 +18,34 @@ from tatamu.robustness.meshes import FoldOnMesh, MeshVerdict, SlackRange, select
 from tatamu.robustness.verdict import Verdict
 
 Progress = Callable[[int, int], None]
-"""Callback with the number of finished simulations, and the number known to be needed."""
+"""Callback with two numbers: simulations that have ended, and simulations that are known to be necessary."""
 WorldSearch = Generator[World, Verdict, float | None]
-"""A generator that yields worlds, is sent the verdicts on them, and returns its result."""
+"""A generator that yields worlds (draws of the disturbances), receives their verdicts, and returns its result."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """Verdicts that the mesh does not change."""
+    """Verdicts that a simulation on the fine mesh would not change.
+
+    A world is one random draw of all disturbances, and a verdict is the result of the fold in one world.
+    """
 
     nominal: MeshVerdict
     worlds: list[MeshVerdict]
-    """Verdicts on the given worlds, in their order."""
+    """Verdicts on the given worlds, in the order of the worlds."""
     findings: list[float | None]
-    """Results of the searches, in their order."""
+    """Results of the searches, in the order of the searches."""
     seen: list[MeshVerdict]
-    """Verdicts on all worlds, those of the searches included."""
+    """Verdicts on all simulated worlds. The worlds of the searches are included."""
 
 
 @dataclass
 class _Mesh:
-    """A fold on one mesh, and the worlds in which it was simulated."""
+    """A fold on one mesh, and the worlds (draws of the disturbances) in which it was simulated."""
 
     fold: FoldOnMesh
     requested: set[str] = field(default_factory=set)
-    """Keys of the simulations that were needed, whether new or from the cache."""
+    """Keys of the simulations that were needed, whether they ran now or were in the cache."""
 
     def __post_init__(self) -> None:
         self.name = self.fold.key
@@ -49,7 +55,10 @@ class _Mesh:
 
 
 class Judge:
-    """Simulates worlds on the coarse mesh, and again on the fine mesh if it could change the verdict."""
+    """Simulates a fold in worlds (draws of the disturbances) on the coarse mesh.
+
+    The simulation is repeated on the fine mesh if this could change the verdict, the result in this world.
+    """
 
     def __init__(
         self,
@@ -59,14 +68,14 @@ class Judge:
         cache: VerdictCache,
         progress: Progress = lambda done, total: None,
     ) -> None:
-        """Make a judge.
+        """Prepare simulations of a fold on one mesh or on two meshes.
 
         Args:
             fine: The fold on the fine mesh.
-            coarse: The same fold on a coarser mesh; None to simulate on the fine mesh only.
-            workers: Executor of the simulations.
-            cache: Results of earlier simulations, to which new results are added.
-            progress: Called after every simulation.
+            coarse: The same fold on a coarser mesh; None if only the fine mesh is simulated.
+            workers: Executor that runs the simulations.
+            cache: Results of earlier simulations. New results are added.
+            progress: Function that is called after every simulation.
         """
         self._fine = _Mesh(fine)
         self._coarse = None if coarse is None else _Mesh(coarse)
@@ -77,7 +86,7 @@ class Judge:
 
     @property
     def simulations(self) -> int:
-        """Number of simulations, those from the cache included."""
+        """Number of simulations on both meshes. Results from the cache are counted."""
         return self.fine_simulations + (len(self._coarse.requested) if self._coarse else 0)
 
     @property
@@ -92,13 +101,16 @@ class Judge:
         searches: Callable[[], list[WorldSearch]] = list,
         nominal: World = NOMINAL,
     ) -> Judged:
-        """Judge the nominal world and others, and follow searches, each on the mesh that its verdict needs.
+        """Simulate the fold in the given worlds, in the nominal world, and in the worlds for which the searches ask.
+
+        A world is one random draw of all disturbances. Every world is simulated on the mesh that its verdict needs.
 
         Args:
-            worlds: The worlds.
-            limits: The limits of success.
-            searches: Starts the searches; they start again whenever more is known about the meshes.
-            nominal: The nominal world, with the means of the disturbances if they are not zero.
+            worlds: Worlds in which the fold is simulated.
+            limits: Limits of a successful fold.
+            searches: Function that starts the searches. It is called again whenever more is known about the meshes.
+            nominal: World without disturbances. If their means are not zero, the world in which disturbances have their
+                means.
         """
         everything = [nominal, *worlds]
         slack = SlackRange(limits)
@@ -118,7 +130,10 @@ class Judge:
     def _follow(
         self, searches: Sequence[WorldSearch], slack: SlackRange
     ) -> tuple[list[float | None], list[MeshVerdict]]:
-        """Run searches to their ends, one world of each at a time; return their results and all verdicts."""
+        """Run all searches to their ends, and return their results and all verdicts on the fold.
+
+        A search yields worlds (draws of the disturbances), one at a time.
+        """
         findings: list[float | None] = [None] * len(searches)
         seen: list[MeshVerdict] = []
         wanted = {number: next(search) for number, search in enumerate(searches)}
@@ -134,7 +149,10 @@ class Judge:
         return findings, seen
 
     def _judge(self, worlds: Sequence[World], slack: SlackRange) -> list[MeshVerdict]:
-        """Judge worlds on the coarse mesh, and on the fine one if the coarse verdict is not final."""
+        """Simulate the fold in worlds (draws of the disturbances), and return its verdicts.
+
+        The coarse mesh is simulated first, and the fine mesh if the coarse verdict is not final.
+        """
         if self._coarse is None:
             return [MeshVerdict(verdict) for verdict in self._simulate(self._fine, worlds)]
         coarse = self._simulate(self._coarse, worlds)
@@ -150,7 +168,10 @@ class Judge:
         ]
 
     def _simulate(self, mesh: _Mesh, worlds: Sequence[World]) -> list[Verdict]:
-        """Return the verdicts on worlds on one mesh, from the cache if possible."""
+        """Return the results of the fold in worlds (draws of the disturbances) on one mesh.
+
+        Known results are not simulated again.
+        """
         keys = [mesh.key(world) for world in worlds]
         mesh.requested.update(keys)
         missing = {key: world for key, world in zip(keys, worlds, strict=True) if self._cache.get(key) is None}
@@ -167,13 +188,13 @@ def simulate_missing(
     cache: VerdictCache,
     ended: Callable[[int], None],
 ) -> None:
-    """Simulate folds in worlds, and keep each verdict at once.
+    """Simulate folds in worlds (draws of the disturbances), and keep each verdict immediately.
 
     Args:
-        jobs: The fold and the world of each verdict, by its key.
-        workers: Executor of the simulations.
-        cache: Keeps the verdicts.
-        ended: Called after every simulation with how many are left.
+        jobs: Fold and world for each key of the cache.
+        workers: Executor that runs the simulations.
+        cache: Cache that keeps the verdicts.
+        ended: Function that is called after every simulation with the number of remaining simulations.
     """
     futures = {
         workers.submit(verdict_in, fold.evaluator, fold.parameters, world): key for key, (fold, world) in jobs.items()
@@ -184,11 +205,14 @@ def simulate_missing(
             ended(left)
     finally:
         for future in futures:
-            future.cancel()  # if it was interrupted
+            future.cancel()  # only has an effect after an interruption
 
 
 def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
-    """Simulate a manipulation in a world, unless a hand misses the cloth or must stop there."""
+    """Simulate a manipulation in a world, which is one draw of the disturbances.
+
+    There is no simulation if a hand misses the cloth in this world, or must stop because it is too low.
+    """
     task = evaluator.task
     failure = hand_failure(task.fold, task.manipulation(parameters), world)
     if failure is not None:
@@ -197,7 +221,7 @@ def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], worl
 
 
 def _result(future: Future[Verdict]) -> Verdict:
-    """Return the verdict of a simulation; a simulation that killed its processes has failed."""
+    """Return the verdict of a simulation. If the simulation killed its processes, the verdict is a failure."""
     try:
         return future.result()
     except WorkerKilledError as error:

@@ -1,11 +1,13 @@
-"""Decides which verdicts of a coarse mesh are final, and estimates distances on the fine mesh from it.
+"""Decides which verdicts of a coarse mesh are final, and estimates distances on the fine mesh from the coarse mesh.
 
-A world is one random draw of the disturbances; the nominal world has no disturbances. All worlds are simulated on the
-coarse mesh. The nominal world and some others are simulated on the fine mesh too: these are the pairs. The slack of a
-fold (`Limits.slack`) differs between the two meshes of a pair. If differences as large as those of the pairs could turn
-success into failure in another world, or failure into success, the fine mesh could change its verdict. That world is
-then simulated on the fine mesh too, and becomes a pair. This is repeated until the coarse verdicts of all other worlds
-are final.
+A world is one random draw of all disturbances. The nominal world has no disturbances. All worlds are simulated on the
+coarse mesh. The nominal world and a sample of the other worlds are also simulated on the fine mesh. The two verdicts of
+such a world are a pair. The slack of a fold (`Limits.slack`) is its distance from failure, and differs between the two
+meshes of a pair.
+
+In another world, a difference as large as in the pairs could turn success into failure, or failure into success. That
+world is then simulated on the fine mesh too, and becomes a pair. This is repeated until the coarse verdicts of all
+other worlds are final.
 """
 
 from __future__ import annotations
@@ -23,39 +25,39 @@ from tatamu.robustness.verdict import Verdict
 from tatamu.simulators.source import source_digest
 
 PAIRS = 12
-"""Largest number of draws that are always simulated on both meshes, spread evenly from the best to the worst."""
+"""Largest number of draws that are always simulated on both meshes. They are chosen evenly from best to worst."""
 DRAWS_PER_PAIR = 8
-"""One draw in this many is simulated on both meshes, if this gives fewer draws than `PAIRS`."""
+"""Number of draws for each draw that is simulated on both meshes, unless `PAIRS` gives fewer."""
 VERSION = 2
-"""Version of the contents of a verdict; verdicts of other versions are not reused."""
+"""Version of the contents of a verdict. Verdicts of other versions are not used again."""
 FEWEST = 3
-"""Least number of pairs, also for the fit of a line."""
+"""Least number of pairs of verdicts on both meshes. It also applies to the fit of a line."""
 
 
 DistanceOf = Callable[[Verdict], float | None]
-"""Function that returns a mean distance of a verdict [m], or None if the simulation failed."""
+"""Function that returns a mean vertex distance of a verdict [m], or None if the simulation failed."""
 
 
 def whole_distance(verdict: Verdict) -> float | None:
-    """Return the mean distance of all vertices [m]."""
+    """Return the mean distance of all vertices from their targets [m]."""
     return verdict.mean_vertex_distance
 
 
 def moving_distance(verdict: Verdict) -> float | None:
-    """Return the mean distance of the part that moves [m]."""
+    """Return the mean distance from their targets of the vertices in the part that moves [m]."""
     return verdict.moving_vertex_distance
 
 
 @dataclass(frozen=True)
 class FoldOnMesh:
-    """A manipulation, by its parameters, and the evaluator of its mesh."""
+    """A manipulation, described by its parameters, and the evaluator that simulates it on one mesh."""
 
     evaluator: Evaluator
     parameters: Mapping[str, int | float]
 
     @property
     def key(self) -> str:
-        """A name of the simulations, which changes with the scene and with the version of the simulator."""
+        """A name for the simulations of this fold. It changes with the scene and with the version of the simulator."""
         task = self.evaluator.task
         scene = disturbed_scene(task.fold, task.manipulation(self.parameters), NOMINAL)
         known = f"{VERSION} {task.simulator} {source_digest()} {scene.model_dump_json()}"
@@ -64,23 +66,26 @@ class FoldOnMesh:
 
 @dataclass(frozen=True)
 class MeshVerdict:
-    """The verdict of a world, from the finest mesh that it was simulated on."""
+    """The verdict on a world (one draw of the disturbances), from the finest mesh on which the world was simulated."""
 
     verdict: Verdict
     coarse: Verdict | None = None
-    """The verdict on the coarse mesh; None if it was not simulated there."""
+    """Verdict on the coarse mesh; None if the world was not simulated there."""
     fine: bool = True
-    """Whether `verdict` is from the fine mesh."""
+    """Whether the field `verdict` comes from the fine mesh."""
 
     @property
     def pair(self) -> tuple[Verdict, Verdict] | None:
-        """Verdicts on the fine and the coarse mesh; None if the world was simulated on one of them only."""
+        """Verdicts on the fine mesh and on the coarse mesh; None if the world was simulated on only one mesh."""
         return (self.verdict, self.coarse) if self.fine and self.coarse is not None else None
 
 
 @dataclass(frozen=True)
 class SlackRange:
-    """The range of differences in slack, that on the fine mesh minus that on the coarse one; see `Limits.slack`."""
+    """The range of differences in slack between two meshes: slack on the fine mesh minus slack on the coarse mesh.
+
+    The slack of a fold is its distance from failure, see `Limits.slack`.
+    """
 
     limits: Limits
     low: float = 0.0
@@ -88,17 +93,17 @@ class SlackRange:
 
     @staticmethod
     def unbounded(limits: Limits) -> SlackRange:
-        """Return the unbounded range: no verdict of the coarse mesh is final."""
+        """Return the unbounded range, with which no verdict of the coarse mesh is final."""
         return SlackRange(limits, -np.inf, np.inf)
 
     def including(self, judged: Iterable[MeshVerdict]) -> SlackRange:
-        """Return this range extended by the differences of the pairs among `judged`."""
+        """Return this range, extended by the differences of verdicts on both meshes."""
         pairs = [one.pair for one in judged if one.pair is not None]
         differences = [self.limits.slack(fine) - self.limits.slack(coarse) for fine, coarse in pairs]
         return SlackRange(self.limits, min([self.low, *differences]), max([self.high, *differences]))
 
     def is_conclusive(self, coarse: Verdict) -> bool:
-        """Return whether the verdict of the coarse mesh is final. False if the simulation failed."""
+        """Return whether the verdict of the coarse mesh is final. The result is False if the simulation failed."""
         if coarse.error is not None:
             return False
         slack = self.limits.slack(coarse)
@@ -106,7 +111,7 @@ class SlackRange:
 
 
 def select_pairs(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
-    """Return the numbers of the draws that are simulated on both meshes: evenly from the worst to the best."""
+    """Return the numbers of the draws that are simulated on both meshes. They are chosen evenly from worst to best."""
     ranked = sorted(range(len(verdicts)), key=lambda number: (limits.slack(verdicts[number]), number))
     count = min(PAIRS, max(FEWEST, len(ranked) // DRAWS_PER_PAIR), len(ranked))
     places = np.linspace(0, len(ranked) - 1, count).round().astype(int)
@@ -116,9 +121,11 @@ def select_pairs(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
 def fit_distances(
     judged: Sequence[MeshVerdict], limits: Limits, distance_of: DistanceOf = whole_distance
 ) -> Callable[[float], float]:
-    """Fit mean distances on the fine mesh [m] to those on the coarse one: a line through the pairs.
+    """Fit a line that predicts mean distances on the fine mesh [m] from mean distances on the coarse mesh.
 
-    Distances beyond twice the limit count as twice the limit.
+    The line goes through the verdicts on both meshes. Return a function of the coarse distance.
+
+    Distances of more than twice the limit count as twice the limit.
     """
     known = [(distance_of(one.pair[1]), distance_of(one.pair[0])) for one in judged if one.pair is not None]
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)

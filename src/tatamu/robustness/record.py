@@ -1,4 +1,4 @@
-"""The share of disturbed worlds in which a fold succeeds, and the file `margins.json`."""
+"""The success rate of a fold under random disturbances, and the file `margins.json`."""
 
 from __future__ import annotations
 
@@ -18,29 +18,34 @@ from tatamu.robustness.meshes import MeshVerdict, fit_distances, moving_distance
 
 
 class AloneMargin(OpenRecord):
-    """The range of one disturbance alone within which a fold succeeds."""
+    """The range of one disturbance within which a fold succeeds, if all other disturbances are absent."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"mean"})
 
     name: str
     unit: str
-    """m, rad or s; 1 for a relative change."""
+    """Unit of the values: m, rad or s; 1 if the values are relative changes."""
     low: float | None
-    """Lowest value, below zero, at which the fold still succeeded; None if it succeeded at all values tried below
-    zero."""
+    """Lowest value, below zero, at which the fold still succeeded.
+
+    None if the fold succeeded at all tried values below zero."""
     high: float | None
-    """Highest value, above zero, at which the fold still succeeded; None if it succeeded at all values tried above
-    zero."""
+    """Highest value, above zero, at which the fold still succeeded.
+
+    None if the fold succeeded at all tried values above zero."""
     deviation: float
-    """Standard deviation of the disturbance, in the same unit; of the logarithm, if it is a relative change."""
+    """Standard deviation of the disturbance. For a relative change, it is the deviation of the logarithm."""
     tried: tuple[float, float]
-    """The range that was tried."""
+    """Lowest and highest value that were tried."""
     mean: float = 0.0
-    """Mean of the disturbance; of the logarithm, if it is a relative change."""
+    """Mean of the disturbance. For a relative change, it is the mean of the logarithm."""
 
 
 class Spread(OpenRecord):
-    """Mean vertex distances of all draws [m]; a simulation that failed counts as twice that of untouched cloth."""
+    """Mean vertex distances over all draws of the disturbances [m].
+
+    A simulation that failed counts as twice the distance of untouched cloth.
+    """
 
     median: float
     q90: float
@@ -48,29 +53,29 @@ class Spread(OpenRecord):
 
     @classmethod
     def of(cls, distances: Sequence[float]) -> Spread:
-        """Return the spread of distances [m]."""
+        """Return the statistics of distances [m]."""
         median, q90 = np.quantile(distances, [0.5, 0.9])
         return cls(median=float(median), q90=float(q90), worst=float(max(distances)))
 
 
 class SuccessRate(OpenRecord):
-    """The share of disturbed worlds in which a fold succeeded."""
+    """The fraction of simulations with random disturbances in which a fold succeeded."""
 
     draws: int
     held: int
     share: float
     interval: tuple[float, float]
-    """Confidence interval of the share (Clopper and Pearson 1934), at 95 %."""
+    """Confidence interval of the fraction at the level of 95 % (Clopper and Pearson 1934)."""
     mean_vertex_distance: Spread
 
     @classmethod
     def of(cls, fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> SuccessRate:
-        """Return the share of worlds in which a fold succeeded, and how far from its target it ended.
+        """Return how often a fold succeeded under random disturbances, and how far from its target it ended.
 
         Args:
             fold: The fold on the fine mesh.
-            judged: Verdicts on the worlds.
-            limits: The limits of success.
+            judged: Verdicts of the fold, one for each draw of the disturbances.
+            limits: Limits of a successful fold.
         """
         held = sum(limits.hold(one.verdict) for one in judged)
         return cls(
@@ -83,7 +88,7 @@ class SuccessRate(OpenRecord):
 
     @property
     def headline(self) -> str:
-        """The share as text: "held in 196 of 200 disturbed simulations (98 %, 95 % interval 95 to 99 %)"."""
+        """The success rate as text: "held in 196 of 200 disturbed simulations (98 %, 95 % interval 95 to 99 %)"."""
         low, high = self.interval
         return (
             f"held in {self.held} of {self.draws} disturbed simulations "
@@ -92,33 +97,35 @@ class SuccessRate(OpenRecord):
 
     @property
     def tone(self) -> str:
-        """The grade of this share on the page."""
+        """The grade of the success rate on the page."""
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
 
 
 def interval_of(held: int, draws: int) -> tuple[float, float]:
-    """Return the confidence interval of a share at 95 % (Clopper and Pearson 1934)."""
-    from scipy.stats import binomtest  # takes half a second
+    """Return the confidence interval of a fraction at the level of 95 % (Clopper and Pearson 1934)."""
+    from scipy.stats import binomtest  # this import takes half a second
 
     found = binomtest(held, draws).proportion_ci(CONFIDENCE, method="exact")
     return float(found.low), float(found.high)
 
 
 def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
-    """Return the number of worlds without a fold to score, by reason, the commonest first."""
+    """Return the number of simulations without a score, by the reason of the failure. The most frequent is first."""
     return dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error).most_common())
 
 
 def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, moving: bool = False) -> list[float]:
-    """Return mean vertex distances on the fine mesh [m], predicted from the coarse one if it was not simulated there.
+    """Return mean vertex distances on the fine mesh [m].
 
-    A failed simulation counts as twice the distance of untouched cloth.
+    If only the coarse mesh was simulated, the distance is predicted from the coarse mesh.
+
+    A simulation that failed counts as twice the distance of untouched cloth.
 
     Args:
         fold: The fold on the fine mesh.
-        judged: Verdicts on worlds.
-        limits: The limits of success.
-        moving: Return the distances of the moving part instead of the whole.
+        judged: Verdicts of the fold, one for each draw of the disturbances.
+        limits: Limits of a successful fold.
+        moving: Whether to return the distances of the moving part instead of the whole cloth.
     """
     distance_of = moving_distance if moving else whole_distance
     predict = fit_distances(judged, limits, distance_of)
@@ -129,37 +136,40 @@ def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, m
 
 
 CONFIDENCE = 0.95
-"""Confidence level of the interval of a share."""
+"""Confidence level of the interval of a success rate."""
 SURE, LIKELY = 0.9, 0.8
-"""A fold is graded sure if the interval of its share is above the first, likely if the share is above the second."""
+"""Limits of the grades of a success rate.
+
+A fold is graded sure if the interval of its success rate is above the first limit. It is graded likely if the success
+rate is above the second limit."""
 
 
 class MeshUsed(OpenRecord):
     """The meshes that were simulated."""
 
     spacing: float
-    """Spacing of the mesh on which all worlds were simulated [m]."""
+    """Spacing of the mesh on which all draws of the disturbances were simulated [m]."""
     vertices: int
     coarser: bool
-    """Whether this mesh is coarser than the fine mesh. If so, all uncertain verdicts are from the fine mesh."""
+    """Whether this mesh is coarser than the fine mesh. If it is, all uncertain verdicts come from the fine mesh."""
     own_spacing: float | None = None
     """Spacing of the fine mesh [m]; None in files of earlier versions."""
     own_simulations: int | None = None
     """Number of simulations on the fine mesh; None in files of earlier versions."""
     checked: int = 0
-    """Number of worlds simulated on both meshes."""
+    """Number of draws of the disturbances that were simulated on both meshes."""
     same: int = 0
-    """Number of worlds simulated on both meshes in which both agree whether the fold succeeds."""
+    """Number of draws that were simulated on both meshes, with the same verdict: success or failure."""
     apart: float = 0.0
-    """Largest difference of the mean vertex distance between both meshes in the worlds simulated on both [m]."""
+    """Largest difference of the mean vertex distance between both meshes [m], over draws simulated on both meshes."""
 
 
 class MarginsResult(OpenRecord):
-    """The margins of one learned fold."""
+    """The margins of one learned fold: the disturbances that it tolerates."""
 
     version: Literal[1] = 1
     tatamu: str = ""
-    """The version that wrote it."""
+    """Version of tatamu that wrote the file."""
     simulator: str
     seed: int
     limits: Limits
@@ -168,18 +178,18 @@ class MarginsResult(OpenRecord):
     alone: list[AloneMargin]
     joint: SuccessRate
     moving_vertex_distance: Spread | None = None
-    """Distances of the moving part in all draws; None in files of earlier versions."""
+    """Mean vertex distances of the moving part over all draws; None in files of earlier versions."""
     failures: dict[str, int] = Field(default_factory=dict)
-    """Number of draws without a fold to score, by reason."""
+    """Number of draws without a score, by the reason of the failure."""
     mesh: MeshUsed
     simulations: Annotated[int, Field(ge=0)]
     """Number of simulations."""
     disturbances: dict[str, Any]
-    """Disturbances that were used."""
+    """The disturbances that were used."""
 
     @property
     def reasons(self) -> str:
-        """Return the reasons of missing scores as text; empty if there are none."""
+        """Reasons why some draws have no score, as text; empty if all draws have a score."""
         return ", ".join(f"{reason} in {count}" for reason, count in self.failures.items())
 
     @classmethod
@@ -187,6 +197,6 @@ class MarginsResult(OpenRecord):
         """Read `margins.json`.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         return validated(cls, read_json(path), path)

@@ -1,4 +1,4 @@
-"""The result of a fold in one disturbed world, and the share of worlds in which it succeeds."""
+"""The verdict on a fold: its result under one random draw of the disturbances."""
 
 from __future__ import annotations
 
@@ -13,22 +13,24 @@ from tatamu.folding.marks import marks
 
 @dataclass(frozen=True)
 class Verdict:
-    """The result of a fold in one world."""
+    """The result of a fold in one world, which is one random draw of all disturbances."""
 
     mean_vertex_distance: FiniteFloat | None
-    """Mean of e_i, Eq. (12) [m]; None if the simulation failed."""
+    """Mean vertex distance e_i, Eq. (12) [m]; None if the simulation failed."""
     mask_iou: FiniteFloat | None
-    """Overlap of the views from above [-]; None if the simulation failed."""
+    """Overlap of the outcome and the target, seen from above [-]; None if the simulation failed."""
     error: str | None = None
-    """Reason of the failure."""
+    """Reason why the simulation failed; None if it did not fail."""
     moving_vertex_distance: FiniteFloat | None = None
-    """Mean of e_i over the part that moves [m]; None if the simulation failed."""
+    """Mean vertex distance e_i over the part that moves [m]; None if the simulation failed."""
     marks: dict[str, FiniteFloat] | None = None
-    """Marks of the fold by the names of `folding.marks.MARKS` [m]; None without a rollout, and in older verdicts."""
+    """Marks of the fold, by the names of `folding.marks.MARKS` [m].
+
+    None if there is no rollout, and in verdicts of earlier versions."""
 
     @classmethod
     def of(cls, evaluation: Evaluation, fold: Fold | None = None) -> Verdict:
-        """Return the verdict on an evaluation, with the marks of the fold if `fold` is given."""
+        """Return the verdict on an evaluation. It contains the marks of the fold if `fold` is given."""
         score = evaluation.score
         if score is None:
             return cls(None, None, evaluation.error)

@@ -1,6 +1,8 @@
-"""Searches: `ask` returns the parameters of the next trial, and `tell` reports its result.
+"""Searches for the best parameters of trials.
 
-Searches use only vectors. They do not depend on cloth or simulators.
+`ask` returns the parameters of the next trial, and `tell` reports the result of a trial.
+
+A search uses only vectors of numbers. It does not depend on cloth or on a simulator.
 """
 
 from tatamu.search.registry import check_search, find_search, register_search, search_names

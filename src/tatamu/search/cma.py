@@ -1,4 +1,4 @@
-"""Covariance matrix adaptation evolution strategy (Hansen 2016), on the package `cmaes`."""
+"""Covariance matrix adaptation evolution strategy, CMA-ES (Hansen 2016). It uses the package `cmaes`."""
 
 from __future__ import annotations
 
@@ -11,18 +11,22 @@ from tatamu.search.search import Observation, Search
 from tatamu.search.space import Parameters, Space
 
 FIRST_SPREAD = 1.0 / 6.0
-"""Standard deviation of the first generation about the middle, in sides of the unit cube; the same as Optuna's."""
+"""Standard deviation of the first generation about the middle of the unit cube, as a fraction of the cube's side.
+
+Optuna uses the same value."""
 
 
 class CMASearch(Search):
-    """Draws each proposal from a normal distribution, which is adapted to the results of earlier generations.
+    """Search that draws each proposal from a normal distribution.
 
-    The strategy is replayed from the observations, so that a proposal depends on them, its number and the seed only.
-    The first proposal is random, as with Optuna's sampler.
+    The distribution is adapted to the results of earlier generations.
+
+    The strategy is replayed from the observations. Therefore a proposal only depends on the observations, the number of
+    the proposal and the seed. The first proposal is random, as in Optuna's sampler.
     """
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters; the strategy does not estimate an improvement."""
+        """Return the next parameters, and None because the strategy does not estimate an improvement."""
         seed = self.sub_seed()
         if not self.known:
             return self.space.random(seed), None
@@ -32,7 +36,7 @@ class CMASearch(Search):
 
 
 def replay_strategy(space: Space, observations: Sequence[Observation]) -> CMA:
-    """Return the strategy after all whole generations of observations, in the order given."""
+    """Return the strategy after all complete generations of observations, in their given order."""
     dimensions = space.dimensions
     bounds = np.tile([0.0, 1.0], (dimensions, 1))
     strategy = CMA(np.full(dimensions, 0.5), FIRST_SPREAD, bounds, seed=0, n_max_resampling=10 * dimensions)

@@ -1,15 +1,15 @@
 """The logarithm of expected improvement (Jones et al. 1998).
 
-Far from the best point, expected improvement itself is smaller than the smallest floating-point number.
+The logarithm is used because far from the best point, expected improvement is below the smallest floating-point number.
 
-Let b be the lowest objective so far. The objective at a point is either a normal variable, or a known part plus a
-log-normal variable:
+Let b be the lowest objective so far, and C the objective at a point. Phi and phi are the distribution and the density
+of the standard normal variable. C is either a normal variable Y, or a known part l plus a log-normal variable e^Y:
 
     C = Y,          Y ~ N(m, s^2):      EI = s (z Phi(z) + phi(z)),                      z = (b - m) / s
     C = l + e^Y,    Y ~ N(m, s^2):      EI = (b - l) Phi(d) - e^(m + s^2/2) Phi(d - s),  d = (log(b - l) - m) / s
 
-The second formula is the price of a put option (Black and Scholes 1973). It is used for Eq. (10), C = l_x + alpha D:
-l_x is known before a trial runs, and D is positive.
+The second formula is the price of a put option (Black and Scholes 1973). It is used for the objective of Eq. (10), C =
+l_x + alpha D. The trajectory length l_x is known before a trial runs, and the shape distance D is positive.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from scipy.special import erfcx, log_ndtr, ndtr
 
 LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 FAR = -1.0
-"""z below which the two terms of EI nearly cancel, so that another form is used."""
+"""Value of z below which another formula is used, because the two terms of expected improvement nearly cancel."""
 TINY = 1e-300
 
 
 def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Log EI of normal objectives, all of shape (p,)."""
+    """Return the logarithm of the expected improvement of normal objectives. All arrays have the shape (p,)."""
     z = (best - mean) / deviation
     near = z > FAR
     found = np.empty_like(z)
@@ -39,13 +39,15 @@ def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarra
 def log_expected_improvement_beyond(
     best: float, known: np.ndarray, mean: np.ndarray, deviation: np.ndarray
 ) -> np.ndarray:
-    """Return log EI of a known part plus a log-normal part; minus infinity if the known part is not below `best`.
+    """Return the logarithm of the expected improvement of objectives with a known part and a log-normal part.
+
+    The result is minus infinity if the known part is not below `best`.
 
     Args:
         best: Lowest objective so far.
-        known: The known part, shape (p,).
-        mean: Mean of the logarithm of the other part, shape (p,).
-        deviation: Standard deviation of that logarithm, shape (p,).
+        known: Known part of the objective, shape (p,).
+        mean: Mean of the logarithm of the log-normal part, shape (p,).
+        deviation: Standard deviation of this logarithm, shape (p,).
     """
     room = best - known
     hopeful = room > 0.0

@@ -3,13 +3,15 @@
     k(x, x') = s^2 (1 + sqrt(5) r + 5/3 r^2) exp(-sqrt(5) r),   r^2 = sum_k ((x_k - x'_k) / l_k)^2      Matern 5/2
     f(x)     ~ GP(mu, k)
 
-The lengths l_k are those of largest posterior density, under a log-normal prior. For given lengths, mu (generalised
-least squares) and s^2 have closed forms, so only the lengths are searched. The prior of s^2 is worth n0 =
-PRIOR_OBSERVATIONS observations of unit variance. Let R = k / s^2 and r = y - mu:
+The function f has the mean mu and the covariance k with the variance s^2. The lengths l_k have the largest posterior
+density under a log-normal prior. log l_k has the mean m and the standard deviation v in this prior. For given lengths,
+mu (generalised least squares) and s^2 have closed forms, so only the lengths are searched. The prior of s^2 counts like
+n0 = PRIOR_OBSERVATIONS observations of unit variance. y are the n observations, and R is k / s^2. From here on, r
+stands for y - mu:
 
     -log p = (n + n0)/2 log s^2 + 1/2 log |R| + sum_k (log l_k - m)^2 / (2 v^2),    s^2 = (r' R^-1 r + n0) / (n + n0)
 
-The caller must standardise the observations to zero mean and unit variance.
+The caller must standardise the observations to mean zero and variance one.
 """
 
 from __future__ import annotations
@@ -22,45 +24,45 @@ from scipy.optimize import minimize
 
 SQRT5 = np.sqrt(5.0)
 JITTER = 1e-6
-"""Added to the diagonal of R so that it can be factorised where two observations lie close together."""
+"""Number added to the diagonal of R. Without it, R cannot be factorised if two observations lie close together."""
 PRIOR_OBSERVATIONS = 2.0
-"""n0: how many observations the prior of the variance s^2 = 1 is worth."""
+"""n0: number of observations for which the prior of the variance, s^2 = 1, counts."""
 LOG_LENGTH_SPREAD = 1.0
-"""v: spread of the prior of log l_k."""
+"""v: standard deviation of log l_k in the prior."""
 SHORTEST, LONGEST = 0.03, 30.0
-"""Bounds of the lengths, in sides of the unit cube."""
+"""Bounds of the lengths l_k, in sides of the unit cube."""
 START = 0.5
-"""Length at which the search begins."""
+"""Length l_k at which the search for the lengths starts, in sides of the unit cube."""
 IMPOSSIBLE = 1e25
-"""Loss returned for lengths with which the correlation matrix R cannot be factorised."""
+"""Loss that is returned for lengths with which the correlation matrix R cannot be factorised."""
 
 
 @dataclass(frozen=True)
 class GaussianProcess:
-    """A function known at n points of the unit cube of d dimensions."""
+    """Gaussian process for a function that is known at n points of the unit cube with d dimensions."""
 
     points: np.ndarray
     """Points of the observations, shape (n, d)."""
     values: np.ndarray
-    """The observations, shape (n,)."""
+    """Observed values, shape (n,)."""
     lengths: np.ndarray
-    """l_k, shape (d,)."""
+    """Lengths l_k of the covariance, shape (d,)."""
     mean: float
-    """mu."""
+    """Mean mu of the process."""
     variance: float
-    """s^2."""
+    """Variance s^2 of the process."""
     _factor: np.ndarray
-    """Lower Cholesky factor of R, shape (n, n)."""
+    """Lower Cholesky factor of the correlation matrix R, shape (n, n)."""
     _weights: np.ndarray
-    """R^-1 (y - mu), shape (n,)."""
+    """Weights R^-1 (y - mu) of the observations y, shape (n,)."""
 
     @classmethod
     def fit(cls, points: np.ndarray, values: np.ndarray) -> GaussianProcess:
         """Fit the lengths, the mean and the variance.
 
         Args:
-            points: Points of the observations in the unit cube, shape (n, d), n at least 1.
-            values: Observed values, standardised, shape (n,).
+            points: Points of the observations in the unit cube, shape (n, d), with n at least 1.
+            values: Observed values, standardised to mean zero and variance one, shape (n,).
         """
         dimensions = points.shape[1]
         posterior = _Posterior(points, values)
@@ -78,13 +80,20 @@ class GaussianProcess:
     def _with(
         cls, points: np.ndarray, values: np.ndarray, lengths: np.ndarray, variance: float | None = None
     ) -> GaussianProcess:
-        """Condition on observations, given the lengths and, if it is not to be estimated, the variance."""
+        """Return the process for observations and given lengths. The variance is estimated if it is None."""
         factor, _ = dpotrf(_with_jitter(_correlation(points, points, lengths)), lower=1)
         mean, weights, estimated = _closed_forms(factor, values)
         return cls(points, values, lengths, mean, estimated if variance is None else variance, factor, weights)
 
     def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and standard deviation of the function at other points, shape (p, d), each of shape (p,)."""
+        """Return the mean and the standard deviation of the function at other points.
+
+        Args:
+            points: Points of the unit cube, shape (p, d).
+
+        Returns:
+            Two arrays of shape (p,).
+        """
         correlation = _correlation(points, self.points, self.lengths)
         mean = self.mean + correlation @ self._weights
         whitened, _ = dtrtrs(self._factor, np.asfortranarray(correlation.T), lower=1)
@@ -92,10 +101,10 @@ class GaussianProcess:
         return mean, np.sqrt(self.variance * np.maximum(1.0 + JITTER - explained, 1e-12))
 
     def believing(self, points: np.ndarray) -> GaussianProcess:
-        """Return the process after observing its own mean at some points, shape (p, d).
+        """Return the process that results if its own mean is observed at some points, shape (p, d).
 
-        This is the "kriging believer" (Ginsbourger et al. 2010). The mean stays, and the deviation near the points
-        shrinks. A search therefore keeps away from trials that are still running.
+        This is the "kriging believer" (Ginsbourger et al. 2010). The mean does not change, and the standard deviation
+        near the points becomes smaller. A search therefore avoids points near trials that are still running.
         """
         if not len(points):
             return self
@@ -106,7 +115,7 @@ class GaussianProcess:
 
 
 class _Posterior:
-    """Minus the logarithm of the posterior density of the lengths, and its gradient."""
+    """Negative logarithm of the posterior density of the lengths, with its gradient."""
 
     def __init__(self, points: np.ndarray, values: np.ndarray) -> None:
         count, dimensions = points.shape
@@ -114,10 +123,11 @@ class _Posterior:
         self._squares = np.ascontiguousarray(squares.reshape(count * count, dimensions).T)  # (d, n n)
         self._values = values
         self._centre = np.sqrt(2.0) + 0.5 * np.log(dimensions) - 1.0
-        """m of the prior: longer in more dimensions, where points lie farther apart (Hvarfner et al. 2024)."""
+        """The mean m of the prior. Lengths are longer in more dimensions, where points are farther apart (Hvarfner et
+        al. 2024)."""
 
     def loss(self, log_lengths: np.ndarray) -> tuple[float, np.ndarray]:
-        """-log p up to a constant, and its gradient, shape (d,)."""
+        """Return the negative logarithm of the density, up to a constant, and its gradient, shape (d,)."""
         count = len(self._values)
         inverse_squares = np.exp(-2.0 * log_lengths)
         distance = SQRT5 * np.sqrt(inverse_squares @ self._squares)
@@ -133,13 +143,13 @@ class _Posterior:
         lower, _ = dpotri(factor, lower=1)
         inverse = np.tril(lower) + np.tril(lower, -1).T
         sensitivity = (np.outer(weights, weights) / variance - inverse).ravel()
-        sensitivity *= 5.0 / 3.0 * (1.0 + distance) * decay  # of R to log l_k, but for the squares over l_k^2
+        sensitivity *= 5.0 / 3.0 * (1.0 + distance) * decay  # of R to log l_k, without the factor squares / l_k^2
         gradient = -0.5 * inverse_squares * (self._squares @ sensitivity)
         return float(loss), gradient + deviation / LOG_LENGTH_SPREAD
 
 
 def _correlation(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """R between points, shapes (p, d) and (q, d), shape (p, q)."""
+    """Return the correlations R between points of shapes (p, d) and (q, d), shape (p, q)."""
     a = a / lengths
     b = b / lengths
     square = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2.0 * a @ b.T
@@ -153,7 +163,7 @@ def _with_jitter(correlation: np.ndarray) -> np.ndarray:
 
 
 def _closed_forms(factor: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray, float]:
-    """Mu, R^-1 (y - mu) and s^2, from the Cholesky factor of R."""
+    """Return the mean mu, the weights R^-1 (y - mu) and the variance s^2, from the Cholesky factor of R."""
     ones = np.ones_like(values)
     solved, _ = dpotrs(factor, np.column_stack([values, ones]), lower=1)
     mean = float(solved[:, 0].sum() / solved[:, 1].sum())

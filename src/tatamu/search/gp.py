@@ -1,9 +1,9 @@
-"""The paper's search: Gaussian process, Matern kernel, expected improvement, no noise (beta = 0).
+"""The paper's search: a Gaussian process with a Matern kernel, and expected improvement. Noise is zero (beta = 0).
 
-This search differs from the paper's in two ways. The kernel has its own length for each parameter. And if a part of the
-objective is known before a trial runs, such as l_x of Eq. (10), the process models the logarithm of the rest. The
-logarithm is used because objectives of good folds differ by hundredths, and those of bad folds by ones. The known part
-need not be learned.
+This search differs from the paper's search in two ways. First, the kernel has a separate length for each parameter.
+Second, a part of the objective may be known before a trial runs, such as l_x of Eq. (10). Then the process models the
+logarithm of the rest, and the known part need not be learned. The logarithm is used because the objectives of good
+folds differ by hundredths. The objectives of bad folds differ by whole numbers.
 
 A proposal takes a few milliseconds.
 """
@@ -22,51 +22,58 @@ from tatamu.search.search import Search
 from tatamu.search.space import KnownPart, Parameters, Space
 
 THREADS = ThreadpoolController()
-"""Controls the number of threads of linear algebra; with more threads, small matrices take ten times as long."""
+"""Controls the number of threads of linear algebra. With more threads, small matrices take ten times as long."""
 LEAST_UNKNOWN = 1e-6
-"""Least value of an objective minus its known part, if rounding leaves nothing."""
+"""Least value of an objective minus its known part. It prevents zero and negative values by rounding."""
 LEAST_DEVIATION = 0.1
-"""Least standard deviation of the observed logarithms, so that nearly equal ones are not scaled to unit variance."""
+"""Least standard deviation by which observed logarithms are divided.
+
+Without it, small differences between nearly equal values would be enlarged to unit variance."""
 APART = 0.03
-"""Least difference of a proposal from every known and pending point, in at least one parameter, as a fraction of a
-side."""
+"""Least difference between a proposal and every known or pending point, in at least one parameter.
+
+It is a fraction of the side of the unit cube."""
 TAKEN = 1e9
-"""Amount by which log expected improvement is lowered at points nearer than `APART`. Such a point is proposed only if
-no other point may improve on the best trial."""
+"""Amount by which log expected improvement is lowered at points nearer than `APART` to a known or pending point.
+
+Such a point is proposed only if no other point may improve on the best trial."""
 
 
 @dataclass(frozen=True)
 class Maximisation:
-    """Settings of the search for the maximum of an acquisition function: scattered points, then narrowing clouds."""
+    """Settings of the search for the maximum of an acquisition function.
+
+    Points are first scattered over the cube. In later rounds, clouds of points around the best points become narrower.
+    """
 
     scattered: int = 1024
-    """Points all over the cube."""
+    """Number of points scattered over the whole cube."""
     around_best: int = 512
-    """Points around the best trials."""
+    """Number of points around the best trials."""
     best_trials: int = 4
-    """Number of best trials with points around them."""
+    """Number of best trials around which points are placed."""
     spreads: tuple[float, ...] = (0.02, 0.1, 0.3)
     """Spreads of the points around the best trials, in sides of the cube."""
     kept: int = 6
-    """Points around which each round looks more closely."""
+    """Number of best points around which each round places new points."""
     per_kept: int = 21
     """Number of new points around each kept point in a round."""
     rounds: int = 8
     first_spread: float = 0.15
-    """Spread of the first round, in sides of the cube."""
+    """Spread of the new points in the first round, in sides of the cube."""
     narrowing: float = 0.6
-    """Ratio of the spreads of a round and of the round before."""
+    """Ratio of the spread in a round to the spread in the previous round."""
     changed: float = 0.6
-    """Probability that a coordinate changes."""
+    """Probability that a new point differs from the kept point in one of its coordinates."""
 
 
 class GPSearch(Search):
-    """Proposes the point of largest expected improvement; the first proposal is random."""
+    """Search that proposes the point of largest expected improvement. Its first proposal is random."""
 
     maximisation = Maximisation()
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters and their expected improvement as a fraction of the best objective."""
+        """Return the next parameters, and their expected improvement as a fraction of the best objective."""
         seed = self.sub_seed()
         if not self.known:
             return self.space.random(seed), None
@@ -85,7 +92,7 @@ class GPSearch(Search):
 def _acquisition(
     space: Space, points: np.ndarray, objectives: np.ndarray, pending: np.ndarray
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Return log expected improvement over the best trial as a function of points (p, d), shape (p,)."""
+    """Return a function that gives log expected improvement over the best trial at points (p, d), shape (p,)."""
     best = float(objectives.min())
     if space.known_part is None:
         process, centre, spread = fit_standardised(points, objectives, pending)
@@ -104,7 +111,7 @@ def _acquisition(
 
 
 def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return an acquisition that is lower within `APART` of points that are taken, shape (n, d)."""
+    """Return an acquisition function that is lowered within `APART` of taken points, shape (n, d)."""
 
     def lowered(at: np.ndarray) -> np.ndarray:
         near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)
@@ -114,30 +121,33 @@ def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]
 
 
 def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the objectives less their known part, shape (n,); the objectives if no part is known."""
+    """Return the logarithm of the objectives minus their known part, shape (n,).
+
+    If no part is known, return the objectives themselves.
+    """
     if space.known_part is None:
         return objectives
     return np.asarray(np.log(np.maximum(objectives - space.known_part(space.values(points)), LEAST_UNKNOWN)))
 
 
 def leading(points: np.ndarray, objectives: np.ndarray, count: int) -> np.ndarray:
-    """Return the points (n, d) of the lowest objectives, best first, shape (count, d)."""
+    """Return the points with the lowest objectives, best first, shape (count, d). `points` has the shape (n, d)."""
     return points[np.argsort(objectives, kind="stable")[:count]]
 
 
 def fit_standardised(
     points: np.ndarray, values: np.ndarray, pending: np.ndarray, least: float = LEAST_DEVIATION
 ) -> tuple[GaussianProcess, float, float]:
-    """Fit a process to standardised values and let it believe its own mean at pending points.
+    """Fit a process to standardised values, and add its own mean as an observation at pending points.
 
     Args:
         points: Points of the unit cube whose values were observed, shape (n, d).
         values: Observed values, shape (n,).
         pending: Points of trials that are still running, shape (p, d).
-        least: Least standard deviation, so that nearly equal values are not scaled to unit variance.
+        least: Least standard deviation by which values are divided. Without it, small differences would be enlarged.
 
     Returns:
-        The process, and the centre and the spread of the values.
+        The process, and the centre and the spread with which the values were standardised.
     """
     centre = float(values.mean())
     spread = max(float(values.std()), least)
@@ -151,16 +161,16 @@ def maximise(
     random: np.random.Generator,
     settings: Maximisation,
 ) -> tuple[np.ndarray, float]:
-    """Find the point of largest acquisition, shape (d,), and the acquisition there.
+    """Find the point of largest acquisition, shape (d,), and return it with its acquisition.
 
-    Gradients would gain little, because a thousand points are evaluated in a millisecond.
+    Gradients would save little time, because a thousand points are evaluated in a millisecond.
 
     Args:
         acquisition: Function of points, shape (p, d), that returns their acquisition, shape (p,).
         space: The search space.
         best: Points of the best trials, shape (b, d).
-        random: Source of the points.
-        settings: Number of points that are tried, and their range.
+        random: Random number generator for the points.
+        settings: Numbers of points that are tried, and their spreads.
     """
     scattered = random.random((settings.scattered, space.dimensions))
     middles = best[random.integers(len(best), size=settings.around_best)]

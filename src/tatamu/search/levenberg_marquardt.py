@@ -1,10 +1,13 @@
-"""Least squares by Levenberg and Marquardt, with derivatives by finite differences (Marquardt 1963; More 1978).
+"""Least squares by Levenberg and Marquardt, with finite differences as derivatives (Marquardt 1963; More 1978).
 
     minimise  |r(p)|^2,   (J'J + lambda diag(J'J)) step = -J'r,   J_k = (r(p + h e_k) - r(p)) / h
 
-within the unit cube. The module evaluates nothing itself. A search is a generator: it yields the points that it needs,
-and is sent their residuals. It yields several points at once if they do not depend on each other. `next_point` runs
-such searches on known residuals, so the whole state of a search is the set of evaluated points.
+p is a point of the unit cube, r the vector of residuals and J its Jacobian matrix. lambda is the damping. h is the
+difference for derivatives, and e_k the unit vector along coordinate k.
+
+The module evaluates nothing itself. A search is a generator: it yields the points that it needs, and the caller sends
+the residuals at these points. A search yields several points together if they do not depend on each other. `next_point`
+runs such searches on known residuals, so the set of evaluated points is the whole state of a search.
 """
 
 from __future__ import annotations
@@ -14,39 +17,40 @@ from collections.abc import Generator, Iterable, Mapping, Set
 import numpy as np
 
 DIFFERENCE = 0.01
-"""h, in sides of the cube."""
+"""Difference h for derivatives, in sides of the cube."""
 FIRST_DAMPING = 0.01
-"""lambda at the start of a search."""
+"""Damping lambda at the start of a search."""
 LESS, MORE = 0.2, 5.0
-"""Factors of lambda after a step that lowered the value, and after another step."""
+"""Factors of the damping lambda: after a step that lowered the sum of squares, and after any other step."""
 MOST_DAMPING = 1e3
-"""Largest damping; if no step with less damping lowers the value, the search ends."""
+"""Largest damping. If no step with less damping lowers the sum of squares, the search ends."""
 SHORTEST_STEP = 1e-3
-"""Largest coordinate of a step at which the search ends, in sides of the cube."""
+"""Length of a step below which the search ends: its largest coordinate, in sides of the cube."""
 LEAST_GAIN = 1e-3
-"""Relative decrease of the sum of squares at which the search ends."""
+"""Relative decrease of the sum of squares below which the search ends."""
 DIGITS = 9
-"""Number of digits in which equal points agree."""
+"""Number of decimals to which coordinates are rounded to compare points."""
 
 Residuals = np.ndarray | None
 """Residuals at a point, shape (n,); None if the evaluation failed."""
 Key = tuple[float, ...]
-"""A point by which residuals are looked up."""
+"""Rounded coordinates of a point, with which residuals are looked up."""
 
 
 def key_of(point: np.ndarray) -> Key:
-    """The key of a point, shape (d,)."""
+    """Return the key of a point, shape (d,): its rounded coordinates."""
     return tuple(np.round(point, DIGITS).tolist())
 
 
 def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pending: Set[Key]) -> np.ndarray:
-    """Return the next point that the searches need, shape (d,).
+    """Return the next point at which the searches need residuals, shape (d,).
 
     The searches are run one after the other. If all points that a search needs are pending, the neighbours of its trial
-    step are returned next, because the search needs them if the step succeeds. Then the next search starts.
+    step are returned. The search needs these points if the step succeeds. After that, the next search starts.
 
     Args:
-        starts: Starting points of the searches in the unit cube, shape (d,) each; enough for all searches.
+        starts: Starting points of the searches in the unit cube, each of shape (d,). There must be enough for all
+            searches.
         known: Residuals at evaluated points.
         pending: Points that are being evaluated.
     """
@@ -66,9 +70,9 @@ def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pen
 
 
 def least_squares(start: np.ndarray) -> Generator[list[np.ndarray], list[Residuals], None]:
-    """Search from a point of the unit cube, shape (d,), until it has converged or cannot continue.
+    """Run a search from a point of the unit cube, shape (d,), until it has converged or cannot continue.
 
-    It yields the points that it needs and is sent their residuals in the same order.
+    The generator yields the points that it needs. The caller sends their residuals in the same order.
     """
     point = start
     residuals, *around = yield [point, *neighbours(point)]
@@ -94,13 +98,16 @@ def least_squares(start: np.ndarray) -> Generator[list[np.ndarray], list[Residua
 
 
 def neighbours(point: np.ndarray) -> list[np.ndarray]:
-    """Points at which derivatives are taken: one along each coordinate, towards the inside of the cube."""
+    """Return the points for derivatives: one along each coordinate, in the direction that stays inside the cube."""
     steps = np.where(point + DIFFERENCE <= 1.0, DIFFERENCE, -DIFFERENCE)
     return list(point + np.diag(steps))
 
 
 def _jacobian(point: np.ndarray, residuals: np.ndarray, around: list[Residuals]) -> np.ndarray:
-    """J, shape (n, d), from residuals at a point and its neighbours; zero along coordinates whose neighbour failed."""
+    """Return the Jacobian matrix J, shape (n, d), from residuals at a point and its neighbours.
+
+    J is zero along coordinates whose neighbour could not be evaluated.
+    """
     columns = [
         np.zeros_like(residuals) if beside is None else (beside - residuals) / (neighbour - point)[k]
         for k, (neighbour, beside) in enumerate(zip(neighbours(point), around, strict=True))
@@ -109,14 +116,17 @@ def _jacobian(point: np.ndarray, residuals: np.ndarray, around: list[Residuals])
 
 
 def _step(jacobian: np.ndarray, residuals: np.ndarray, damping: float) -> np.ndarray:
-    """The damped Gauss-Newton step, shape (d,)."""
+    """Return the damped Gauss-Newton step, shape (d,)."""
     normal = jacobian.T @ jacobian
     scale = np.diag(normal) + 1e-12 * max(float(np.trace(normal)), 1e-300)
     return np.asarray(np.linalg.solve(normal + damping * np.diag(scale), -jacobian.T @ residuals))
 
 
 def _sent(search: Generator[list[np.ndarray], list[Residuals], None], residuals: list[Residuals]) -> list[np.ndarray]:
-    """Return the next points that a search needs; none if it has ended."""
+    """Send residuals to a search, and return the next points that it needs.
+
+    The list is empty if the search has ended.
+    """
     try:
         return search.send(residuals)
     except StopIteration:

@@ -1,4 +1,4 @@
-"""Optuna's samplers as searches, by their public interface."""
+"""Optuna's samplers as searches. Only Optuna's public interface is used."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def distributions(space: Space) -> dict[str, BaseDistribution]:
 
 
 class OptunaSearch(Search):
-    """Base of searches that let a sampler of Optuna propose; subclasses make the sampler of one proposal from a seed.
+    """Base of searches whose proposals come from a sampler of Optuna. Subclasses make the sampler from a seed.
 
-    Each proposal has its own sampler, seeded by the study's seed and the number of the proposal, so interruptions do
-    not change it.
+    Each proposal has its own sampler. The sampler's seed is made from the study's seed and the number of the proposal,
+    so an interrupted study makes the same proposals.
     """
 
     def __init__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> None:
-        """Start a search; the arguments are those of `Search`."""
+        """Start a search. The arguments are those of `Search`."""
         super().__init__(space, seed, first)
         self._distributions = distributions(space)
         self._study = optuna.create_study(direction="minimize")
@@ -41,16 +41,16 @@ class OptunaSearch(Search):
 
     @abstractmethod
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return the sampler of one proposal."""
+        """Return the sampler for one proposal."""
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters; the samplers do not report the improvement that they expect."""
+        """Return the next parameters, and None because Optuna's samplers do not report an expected improvement."""
         self._study.sampler = self.make_sampler(self.sub_seed())
         self._trial = self._study.ask(self._distributions)
         return dict(self._trial.params), None
 
     def ask(self, fidelity: int = HIGH) -> Proposal:
-        """Return the next proposal; it is pending until it is told."""
+        """Return the next proposal. It stays pending until its result is reported with `tell`."""
         self._trial = None
         proposal = super().ask(fidelity)
         if self._trial is not None:
@@ -58,7 +58,7 @@ class OptunaSearch(Search):
         return proposal
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report an observation."""
+        """Report the result of a proposal."""
         super().tell(proposal, found)
         objective = self.told[-1].objective
         asked = self._asked.pop(id(proposal), None)
@@ -71,16 +71,16 @@ class OptunaSearch(Search):
 
 
 class RandomSearch(OptunaSearch):
-    """Draws every proposal from the whole space."""
+    """Search that draws every proposal at random from the whole space."""
 
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return the sampler of one proposal."""
+        """Return the sampler for one proposal."""
         return RandomSampler(seed=seed)
 
 
 class TPESearch(OptunaSearch):
-    """Tree-structured Parzen estimator (Bergstra et al. 2011)."""
+    """Search with the tree-structured Parzen estimator (Bergstra et al. 2011)."""
 
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return the sampler of one proposal."""
+        """Return the sampler for one proposal."""
         return TPESampler(seed=seed)

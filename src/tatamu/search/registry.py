@@ -1,4 +1,4 @@
-"""Searches by name; a module is imported when its search is first made."""
+"""Searches by name. The module of a search is imported when the search is used for the first time."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from tatamu.search.space import Parameters, Space
 
 
 class MakeSearch(Protocol):
-    """Makes a search: a subclass of `Search`, or a function."""
+    """A callable that makes a search: a subclass of `Search`, or a function."""
 
     def __call__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> Search:
-        """Return a search of `space` with a random seed, whose first proposals are `first`."""
+        """Return a search of `space` with a random seed. Its first proposals are the parameters in `first`."""
         ...
 
 
@@ -30,14 +30,14 @@ def search_names() -> list[str]:
 
 
 def register_search(name: str, make: MakeSearch) -> None:
-    """Add a search, so that `LearnOptions(sampler=name)` uses it.
+    """Add a search to the registry. After that, `LearnOptions(sampler=name)` uses it.
 
     Args:
         name: Name of the search.
-        make: Makes it from a space, a seed and first parameters.
+        make: Callable that makes the search from a space, a seed and first parameters.
 
     Raises:
-        InputError: If a search of that name exists.
+        InputError: If a search with this name exists.
     """
     if name in search_names():
         raise InputError(f"name: must be new, given {name!r}, which is a search already")
@@ -45,20 +45,20 @@ def register_search(name: str, make: MakeSearch) -> None:
 
 
 def check_search(name: str) -> None:
-    """Refuse an unknown search.
+    """Check that a search exists.
 
     Raises:
-        InputError: If no search has that name.
+        InputError: If no search has this name.
     """
     if name not in search_names():
         raise InputError(f"sampler: must be one of {', '.join(search_names())}, given {name!r}")
 
 
 def find_search(name: str) -> MakeSearch:
-    """Return the maker of a search.
+    """Return the callable that makes a search.
 
     Raises:
-        InputError: If no search has that name.
+        InputError: If no search has this name.
     """
     check_search(name)
     if name in _REGISTERED:

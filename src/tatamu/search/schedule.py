@@ -1,4 +1,7 @@
-"""The fidelity of each trial of a study, and when the study ends."""
+"""The schedule of a study: the fidelity of each trial, and the condition for the end of the study.
+
+When a fold is learned, trials at high fidelity run on the fine mesh, and trials at low fidelity on a coarser mesh.
+"""
 
 from __future__ import annotations
 
@@ -10,44 +13,47 @@ from typing import Literal
 from tatamu.search.search import HIGH, LOW, Proposal
 
 Trials = int | Literal["auto"]
-"""Number of trials of a study, or "auto" to stop when little improvement is expected."""
+"""Number of trials of a study. With "auto", a study ends when little improvement is expected."""
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """The order of the trials of one study."""
+    """The numbers of trials of one study at each fidelity."""
 
     trials: Trials
     fidelities: int = 1
-    """1, or 2 if a search starts at low fidelity."""
+    """Number of fidelities: 1, or 2 if the search starts at low fidelity."""
     high_share: float = 0.12
-    """With two fidelities, the fraction of the trials that runs at high fidelity, after the trials at low fidelity."""
+    """Fraction of trials at high fidelity if there are two fidelities. They follow the trials at low fidelity."""
     least_high: int = 5
     """Least number of trials at high fidelity."""
     least_gain: float = 0.001
-    """With "auto": a search has converged if the expected gain is below this fraction of the best objective ..."""
+    """Expected gain below which a search has converged, as a fraction of the best objective. It is only used with
+    "auto".
+
+    The search converges when `in_a_row` proposals in a row stay below this gain."""
     in_a_row: int = 3
-    """... by this many proposals in a row."""
+    """Number of successive proposals with a low expected gain after which a search with "auto" has converged."""
     most_auto: int = 100
-    """With "auto": the largest number of trials."""
+    """Largest number of trials with "auto"."""
     most_high: int = 20
-    """With "auto" and two fidelities: the largest number of trials at high fidelity."""
+    """Largest number of trials at high fidelity with "auto" and two fidelities."""
 
     @property
     def most(self) -> int:
-        """The largest number of trials."""
+        """Largest number of trials of the study."""
         return self.most_auto if self.trials == "auto" else self.trials
 
     @property
     def until_gain(self) -> float | None:
-        """The expected gain below which the search ends by itself; None if the number of trials is given."""
+        """Expected gain below which the search ends by itself; None if the number of trials is given."""
         return self.least_gain if self.trials == "auto" else None
 
     def next_fidelity(self, before: Sequence[Proposal]) -> int | None:
-        """Return the fidelity of the next trial; None if there is no next one.
+        """Return the fidelity of the next trial; None if the study is over.
 
         Args:
-            before: The proposals of all earlier trials in order, pending trials included.
+            before: Proposals of all earlier trials in order. Pending trials are included.
         """
         if len(before) >= self.most:
             return None

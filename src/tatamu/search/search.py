@@ -1,13 +1,13 @@
 """A search proposes points of a space (`ask`) and receives their values (`tell`).
 
-A search uses only vectors. It does not depend on cloth or simulators, so it works for any objective:
+A search uses only vectors of numbers. It does not depend on cloth or simulators, so it works for any objective:
 
     search = GPSearch(space, seed=0)
     x = search.ask()
     search.tell(x, objective(x))
 
-A proposal depends only on the observations, the pending proposals, the seed and its number. A search with the same
-observations makes the same proposals, so an interrupted study continues as if it had not been interrupted.
+A proposal depends only on the observations, the pending proposals, the seed and its number. Given equal observations, a
+search makes equal proposals. An interrupted study therefore continues as if it had not been interrupted.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from tatamu.errors import InputError
 from tatamu.search.space import Parameters, Space
 
 LOW, HIGH = 0, 1
-"""Fidelities of an evaluation: of a cheaper model, and of the model itself."""
+"""Fidelities of an evaluation: low for a cheaper model, and high for the model itself."""
 
 
 @dataclass(frozen=True)
 class Proposal(Mapping[str, int | float]):
-    """Parameters that a search proposes; a mapping of their names to their values."""
+    """Parameters that a search proposes. It is a mapping from the names of parameters to their values."""
 
     parameters: Parameters
     fidelity: int = HIGH
-    """Fidelity of the model to be evaluated."""
+    """Fidelity of the model that is evaluated."""
     gain: float | None = None
     """Expected improvement as a fraction of the best objective; None if the search does not estimate it."""
 
@@ -48,16 +48,16 @@ class Proposal(Mapping[str, int | float]):
 
 @dataclass(frozen=True)
 class Observation:
-    """The observation of one proposal."""
+    """The result of one proposal."""
 
     parameters: Parameters
     objective: float
     residuals: np.ndarray | None = None
-    """The vector whose squares sum to the unknown part of the objective, shape (n,); None if it is missing."""
+    """Vector whose squares sum to the unknown part of the objective, shape (n,); None if it is not known."""
 
 
 class Evaluated(Protocol):
-    """An evaluation as a search sees it."""
+    """The part of an evaluation that a search uses."""
 
     @property
     def objective(self) -> float:
@@ -66,12 +66,12 @@ class Evaluated(Protocol):
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """The vector whose squares sum to the unknown part of the objective, shape (n,); None if it is not known."""
+        """Vector whose squares sum to the unknown part of the objective, shape (n,); None if it is not known."""
         ...
 
 
 class Search(ABC):
-    """Base of all searches, with their observations and pending proposals; subclasses implement `propose`."""
+    """Base of all searches. It stores observations and pending proposals; subclasses implement `propose`."""
 
     needs_residuals = False
     """Whether the search needs the residuals of an evaluation as well as its objective."""
@@ -82,8 +82,8 @@ class Search(ABC):
         Args:
             space: Bounds of the parameters.
             seed: Random seed of the search.
-            first: Parameters of the first proposals; repeated ones are proposed once. The proposal after them is
-                random, because given points may all fail, and would then teach the search only the known part of the
+            first: Parameters of the first proposals. Repeated parameters are proposed once. The proposal after these is
+                random, because all given points may fail. Failed points teach the search only the known part of the
                 objective.
         """
         self.space = space
@@ -94,23 +94,26 @@ class Search(ABC):
 
     @property
     def number(self) -> int:
-        """The number of the next proposal, from 0."""
+        """Number of the next proposal, from 0."""
         return len(self.told) + len(self.pending)
 
     @property
     def known(self) -> list[Observation]:
-        """The observations that the next proposal may depend on."""
+        """The observations on which the next proposal may depend."""
         return [] if self.number == len(self.first) else self.told
 
     @abstractmethod
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters, and the expected improvement as a fraction of the best objective if estimated."""
+        """Return the next parameters, and their expected improvement as a fraction of the best objective.
+
+        The improvement is None if the search does not estimate it.
+        """
 
     def ask(self, fidelity: int = HIGH) -> Proposal:
-        """Return the next proposal; it is pending until it is told.
+        """Return the next proposal. It stays pending until its result is reported with `tell`.
 
         Args:
-            fidelity: Fidelity of the model that will be evaluated; searches with one fidelity pass it on.
+            fidelity: Fidelity of the model that will be evaluated. Searches with one fidelity copy it to the proposal.
         """
         given = self.number < len(self.first)
         parameters, gain = (self.first[self.number], None) if given else self.propose()
@@ -119,15 +122,15 @@ class Search(ABC):
         return proposal
 
     def expect(self, proposal: Proposal) -> None:
-        """Add a pending proposal, such as one of an interrupted study."""
+        """Add a pending proposal, for example a proposal of an interrupted study."""
         self.pending.append(proposal)
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report an observation.
+        """Report the result of a proposal.
 
         Args:
-            proposal: A pending proposal, or other parameters.
-            found: An evaluation, or its objective.
+            proposal: A pending proposal, or any other parameters.
+            found: An evaluation, or the value of its objective.
 
         Raises:
             InputError: If the objective is not finite.
@@ -140,12 +143,12 @@ class Search(ABC):
         self.told.append(Observation(dict(proposal), objective, residuals))
 
     def _settle(self, proposal: Mapping[str, int | float]) -> None:
-        """Drop a proposal from the pending ones."""
+        """Remove a proposal from the pending proposals."""
         for number, each in enumerate(self.pending):
             if each is proposal or each.parameters == dict(proposal):
                 del self.pending[number]
                 return
 
     def sub_seed(self) -> int:
-        """Return the random seed of the next proposal."""
+        """Return the random seed for the next proposal."""
         return int(np.random.SeedSequence([self.seed, self.number]).generate_state(1)[0])

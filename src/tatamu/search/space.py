@@ -1,4 +1,4 @@
-"""The search space: named numbers between bounds, and the unit cube in which searches compute."""
+"""The search space: named parameters with bounds, and the unit cube in which searches compute."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ import numpy as np
 from tatamu.errors import InputError
 
 Parameters = dict[str, int | float]
-"""A point of a search space by name; whole numbers are `int`."""
+"""A point of a search space, by the names of its parameters. Whole numbers have the type `int`."""
 KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
-"""Function for the part of an objective that needs no simulation, from parameters by name, (p,) each, to (p,)."""
+"""Function that computes the part of an objective for which no simulation is needed.
+
+Its argument maps the name of each parameter to values of shape (p,). Its result has the shape (p,)."""
 ROUNDING = 1e-9
-"""Distance beyond a bound that counts as rounding, as a fraction of the range."""
+"""Distance outside a bound that counts as a rounding error, as a fraction of the range."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +42,10 @@ class Bounds:
         return round(inside) if self.whole else float(inside)
 
     def check(self, name: str, value: Any) -> None:
-        """Refuse a value outside the range.
+        """Check that a value is within the bounds.
 
         Raises:
-            InputError: If `value` is not a number within the bounds; the message begins with `name`.
+            InputError: If `value` is not a number within the bounds. The message begins with `name`.
         """
         slack = ROUNDING * (self.high - self.low)
         number = isinstance(value, Real) and not isinstance(value, bool)
@@ -54,21 +56,22 @@ class Bounds:
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Bounds of named parameters, and the unit cube that represents them.
+    """Named parameters with bounds, and the unit cube that represents them.
 
-    In the cube, whole numbers are the middles of equal parts of a side. Parameters with a single value have no side.
+    Each parameter with more than one value has one side of the cube. For whole numbers, the side is divided into equal
+    parts, and the middle of each part represents a number.
     """
 
     bounds: Mapping[str, Bounds]
     known_part: KnownPart | None = field(default=None, kw_only=True)
-    """The part of the objective that is known without a simulation; None if nothing is known."""
+    """Function for the part of the objective that is known without a simulation; None if no part is known."""
 
     def middle(self) -> Parameters:
         """Return the parameters in the middle of the space."""
         return {name: each.nearest(0.5 * (each.low + each.high)) for name, each in self.bounds.items()}
 
     def random(self, seed: int) -> Parameters:
-        """Return parameters drawn evenly from the space, equal to those of Optuna's `RandomSampler` with this seed."""
+        """Return random parameters, evenly distributed. Optuna's `RandomSampler` returns the same for this seed."""
         generator = np.random.RandomState(seed)
         drawn: Parameters = {}
         for name, each in self.bounds.items():
@@ -78,10 +81,10 @@ class Space:
         return drawn
 
     def check(self, parameters: Mapping[str, Any]) -> None:
-        """Refuse parameters outside the space.
+        """Check that parameters are in the space.
 
         Raises:
-            InputError: If a parameter is missing, unknown, or outside its bounds; the message names it.
+            InputError: If a parameter is missing, unknown, or outside its bounds. The message names the parameter.
         """
         if wrong := next(iter(set(parameters) ^ set(self.bounds)), None):
             raise InputError(f"parameters: must be {', '.join(self.bounds)}; {wrong} is missing or unknown")
@@ -115,27 +118,27 @@ class Space:
         return len(self._names)
 
     def points(self, parameters: Sequence[Mapping[str, Any]]) -> np.ndarray:
-        """Return the points of the unit cube for parameters, shape (n, d)."""
+        """Return the points of the unit cube that represent parameters, shape (n, d)."""
         rows = np.array([[float(each[name]) for name in self._names] for each in parameters])
         rows = rows.reshape(len(parameters), self.dimensions)
         return np.asarray((rows - self._low + 0.5 * self._whole) / self._size)
 
     def snap(self, points: np.ndarray) -> np.ndarray:
-        """Return the nearest points that represent parameters, shape (p, d)."""
+        """Return the nearest points that represent allowed parameters, shape (p, d)."""
         inside = np.clip(points, 0.0, 1.0)
         middles = (np.minimum(np.floor(inside * self._size), self._size - 1.0) + 0.5) / self._size
         return np.where(self._whole, middles, inside)
 
     def values(self, points: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the parameters of snapped points (p, d) by name, shape (p,) each."""
+        """Return the parameters that snapped points (p, d) represent, by name, each of shape (p,)."""
         values = self._low + points * self._size - 0.5 * self._whole
         values[:, self._whole] = np.round(values[:, self._whole])
-        values = np.clip(values, self._low, self._high)  # low + (high - low) may be the next number above high
+        values = np.clip(values, self._low, self._high)  # low + (high - low) may be rounded to a number above high
         single = {n: np.full(len(points), float(each.low)) for n, each in self.bounds.items() if each.single}
         return {**dict(zip(self._names, values.T, strict=True)), **single}
 
     def parameters(self, point: np.ndarray) -> Parameters:
-        """Return the parameters of one snapped point, shape (d,)."""
+        """Return the parameters that one snapped point represents, shape (d,)."""
         values = self.values(point[None])
         searched = {
             name: int(values[name][0]) if whole else float(values[name][0])

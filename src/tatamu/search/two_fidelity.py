@@ -1,13 +1,14 @@
-"""A search over two fidelities: most trials evaluate a cheap model, and the last trials the model itself.
+"""A search over two fidelities. Most trials evaluate a cheap model, and the last trials evaluate the model itself.
 
-Let y be the logarithm of the unknown part of the objective (alpha D of Eq. (10)), or the objective itself if no part is
-known beforehand:
+Let y be the logarithm of the unknown part of the objective (alpha D of Eq. (10)). If no part is known before a trial, y
+is the objective itself. The two fidelities are related by
 
     y_high(x) = y_low(x) + d(x)                    co-kriging (Kennedy and O'Hagan 2000)
 
-y_low and d are Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity, each at
-some distance from the earlier ones. Once a few trials of high fidelity are known, the point with the largest expected
-improvement over the best of them is proposed.
+y_low is the value of the cheap model, y_high the value of the model itself, and d their difference. y_low and d are
+Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity, with a least distance from
+each other. When a few of these trials are known, the next proposals are the points with the largest expected
+improvement over the best of them.
 """
 
 from __future__ import annotations
@@ -34,18 +35,18 @@ from tatamu.search.space import Parameters, Space
 
 @dataclass(frozen=True)
 class CoKriging:
-    """Settings of the model of both fidelities."""
+    """Settings of the model that combines both fidelities."""
 
     handful: int = 3
-    """Least number of known trials of high fidelity with which the difference d is modelled."""
+    """Least number of trials at high fidelity from which the difference d is modelled."""
     different: float = 0.1
-    """Least difference in one parameter, as a fraction of its range, by which two trials count as different."""
+    """Least difference in one parameter by which two trials count as different, as a fraction of the range."""
     least_difference: float = 1.0
-    """Least standard deviation of d: without data, alpha D may differ by a factor of three."""
+    """Least standard deviation of the difference d. With 1.0, alpha D may differ by a factor of about three."""
 
 
 class TwoFidelitySearch(Search):
-    """Proposes with another search at low fidelity, and with a co-kriging model of both fidelities at high fidelity."""
+    """Search that uses another search at low fidelity, and a co-kriging model of both fidelities at high fidelity."""
 
     settings = CoKriging()
     maximisation = Maximisation()
@@ -60,10 +61,10 @@ class TwoFidelitySearch(Search):
         """Start a search.
 
         Args:
-            make: Makes the search of low fidelity from a space, a seed and first parameters.
-            space: Bounds of the parameters, with the part of the objective that is known.
+            make: Callable that makes the search of low fidelity from a space, a seed and first parameters.
+            space: Bounds of the parameters, and the known part of the objective.
             seed: Random seed of the search.
-            first: Parameters of the first proposals; the last of these is the first proposal at high fidelity.
+            first: Parameters of the first proposals. The last of them is the first proposal at high fidelity.
         """
         super().__init__(space, seed, first[-1:])
         self.low = make(space, seed, first[:-1])
@@ -71,11 +72,11 @@ class TwoFidelitySearch(Search):
 
     @property
     def number(self) -> int:
-        """The number of the next proposal, from 0."""
+        """Number of the next proposal, from 0."""
         return self.low.number + super().number
 
     def ask(self, fidelity: int = HIGH) -> Proposal:
-        """Return the next proposal at a fidelity; it is pending until it is told."""
+        """Return the next proposal at a fidelity. It stays pending until its result is reported with `tell`."""
         if fidelity == LOW:
             return self.low.ask(LOW)
         given = bool(self.first) and super().number == 0
@@ -85,18 +86,21 @@ class TwoFidelitySearch(Search):
         return proposal
 
     def expect(self, proposal: Proposal) -> None:
-        """Add a pending proposal, such as one of an interrupted study."""
+        """Add a pending proposal, for example a proposal of an interrupted study."""
         (self.low.pending if proposal.fidelity == LOW else self.pending).append(proposal)
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report an observation."""
+        """Report the result of a proposal."""
         if getattr(proposal, "fidelity", HIGH) == LOW:
             self.low.tell(proposal, found)
         else:
             super().tell(proposal, found)
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters at high fidelity, and their expected improvement as a fraction of the best."""
+        """Return the next parameters at high fidelity, and the improvement that they are expected to bring.
+
+        The improvement is a fraction of the best objective.
+        """
         if not self.low.told:
             return self.space.random(self.sub_seed()), None
         if len(self.told) < self.settings.handful:
@@ -111,7 +115,10 @@ class TwoFidelitySearch(Search):
         return self.space.parameters(point), float(np.exp(height) / high[1].min())
 
     def _best_different(self) -> Parameters:
-        """Return the best trial of low fidelity that differs from those of high fidelity; the best if none does."""
+        """Return the best trial of low fidelity that differs from all trials of high fidelity.
+
+        If no trial differs, return the best trial of low fidelity.
+        """
         points, objectives = _arrays(self.space, self.low.told)
         known = [each.parameters for each in self.told] + [each.parameters for each in self.pending]
         taken = self.space.points(known)
@@ -123,7 +130,10 @@ class TwoFidelitySearch(Search):
     def _acquisition(
         self, low: tuple[np.ndarray, np.ndarray], high: tuple[np.ndarray, np.ndarray]
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """Return log expected improvement over the best trial of high fidelity, from points (p, d) to (p,)."""
+        """Return a function that gives log expected improvement at points (p, d), shape (p,).
+
+        The improvement is relative to the best trial of high fidelity.
+        """
         space = self.space
         pending = space.points([each.parameters for each in self.pending])
         lower, centre, spread = fit_standardised(low[0], log_unknown(space, *low), pending)
@@ -145,6 +155,6 @@ class TwoFidelitySearch(Search):
 
 
 def _arrays(space: Space, observations: Sequence[Observation]) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (n, d) and objectives (n,)."""
+    """Return the points (n, d) and the objectives (n,) of observations."""
     points = space.points([each.parameters for each in observations])
     return points, np.array([each.objective for each in observations])

@@ -1,4 +1,4 @@
-"""Simulators by name. A simulator is a function from a Scene to a Rollout; each has its own folder."""
+"""Simulators by name. A simulator is a function from a `Scene` to a `Rollout`. Each simulator has its own folder."""
 
 from __future__ import annotations
 
@@ -13,37 +13,40 @@ from tatamu.simulators.capabilities import Capabilities
 
 
 class Simulator(Protocol):
-    """The names that the module of a simulator has."""
+    """The functions and values that the module of a simulator must contain."""
 
     CAPABILITIES: Capabilities
-    """The simulator's capabilities; callers read them instead of comparing names."""
+    """What the simulator can do, and its limits. Callers read these instead of comparing names."""
 
     def require(self) -> None:
-        """Check for programs that it needs in addition to tatamu.
+        """Check that the programs which the simulator needs are installed.
 
         Raises:
-            InputError: If it is not installed.
+            InputError: If a program is not installed.
         """
         ...
 
     def prepare(self) -> None:
-        """Do the work that the first rollout would wait for, such as compiling."""
+        """Do work in advance for which the first rollout would otherwise wait, such as compiling."""
         ...
 
     def compilation(self) -> tuple[int, int]:
-        """Return the number of its compiled functions on disk (0 if none had to be compiled), and their total."""
+        """Return how many of the simulator's compiled functions are on disk, and how many it has.
+
+        The first number is 0 if no function had to be compiled.
+        """
         ...
 
     def simulate(self, scene: Scene) -> Rollout:
-        """Run one scene.
+        """Simulate one scene.
 
         Raises:
-            SimulationError: If the rollout passed a limit of the model.
+            SimulationError: If the rollout exceeded a limit of the model.
         """
         ...
 
     def simulate_many(self, scenes: Sequence[Scene]) -> list[Rollout]:
-        """Run several scenes; the same positions as one by one."""
+        """Simulate several scenes. The positions are equal to those of single simulations."""
         ...
 
 
@@ -52,14 +55,14 @@ SIMULATORS: dict[str, str | Simulator] = {
     "blender": "tatamu.simulators.blender",
     "mujoco": "tatamu.simulators.mujoco",
 }
-"""Name of each simulator and the module that is a `Simulator`, imported when first used, or one that was registered."""
+"""Module or object of each simulator, by the simulator's name. A module is imported when it is first used."""
 
 
 def named(name: str) -> Simulator:
-    """The simulator called `name`.
+    """Return the simulator with a name.
 
     Raises:
-        InputError: If there is none of that name.
+        InputError: If no simulator has this name.
     """
     if name not in SIMULATORS:
         raise InputError(f"simulator: must be one of {', '.join(SIMULATORS)}, given {name!r}")
@@ -68,14 +71,14 @@ def named(name: str) -> Simulator:
 
 
 def register_simulator(name: str, simulator: Simulator) -> None:
-    """Add a simulator, so that `simulate(scene, name)`, tasks and checks use it.
+    """Add a simulator. After that, `simulate(scene, name)`, tasks and checks can use it.
 
     Args:
         name: Name of the simulator.
         simulator: A module or an object with the attributes of `Simulator`.
 
     Raises:
-        InputError: If a simulator of that name exists.
+        InputError: If a simulator with this name exists.
     """
     if name in SIMULATORS:
         raise InputError(f"name: must be new, given {name!r}, which is a simulator already")
@@ -83,29 +86,29 @@ def register_simulator(name: str, simulator: Simulator) -> None:
 
 
 def capabilities(name: str) -> Capabilities:
-    """The abilities and limits of the simulator called `name`.
+    """Return the capabilities and limits of the simulator with a name.
 
     Raises:
-        InputError: If there is none of that name.
+        InputError: If no simulator has this name.
     """
     return named(name).CAPABILITIES
 
 
 def require(*names: str) -> None:
-    """Refuse simulators that cannot run here, before any work is done for them.
+    """Check that simulators can run on this machine, before any work is done for them.
 
     Raises:
-        InputError: If there is none of that name, or a program that it needs is not installed.
+        InputError: If no simulator has a given name, or a program that the simulator needs is not installed.
     """
     for name in names:
         named(name).require()
 
 
 def simulate(scene: Scene, simulator: str = "native") -> Rollout:
-    """Make a rollout of a scene in the simulator of that name."""
+    """Simulate a scene with the simulator of a given name, and return the rollout."""
     return named(simulator).simulate(scene)
 
 
 def simulate_many(scenes: Sequence[Scene], simulator: str = "native") -> list[Rollout]:
-    """Make rollouts of several scenes; the same positions as one by one."""
+    """Simulate several scenes, and return their rollouts. The positions are equal to those of single simulations."""
     return named(simulator).simulate_many(scenes)

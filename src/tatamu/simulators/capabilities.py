@@ -1,4 +1,4 @@
-"""The capabilities and limits that a simulator states, so that callers need not know its name."""
+"""What a simulator can do, and its limits. Callers use these and need not know the simulator's name."""
 
 from __future__ import annotations
 
@@ -11,36 +11,38 @@ from tatamu.scene import Scene
 
 @dataclass(frozen=True)
 class Capabilities:
-    """The abilities and limits of a simulator; the defaults are the usual case."""
+    """The capabilities and limits of a simulator. The defaults fit most simulators."""
 
     parallel: bool = False
-    """Whether `simulate` may be called in several threads of one process, with the same results."""
+    """Whether `simulate` may be called in several threads of one process. The results must not depend on this."""
     coarse_search: bool = False
-    """Whether a coarser mesh ranks folds nearly as the default mesh does, so that a search may start on it."""
+    """Whether folds have nearly the same order by quality on a coarser mesh, so that a search may start on it."""
     compression: bool = False
-    """Whether cloth may resist compression less than tension (`Material.compression`); otherwise equally."""
+    """Whether cloth may resist compression less than tension (`Material.compression`). Otherwise it resists equally."""
     orthotropy: bool = False
-    """Whether warp, weft, shear and bias may have separate stiffnesses; otherwise cloth is isotropic."""
+    """Whether warp, weft, shear and bias may have separate stiffnesses. Otherwise cloth is isotropic."""
     hysteresis: bool = False
-    """Whether bending may have friction (`Material.bending_hysteresis`); otherwise it is elastic."""
+    """Whether bending may have friction (`Material.bending_hysteresis`). Otherwise bending is elastic."""
     directional_air: bool = False
-    """Whether air has directional and quadratic drag and added mass; otherwise only `air_drag` acts."""
+    """Whether air has directional drag, quadratic drag and added mass. Otherwise only `air_drag` acts."""
     bodies: bool = False
-    """Whether cloth may collide with rigid bodies (`Scene.bodies`); otherwise scenes with bodies are refused."""
+    """Whether cloth may collide with rigid bodies (`Scene.bodies`). Otherwise scenes with bodies are refused."""
     sound_cell: float | None = None
-    """Mean edge of the largest cells, in bending lengths, whose folds have the right shape; None if not limited."""
+    """Largest mean edge of the mesh with which folds have the right shape, in bending lengths; None if not limited."""
     usable_cell: float | None = None
-    """Mean edge of the largest cells, in bending lengths, on which two folds may be compared; None if not limited."""
+    """Largest mean edge of the mesh with which two folds may be compared, in bending lengths; None if not limited."""
     friction_table: float | None = None
-    """Largest Coulomb coefficient between cloth and table; larger ones are cut to it. None if not limited."""
+    """Largest Coulomb coefficient between cloth and table; None if not limited. Larger coefficients are reduced to
+    it."""
     friction_cloth: float | None = None
-    """Largest Coulomb coefficient between layers of cloth; larger ones are cut to it. None if not limited."""
+    """Largest Coulomb coefficient between layers of cloth; None if not limited. Larger coefficients are reduced to
+    it."""
 
     def refuse(self, scene: Scene, name: str) -> None:
-        """Refuse a scene that the simulator of that name cannot simulate at all.
+        """Raise an error if the simulator with this name cannot simulate a scene at all.
 
         Raises:
-            InputError: If the scene has rigid bodies and the simulator cannot do bodies.
+            InputError: If the scene has rigid bodies and the simulator does not support them.
         """
         if scene.bodies and not self.bodies:
             raise InputError(
@@ -49,7 +51,7 @@ class Capabilities:
             )
 
     def lacking(self, material: Material) -> list[str]:
-        """A line for each property of a material that is beyond the simulator, for the user to read."""
+        """Return a line of text for each property of a material that the simulator cannot represent."""
         lines = []
         own = [name for name in (*ORTHOTROPIC_MEMBRANE, *ORTHOTROPIC_BENDING) if getattr(material, name) is not None]
         if own and not self.orthotropy:

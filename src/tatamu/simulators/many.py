@@ -1,4 +1,4 @@
-"""Several scenes at a time."""
+"""Simulation of several scenes at the same time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ def processors() -> int:
 
 @contextmanager
 def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
-    """Return the given executor, or threads: as many as processors, or as tasks at a time if these are fewer."""
+    """Yield the given executor. If it is None, yield threads.
+
+    The number of threads is the number of processors, but at most `most`, the number of tasks at a time.
+    """
     if given is not None:
         yield given
         return
@@ -31,6 +34,6 @@ def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
 
 
 def side_by_side(simulate: Callable[[Scene], Rollout], scenes: Sequence[Scene]) -> list[Rollout]:
-    """Run scenes in threads, one per available processor; return rollouts in the given order."""
+    """Simulate scenes in threads, one per available processor. Return the rollouts in the order of the scenes."""
     with ThreadPoolExecutor(max(1, min(len(scenes), processors()))) as pool:
         return list(pool.map(simulate, scenes))

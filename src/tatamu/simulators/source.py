@@ -1,4 +1,4 @@
-"""The digest of the source on which a rollout depends, by which simulations of other versions are recognised."""
+"""The digest of the source code on which a rollout depends. Simulations of other versions are recognised by it."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-"""Folder of the package."""
+"""Folder of the package tatamu."""
 PARTS = ("simulators", "scene.py", "material.py", "topology.py", "crossings.py")
-"""Parts of the package on which a rollout depends."""
+"""Folders and files of the package on which a rollout depends."""
 
 
 @cache
 def source_digest() -> str:
-    """Return a digest of the code that decides a rollout; comments, docstrings and layout do not change it."""
+    """Return a digest of the code that determines a rollout. Comments, docstrings and layout do not change it."""
     files = [
         path for part in PARTS for path in ([ROOT / part] if part.endswith(".py") else (ROOT / part).rglob("*.py"))
     ]

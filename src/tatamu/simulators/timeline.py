@@ -1,4 +1,7 @@
-"""The time of a scene in segments: within a segment no gripper opens or closes, and hands move on straight lines."""
+"""The time of a scene, divided into segments.
+
+Within a segment, no gripper opens or closes, and all hands move on straight lines.
+"""
 
 from __future__ import annotations
 
@@ -10,36 +13,39 @@ import numpy as np
 from tatamu.scene import Gripper, Scene
 
 SAME = 1e-7
-"""Largest difference of instants that are equal [s]."""
+"""Largest difference between two times that count as equal [s]."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of time in which the same grippers hold."""
+    """An interval of time in which no gripper opens or closes."""
 
     start: float
-    """[s]"""
+    """Start of the segment [s]."""
     end: float
-    """[s]"""
+    """End of the segment [s]."""
     frame: bool
-    """Whether a frame of the rollout lies at its end."""
+    """Whether the segment ends at a frame of the rollout."""
     held: tuple[bool, ...]
-    """Whether each gripper holds during the segment."""
+    """Whether each gripper is closed during the segment."""
 
     @property
     def duration(self) -> float:
-        """Duration [s]."""
+        """Duration of the segment [s]."""
         return self.end - self.start
 
 
 def holds(gripper: Gripper, start: float, end: float) -> bool:
-    """Whether the gripper holds from `start` to `end`, which lie on the same side of its closing and opening."""
+    """Return whether a gripper is closed from `start` to `end`. It must not open or close between these times."""
     middle = 0.5 * (start + end)
     return gripper.closes <= middle and (gripper.opens is None or middle < gripper.opens)
 
 
 def segments(scene: Scene, longest: float) -> list[Segment]:
-    """Cut a scene's time at its frames and at each closing and opening, then into pieces of at most `longest` [s]."""
+    """Divide the time of a scene into segments.
+
+    It is divided at its frames, where a gripper opens or closes, and into segments of at most `longest` [s].
+    """
     frames = np.arange(scene.frames) / scene.frame_rate
     events = [time for gripper in scene.grippers for time in (gripper.closes, gripper.opens) if time is not None]
     instants = [(float(time), True) for time in frames]

@@ -1,7 +1,7 @@
-"""Studies: the options of learning, the loop, the store, and the result in memory and in its folder.
+"""Studies: the options of learning, the loop over trials, their storage, and the result in memory and in its folder.
 
-A study is one search for a fold, and a trial is one evaluation in it. A world is one random draw of the disturbances;
-the nominal world has no disturbances.
+A study is one search for a fold, and a trial is one evaluation in this search. A world is one random draw of all
+disturbances. The nominal world has no disturbances.
 """
 
 from tatamu.study.folder import ResultFolder

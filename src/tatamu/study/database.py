@@ -1,8 +1,8 @@
-"""Studies in a shared PostgreSQL database, which several clients may use at a time through Optuna's `RDBStorage`.
+"""Studies in a shared PostgreSQL database. Several clients may use it at the same time through Optuna's `RDBStorage`.
 
-Passwords come from PGPASSWORD or ~/.pgpass, which libpq reads. No address, message or file of tatamu contains a
-password. A lost connection is opened again for a limited time. Only one client uses a study at a time: it has an
-advisory lock, which the server releases however the client ends.
+Passwords come from PGPASSWORD or ~/.pgpass, which libpq reads. The addresses, messages and files of tatamu never
+contain a password. A lost connection is opened again for a limited time. Only one client uses a study at a time. This
+client has an advisory lock, which the server releases when the client ends, even if the client crashes.
 """
 
 from __future__ import annotations
@@ -27,21 +27,23 @@ from tatamu.errors import InputError, UnavailableError
 Value = TypeVar("Value")
 
 OPENING_SECONDS = 10.0
-"""Time for which the first connection is tried [s]."""
+"""Time for which the first connection is attempted [s]."""
 RETRY_SECONDS = 120.0
-"""Time for which a lost connection is tried again [s]."""
+"""Time for which a lost connection is attempted again [s]."""
 HOLD_SECONDS = 15.0
-"""Time that another client with a lock on the study has to end [s]."""
+"""Time for which a client waits if another client has locked the study [s]."""
 PAUSE = 0.25
-"""Seconds between two tries."""
+"""Pause between two attempts [s]."""
 CONNECTIONS = 4
-"""Largest number of connections of one client, in addition to the one that locks its studies."""
+"""Largest number of connections of one client. The connection that locks its studies is not counted."""
 SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp_keepalives_count=3"
-"""Options with which the server releases the locks of a machine that disappeared."""
+"""Connection options with which the server releases the locks of a machine that has disappeared."""
 LOST_STATES = ("08", "57P", "53300")
-"""SQLSTATEs, or their beginnings, of a connection that is not available now: lost, shutdown, too many clients."""
+"""SQLSTATE codes, or their beginnings, of a connection that is not available at the moment.
+
+The connection was lost, the server shuts down, or the server has too many clients."""
 PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
-"""SQLSTATEs of temporary errors, which include conflicts and another client that creates the tables."""
+"""SQLSTATE codes of temporary errors. They include conflicts, and tables that another client creates."""
 PASSING_WORDS = (
     "refused",
     "starting up",
@@ -56,21 +58,22 @@ PASSING_WORDS = (
     "reset by peer",
     "no such file or directory",
 )
-"""Texts of such errors, if the driver gives no state."""
+"""Texts of temporary errors, for drivers that give no SQLSTATE code."""
 
 
 class ConnectionLostError(Exception):
     """The connection to the database was lost.
 
-    This is no error of SQLAlchemy, so that Optuna does not repeat the operation without a check whether it was done.
+    This class is not an error of SQLAlchemy. Optuna therefore does not repeat the operation before tatamu has checked
+    whether the operation was done.
     """
 
 
 def parse_storage(given: str) -> str:
-    """Read the address of a database: `postgresql://USER@HOST/DB`.
+    """Return the address of a database, `postgresql://USER@HOST/DB`, after a check of its form.
 
     Raises:
-        InputError: If it is no such address, or contains a password; the message never repeats the password.
+        InputError: If the address has another form or contains a password. The message never repeats the password.
     """
     wanted = "must be postgresql://USER@HOST/DB"
     try:
@@ -88,7 +91,7 @@ def parse_storage(given: str) -> str:
 
 @dataclass
 class SharedDatabase:
-    """One database, with the connections of this process."""
+    """A shared database, with the connections of this process."""
 
     address: str
     """`postgresql://USER@HOST/DB`, without a password."""
@@ -100,11 +103,11 @@ class SharedDatabase:
 
     @property
     def storage(self) -> RDBStorage:
-        """The storage for Optuna, connected at the first use.
+        """Optuna's storage in the database. The connection is opened at the first use.
 
         Raises:
-            InputError: If the database refuses.
-            UnavailableError: If it does not answer.
+            InputError: If the database refuses the connection.
+            UnavailableError: If the database does not answer.
         """
         with self._lock:
             if self._storage is None:
@@ -112,14 +115,15 @@ class SharedDatabase:
             return self._storage
 
     def run(self, operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value | None:
-        """Do an operation, and repeat it if the connection was lost.
+        """Run an operation on the database. Repeat the operation if the connection was lost.
 
         Args:
-            operation: Reads, or writes in one transaction.
-            done: Returns whether an earlier try, whose answer was lost, did the operation; called before each new try.
+            operation: Function that reads, or that writes in one transaction.
+            done: Function that returns whether an earlier attempt did the operation although its answer was lost. It is
+                called before each new attempt.
 
         Returns:
-            The result of the operation; None if its answer was lost.
+            The result of the operation; None if an attempt did the operation but its answer was lost.
         """
         first = True
 
@@ -135,7 +139,7 @@ class SharedDatabase:
         return self._persist(attempt, self.retry_seconds)
 
     def hold(self, name: str) -> None:
-        """Lock a study until `release` or the end of this process.
+        """Lock a study until `release` is called or this process ends.
 
         Raises:
             UnavailableError: If another client uses the study.
@@ -149,14 +153,14 @@ class SharedDatabase:
             self._held.add(name)
 
     def release(self, name: str) -> None:
-        """Let go of a study."""
+        """Release the lock on a study."""
         with self._lock:
             self._held.discard(name)
             if self._holding is not None:
                 try:
                     self._holding.execute(sql("SELECT pg_advisory_unlock(hashtextextended(:name, 0))"), {"name": name})
                 except (SQLAlchemyError, ConnectionLostError):
-                    self._drop_holding()  # it ended with its connection
+                    self._drop_holding()  # the lock ended with its connection
 
     def close(self) -> None:
         """Close all connections and release all locks."""
@@ -197,10 +201,10 @@ class SharedDatabase:
         self._holding = None
 
     def _persist(self, operation: Callable[[], Value], seconds: float) -> Value:
-        """Do an operation until it works or time is up.
+        """Repeat an operation until it succeeds or the time is over.
 
         Raises:
-            InputError: If the database refuses.
+            InputError: If the database refuses the operation.
             UnavailableError: If the database did not answer within the time, or its disk is full.
         """
         deadline = monotonic() + seconds
@@ -237,14 +241,17 @@ class SharedDatabase:
 
 @contextmanager
 def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
-    """Yield the database of an address while the block runs, with few connections; None for None.
+    """Yield the database of an address while the block runs; None if the address is None.
+
+    The database uses few connections.
 
     Args:
-        address: `postgresql://USER@HOST/DB`.
+        address: Address `postgresql://USER@HOST/DB`, or None.
 
     Raises:
-        InputError: If the address is invalid, its driver is not installed, or the database refuses.
-        UnavailableError: If it does not answer.
+        InputError: If the address is invalid, the database driver is not installed, or the database refuses the
+            connection.
+        UnavailableError: If the database does not answer.
     """
     if address is None:
         yield None
@@ -267,7 +274,7 @@ def _rendered(url: URL) -> str:
 
 
 def _say_that_it_was_lost(context: ExceptionContext) -> None:
-    """Turn the loss of a connection into an error after which Optuna does not retry."""
+    """Convert the loss of a connection to an error after which Optuna does not repeat the operation."""
     state, reason = _reason(context.original_exception)
     if context.is_disconnect or _passes(state, reason, LOST_STATES):
         raise ConnectionLostError(reason)
@@ -278,7 +285,7 @@ def _passes(state: str, reason: str, states: tuple[str, ...] = PASSING_STATES) -
 
 
 def _reason(error: BaseException) -> tuple[str, str]:
-    """Return the SQLSTATE of an error, if it has one, and the driver's message in one line."""
+    """Return the SQLSTATE code of an error, if the error has a code, and the driver's message in one line."""
     cause: Any = error
     while getattr(cause, "orig", None) or cause.__cause__:
         cause = getattr(cause, "orig", None) or cause.__cause__

@@ -1,6 +1,6 @@
-"""The folder of a learned fold, or of a plan of several: the names of its files, reading and writing them.
+"""The folder of a learned fold, or of a learned plan with several steps: file names, reading and writing.
 
-docs/reference/result-folder.md describes every file.
+Every file is described in docs/reference/result-folder.md.
 """
 
 from __future__ import annotations
@@ -31,71 +31,71 @@ REPORT = "report.html"
 STUDY = "study.db"
 SHARED_STUDY = "study.json"
 MARGINS = "margins"
-"""Name of the folder with the margins of the fold."""
+"""Name of the folder that contains the margins of the fold: the errors that the fold tolerates."""
 
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
-"""All files of a study except its database."""
+"""Names of all files of a study except its database."""
 STEP = "step-"
-"""Prefix of the names of the folders of a plan's steps."""
+"""Beginning of the names of the folders for a plan's steps."""
 
 
 def step_name(number: int) -> str:
-    """The folder of a step of a plan, the first being 0."""
+    """Return the folder name of a step of a plan. Steps are counted from 0."""
     return f"{STEP}{number + 1}"
 
 
 @dataclass(frozen=True)
 class ResultFolder:
-    """A folder whose files are read and validated at the first use, and written in one piece."""
+    """A folder of a learned fold. Files are read and validated at their first use, and always written completely."""
 
     path: Path
 
     @property
     def result_file(self) -> Path:
-        """The study, or the plan: `result.json`."""
+        """Path of `result.json`, which describes the study or the plan."""
         return self.path / RESULT
 
     @property
     def manipulation_file(self) -> Path:
-        """The best trial as hands see it: `manipulation.json`."""
+        """Path of `manipulation.json`, which describes the motion of the hands in the best trial."""
         return self.path / MANIPULATION
 
     @property
     def scene_file(self) -> Path:
-        """The best trial as a scene: `scene.json`."""
+        """Path of `scene.json`, which describes the best trial as a scene."""
         return self.path / SCENE
 
     @property
     def rollout_file(self) -> Path:
-        """The motion of the cloth in the best trial: `rollout.npz`."""
+        """Path of `rollout.npz`, which contains the motion of the cloth in the best trial."""
         return self.path / ROLLOUT
 
     @property
     def report_file(self) -> Path:
-        """The page: `report.html`."""
+        """Path of the page `report.html`."""
         return self.path / REPORT
 
     @property
     def study_file(self) -> Path:
-        """The Optuna study: `study.db`."""
+        """Path of the Optuna study `study.db`."""
         return self.path / STUDY
 
     @property
     def margins_folder(self) -> Path:
-        """Folder of its margins: `margins`."""
+        """Path of the folder `margins`, which contains the margins of the fold."""
         return self.path / MARGINS
 
     @property
     def margins_file(self) -> Path:
-        """File of its margins: `margins/margins.json`."""
+        """Path of `margins/margins.json`, which contains the margins of the fold."""
         return self.margins_folder / "margins.json"
 
     @property
     def margins(self) -> MarginsResult | None:
-        """The margins of the fold; None if they were not measured.
+        """The margins of the fold: the errors that it tolerates; None if they were not measured.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         return MarginsResult.load(self.margins_file) if self.margins_file.exists() else None
 
@@ -104,30 +104,30 @@ class ResultFolder:
         write_json(out / self.margins_file.name, margins.model_dump())
 
     def step(self, number: int) -> ResultFolder:
-        """A step of a plan, the first being 0."""
+        """Return the folder of a step of a plan. Steps are counted from 0."""
         return ResultFolder(self.path / step_name(number))
 
     def learned_steps(self) -> list[ResultFolder]:
-        """The steps of a plan that have a manipulation, in order."""
+        """The folders of the plan's steps that have a manipulation, in the order of the steps."""
         folders = [file.parent for file in self.path.glob(f"{STEP}*/{MANIPULATION}")]
         return [ResultFolder(path) for path in sorted(folders, key=lambda path: (len(path.name), path.name))]
 
     @property
     def holds_plan(self) -> bool:
-        """Whether a plan of several steps was started here."""
+        """Whether a plan with several steps was started in this folder."""
         return os.path.exists(self.path / step_name(0))
 
     @property
     def shared_study_file(self) -> Path:
-        """File with the address of the study, if it is in a shared database: `study.json`."""
+        """Path of `study.json`, which contains the address of a study in a shared database."""
         return self.path / SHARED_STUDY
 
     @property
     def shared_study(self) -> SharedStudyRecord | None:
-        """Location of the study in a shared database; None if there is none.
+        """The address of the study in a shared database; None if the study is not in a shared database.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         if not os.path.exists(self.shared_study_file):
             return None
@@ -139,7 +139,7 @@ class ResultFolder:
 
     @property
     def has_study(self) -> bool:
-        """Whether a study, or a plan of several steps, was started here."""
+        """Whether a study, or a plan with several steps, was started in this folder."""
         return os.path.exists(self.study_file) or os.path.exists(self.shared_study_file) or self.holds_plan
 
     @property
@@ -152,16 +152,16 @@ class ResultFolder:
         """The study and its trials.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         return validated(ResultRecord, read_json(self.result_file), self.result_file)
 
     @cached_property
     def plan_record(self) -> PlanRecord:
-        """The plan of several steps.
+        """The plan with several steps.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         return validated(PlanRecord, read_json(self.result_file), self.result_file)
 
@@ -170,7 +170,7 @@ class ResultFolder:
         """The best manipulation.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         return Manipulation.load(self.manipulation_file)
 
@@ -179,13 +179,13 @@ class ResultFolder:
         """The best trial as a scene.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         return Scene.load(self.scene_file)
 
     @cached_property
     def rollout(self) -> Rollout:
-        """The motion of the cloth in the best trial, or in all steps of a plan; `extra` has the `target`.
+        """The motion of the cloth in the best trial, or in all steps of a plan. The `target` is in its field `extra`.
 
         Raises:
             InputError: If the file cannot be read or is not a rollout.
@@ -194,10 +194,10 @@ class ResultFolder:
 
     @property
     def target(self) -> np.ndarray:
-        """The wanted shape [m], shape (n, 3).
+        """The target shape: position of each vertex after a perfect fold [m], shape (n, 3).
 
         Raises:
-            InputError: If the rollout cannot be read, or has no target.
+            InputError: If the rollout cannot be read or has no target.
         """
         if "target" not in self.rollout.extra:
             raise InputError(f"{self.rollout_file}: target is missing, the wanted shape (n, 3) of a learned fold")
@@ -218,7 +218,8 @@ class ResultFolder:
         Args:
             manipulation: The best manipulation.
             scene: The best trial as a scene.
-            rollout: Its rollout; `extra` has the `target` and e_i of earlier trials (`result.MOMENTS`).
+            rollout: Rollout of the best trial. `extra` contains the `target` and the distances e_i of earlier trials
+                (`result.MOMENTS`).
         """
         manipulation.save(self.manipulation_file)
         scene.save(self.scene_file)
@@ -231,13 +232,13 @@ class ResultFolder:
         self._forget("rollout")
 
     def _forget(self, *names: str) -> None:
-        """Read a file again at its next use."""
+        """Forget the content of files, so that each file is read again at its next use."""
         for name in names:
             self.__dict__.pop(name, None)
 
 
 def locked(folder: ResultFolder) -> AbstractContextManager[object]:
-    """Return a lock on a folder that ends with the process, however it ends.
+    """Return a lock on a folder. The lock ends with the process, even if the process crashes.
 
     Raises:
         InputError: If the folder cannot be written, another run uses it, or it contains other files.

@@ -1,6 +1,6 @@
-"""Copies of the user's files that a fold was learned from, in its folder: garment, plan, material, robot.
+"""Copies of the files from which a fold was learned: garment, plan, material and robot.
 
-The folder can therefore be moved, and the original files can be changed, without any loss.
+The copies are in the folder of the result. Therefore the folder can be moved, and the original files can be changed.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from tatamu.files import MIB, read_bytes, read_json, replacing, write_json, writ
 
 INPUTS = "inputs"
 INDEX = "files.json"
-"""The file that names the copy of each kind."""
+"""Name of the file that lists the copy of each kind of input."""
 LARGEST_INPUT = 256 * MIB
-"""Largest size of a copied file [bytes]; meshes of a robot's links may be large."""
+"""Largest size of a copied file [bytes]. The meshes of a robot's links may be large."""
 
 
 @dataclass(frozen=True)
 class Sources:
-    """The files of one input, or its text if it has no file. The first file names the others."""
+    """The files of one input, or its text if the input has no file. The first file refers to the other files."""
 
     files: Sequence[Path] = ()
     text: str = ""
     name: str = field(default="", kw_only=True)
-    """File name of the text."""
+    """File name under which the text is stored."""
 
 
 def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:
-    """Copy the sources of a learned fold into its folder, each kind to `inputs/KIND`.
+    """Copy the sources of a learned fold into its folder. Each kind of source has the folder `inputs/KIND`.
 
-    Files keep their places relative to one another, so relative paths in them remain valid.
+    Files keep their positions relative to each other, so relative paths in the files remain valid.
 
     Raises:
         InputError: If a source cannot be read, or the folder cannot be written.
@@ -45,7 +45,7 @@ def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:
 
 
 def _keep(folder: Path, source: Sources) -> str:
-    """Copy one input, and return the place of its first file in the folder."""
+    """Copy one input, and return the relative path of its first file."""
     if not source.files:
         write_text(folder / source.name, source.text)
         return source.name
@@ -59,7 +59,7 @@ def _keep(folder: Path, source: Sources) -> str:
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:
-    """Return the copy of an input of a learned fold or of its plan; None if none was kept.
+    """Return the path of the copy of an input of a learned fold, or of its plan; None if there is no copy.
 
     Raises:
         InputError: If the index of the copies is invalid.

@@ -1,4 +1,4 @@
-"""Learning a task: one study for each step of its plan, kept in a folder or in memory."""
+"""Learning a task: one study for each step of its plan. Studies are kept in a folder or in memory."""
 
 from __future__ import annotations
 
@@ -40,26 +40,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Places:
-    """The executor, the folder or database, and the callback of a study."""
+    """The executor, the storage and the callbacks of a study."""
 
     out: Path | None = None
-    """Folder of the result; None to keep it in memory."""
+    """Folder of the result; None if the result is only kept in memory."""
     executor: Executor | None = None
-    """Executor of the trials; None for threads on every processor."""
+    """Executor that runs the trials; None for threads on all processors."""
     database: SharedDatabase | None = None
-    """Keeps the studies; None for the file `study.db` of each folder."""
+    """Database in which the studies are stored; None for the file `study.db` in each folder."""
     progress: Callable[[Progress], object] = field(default=lambda _: None)
-    """Called when a study is opened, after every trial, and when another stage starts."""
+    """Function that is called when a study is opened, after every trial, and when another stage starts."""
     written: Callable[[Result | PlanResult], object] = field(default=lambda _: None)
-    """Called when the folder of a result is written, to draw its page."""
+    """Function that is called after the folder of a result is written. It can write the page of the result."""
 
     def step(self, number: int) -> Places:
-        """Return the places of a step of a plan, from 0."""
+        """Return the executor, storage and callbacks for a step of a plan, counted from 0."""
         return self if self.out is None else replace(self, out=ResultFolder(self.out).step(number).path)
 
     @property
     def folder(self) -> ResultFolder | None:
-        """The folder of the result; None to keep it in memory."""
+        """Folder of the result; None if the result is only kept in memory."""
         return None if self.out is None else ResultFolder(self.out)
 
 
@@ -70,30 +70,30 @@ def learn(
     evaluate: Evaluator | None = None,
     first: Sequence[Parameters] = (),
 ) -> Result | PlanResult:
-    """Learn a task, or resume where it stopped.
+    """Learn a task, or resume a study that was interrupted.
 
-    If `task` is the first of several steps of a plan, all of them are learned, each from the final state of the
-    previous step. Each search starts with the best folds of the earlier steps. Cloth that no hand carries is reported
-    by an `UncarriedWarning`.
+    If `task` is the first of several steps of a plan, all steps are learned. Each step starts from the final state of
+    the previous step. Its search starts with the best folds of the earlier steps. If no hand carries a part of the
+    cloth, an `UncarriedWarning` describes the part.
 
     Args:
         task: The fold, the garment and the simulator.
-        options: Options of the study; None to use the defaults.
-        places: The executor, the store and the callbacks of the study; None to use this machine and memory.
-        evaluate: Evaluates manipulations in place of the evaluator of the options.
-        first: Further parameters with which the search of the first step starts; the last is the first on the fine
-            mesh.
+        options: Options of the study; None for the defaults.
+        places: The executor, the storage and the callbacks of the study; None for this machine and storage in memory.
+        evaluate: Evaluator of the manipulations; None for the evaluator that follows from the options.
+        first: More parameters with which the search of the first step starts. The last of these are the first
+            parameters on the fine mesh.
 
     Raises:
         InputError: If an option is wrong, or the folder cannot be used.
-        UnavailableError: If workers, the database or the disk fail; what was finished is kept.
+        UnavailableError: If workers, the database or the disk fail. Finished trials are kept.
         TatamuError: If every trial failed.
-        KeyboardInterrupt: If the user ended it; what is finished is written before.
+        KeyboardInterrupt: If the user interrupts the study. Finished trials are written first.
     """
-    from tatamu.study.store import load_settings  # takes half a second
+    from tatamu.study.store import load_settings  # this import takes half a second
 
     options = options or LearnOptions()
-    if evaluate is not None:  # disturbances are then the evaluator's own concern
+    if evaluate is not None:  # a given evaluator defines its own disturbances
         options = options.model_copy(update={"disturbances": "none", "quantile": None})
     places = places or Places()
     check_pending(options, task.simulator)
@@ -122,15 +122,17 @@ class _Learning:
     """Learns the steps of one task."""
 
     options: LearnOptions
-    """Resolved."""
+    """The options, with all defaults replaced by values."""
     evaluate: Evaluator | None
     places: Places
-    """Places of the whole plan."""
+    """The executor, storage and callbacks of the whole plan."""
     known: tuple[Parameters, ...] = ()
-    """Further parameters with which the search of the first step starts; the last is the first on the fine mesh."""
+    """More parameters with which the search of the first step starts.
+
+    The last of these are the first parameters on the fine mesh."""
 
     def first(self, task: Task) -> list[Parameters]:
-        """Return the first parameters of the search of a first step."""
+        """Return the parameters with which the search of a first step starts."""
         if self.options.sampler != "gp":
             return list(self.known)
         given = first_curves if self.options.disturbances == "none" else robust_curves
@@ -154,7 +156,10 @@ class _Learning:
         return self._whole(task, results)
 
     def _first_of_step(self, task: Task, results: Sequence[Result]) -> list[Parameters]:
-        """Return the first parameters of a step; in later steps, the best of the earlier steps adapted to this fold."""
+        """Return the parameters with which the search of a step starts.
+
+        For later steps, they include the best parameters of the earlier steps, adapted to this step.
+        """
         if not results:
             return self.first(task)
         grasps = self.options.grasps
@@ -162,7 +167,7 @@ class _Learning:
         return [*later_curves(task.fold), *found]
 
     def _whole(self, task: Task, results: Sequence[Result]) -> PlanResult:
-        """Join the steps, and write the missing files of the whole plan."""
+        """Return the joined result of all steps. Write the files of the whole plan that are missing."""
         whole = PlanResult.of(task, results, self.places.out)
         folder = self.places.folder
         if folder is None:
@@ -176,9 +181,9 @@ class _Learning:
         """Learn one step.
 
         Args:
-            task: The step.
-            places: Places in which the step is kept.
-            first: First parameters of the search.
+            task: The step to learn.
+            places: The executor, storage and callbacks of the step.
+            first: Parameters with which the search starts.
         """
         from tatamu.study.store import held_store
 
@@ -208,13 +213,13 @@ class _Learning:
             return self._run(study, schedule, places)
 
     def _run(self, study: Study, schedule: Schedule, places: Places) -> Result:
-        """Run the trials that are left, and write the folder."""
+        """Run the remaining trials, and write the folder."""
         baselines = self.options.baselines
         folder = places.folder
         if study.is_over(schedule) and folder and folder.complete and not (baselines and study.baselines is None):
             return replace(Result.load(folder.path), made_from=study.evaluator.task)
         if folder is not None:
-            folder.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's
+            folder.report_file.unlink(missing_ok=True)  # it is written last and shows that all is there
         try:
             places.progress(study.progress(schedule.most))
             for stage in study.run(schedule, baselines):
@@ -273,7 +278,10 @@ def _all_failed(study: Study, folder: ResultFolder | None) -> str:
 
 
 def _sources(task: Task, options: LearnOptions) -> dict[str, Sources]:
-    """Return the user's files that a task was made from, with any plan that was found for the user's own garment."""
+    """Return the user's files from which a task was made.
+
+    A plan that was proposed for the user's own garment is included.
+    """
     asked = task.asked
     if asked is None:
         return {}
@@ -294,7 +302,7 @@ def _sources(task: Task, options: LearnOptions) -> dict[str, Sources]:
 
 
 def _refuse_other(folder: ResultFolder, count: int) -> None:
-    """Refuse to mix one-step studies and plans in one folder."""
+    """Raise an error if a folder would contain a study of one step and also a plan with several steps."""
     if count == 1 and folder.holds_plan:
         raise InputError(f"{folder.path}: holds a plan of several steps; give another folder")
     if count > 1 and (folder.study_file.exists() or folder.shared_study_file.exists()):
@@ -304,7 +312,7 @@ def _refuse_other(folder: ResultFolder, count: int) -> None:
 def _delete_outdated_step(task: Task, folder: ResultFolder | None, database: SharedDatabase | None) -> None:
     """Delete the study of a step if the previous step now ends in another state.
 
-    This happens if a plan is resumed with more trials, because a better first fold changes the task of the second step.
+    This happens if a plan is resumed with more trials. A better first fold then changes the task of the second step.
     """
     from tatamu.study.store import load_settings
 

@@ -1,6 +1,6 @@
-"""The loop of a study: the search proposes a trial, the trial is evaluated, and the search receives its result.
+"""The loop of a study: the search proposes a trial, the trial is evaluated, and the search receives the result.
 
-Trials are evaluated on any executor, and recorded in order.
+Trials are evaluated on any executor, and recorded in the order of their proposals.
 """
 
 from __future__ import annotations
@@ -30,33 +30,36 @@ if TYPE_CHECKING:
     from tatamu.study.store import StudyStore
 
 Stage = Literal["trials", "baselines", "validation", "report"]
-"""Stages of a study: trials, fixed trajectories, held-out validation of the best fold, files and page."""
+"""Names of the stages of a study.
+
+The stages are the trials, the fixed trajectories for comparison, the validation of the best fold, and the report."""
 VALIDATION_WORLDS = 36
-"""Number of disturbed worlds in which the best fold is validated. If the fold holds in all of them, the 95 % interval
-of its success rate starts at 90 %."""
+"""Number of simulations with random disturbances in which the best fold is validated.
+
+If the fold succeeds in all of them, the 95 % interval of its success rate starts at 90 %."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a study, given to the caller after every trial and when a stage starts."""
+    """Progress of a study. The caller receives it after every trial and when a stage starts."""
 
     done: int
     trials: int
-    """Largest number of trials."""
+    """Largest number of trials of the study."""
     best: float | None = None
-    """Lowest objective so far, on the fine mesh if there are trials on it, otherwise on the coarser one."""
+    """Lowest objective so far: on the fine mesh if trials have run there, otherwise on the coarse mesh."""
     best_distance: float | None = None
     """Mean vertex distance of the best trial [m]."""
     coarse: bool = False
-    """Whether the best trial ran on the coarser mesh."""
+    """Whether the best trial ran on the coarse mesh."""
     stage: Stage = "trials"
     disturbed: bool = False
-    """Whether the objective is one over disturbed worlds; otherwise it is C of Eq. (10)."""
+    """Whether the objective is taken over simulations with disturbances. Otherwise it is C of Eq. (10)."""
     step: int = 1
-    """Number of the step of a plan."""
+    """Number of the step in its plan, counted from 1."""
     steps: int = 1
     title: str = ""
-    """The fold of the step in a few words."""
+    """Title of the step's fold, in a few words."""
 
     def __str__(self) -> str:
         step = f"step {self.step} of {self.steps}, " if self.steps > 1 else ""
@@ -66,7 +69,7 @@ class Progress:
 
 
 class Study:
-    """The trials of one study; rollouts that the result needs are kept in memory, others are dropped."""
+    """The trials of one study. Rollouts that the result needs are kept in memory, and other rollouts are deleted."""
 
     def __init__(
         self, evaluator: Evaluator, search: Search, store: StudyStore, record: StudyRecord, executor: Executor
@@ -74,14 +77,14 @@ class Study:
         """Open a study.
 
         Args:
-            evaluator: Evaluates the proposals.
-            search: Proposes the parameters of the trials.
-            store: Keeps the trials.
-            record: Task and settings of the study.
-            executor: Executor of the evaluations.
+            evaluator: Evaluator of the proposals.
+            search: Search that proposes the parameters of the trials.
+            store: Storage of the trials.
+            record: Task of the study and settings of its search.
+            executor: Executor that runs the evaluations.
 
         Raises:
-            InputError: If the store cannot be read, or has another study.
+            InputError: If the storage cannot be read, or contains another study.
         """
         self.evaluator = evaluator
         self.record = record
@@ -104,26 +107,27 @@ class Study:
 
     @property
     def baselines(self) -> list[Baseline] | None:
-        """The fixed trajectories; None if they were not scored."""
+        """The fixed trajectories and their scores; None if they were not scored."""
         return self._store.baselines
 
     def is_over(self, schedule: Schedule) -> bool:
-        """Return whether no trial is left to run."""
+        """Return whether all trials of a schedule have run."""
         return schedule.next_fidelity([trial.proposal(self.record.coarse) for trial in self.trials]) is None
 
     def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
-        """Run the trials that are left, and the fixed trajectories.
+        """Run the remaining trials, and then the fixed trajectories.
 
-        A proposal uses all earlier trials except the last `parallel` - 1, whether these have ended or not. The first
-        proposal after the scouts (`Evaluator.scouts`) uses all of the scouts. A study therefore does not depend on the
-        number of processors, and a resumed study repeats the same proposals.
+        A proposal uses the results of all earlier trials except the last `parallel` - 1 trials. These are not used,
+        whether they have ended or not. As an exception, the first proposal after the scouts (the first trials, see
+        `Evaluator.scouts`) uses all of their results. A study therefore does not depend on the number of processors,
+        and a resumed study repeats the same proposals.
 
         Args:
-            schedule: Number of trials, and their fidelities.
-            baselines: Also score the fixed trajectories, unless they were scored before.
+            schedule: Number of trials and their fidelities.
+            baselines: Whether to score the fixed trajectories too, if they have no scores yet.
 
         Yields:
-            The stage, after each new trial and when only the fixed trajectories are left.
+            The stage, after each new trial and when only the fixed trajectories remain.
         """
         proposals: list[Proposal] = []
         known: list[Evaluation] = []
@@ -151,25 +155,25 @@ class Study:
                 ]
         finally:
             for future in [*(each for _, each in running), *(each for _, each in fixed.values())]:
-                future.cancel()  # if it was interrupted; what has ended stays ended
+                future.cancel()  # only has an effect after an interruption, on evaluations that have not started
 
     def _next_fidelity(self, schedule: Schedule, proposals: Sequence[Proposal]) -> int | None:
         return HIGH if len(proposals) < self._stored else schedule.next_fidelity(proposals)
 
     def _replay(self, number: int) -> tuple[Proposal, Future[Evaluation]] | None:
-        """Return a trial that was run before, and add it to the search as pending; None if it was not run."""
+        """Return a trial that ran before, and add it to the search as pending; None if this trial has not run."""
         if number >= self._stored:
             return None
         trial = self.trials[number]
         proposal = trial.proposal(self.record.coarse)
         self._search.expect(proposal)
-        self.evaluator.refuse(proposal)  # a robot remembers what it was asked
+        self.evaluator.refuse(proposal)  # the robot's later answers depend on its earlier ones
         known: Future[Evaluation] = Future()
         known.set_result(trial.evaluation(self.record.coarse))
         return proposal, known
 
     def _begin(self, fidelity: int, known: Sequence[Evaluation]) -> tuple[Proposal, Future[Evaluation]]:
-        """Propose a trial and submit it.
+        """Propose a trial, and submit it to the executor.
 
         Raises:
             InputError: If the search proposes parameters outside its space.
@@ -184,9 +188,9 @@ class Study:
         return proposal, self.evaluator.submit(self._executor, proposal, NOTHING if keep else beat, keep=keep)
 
     def _finish(self, known: list[Evaluation], proposal: Proposal, future: Future[Evaluation]) -> bool:
-        """Wait for a trial, and report its result to the search.
+        """Wait for a trial, and report its result to the search. Return whether the trial is new.
 
-        A trial that the store does not have yet is recorded there.
+        A new trial is added to the storage.
         """
         number = len(known)
         found = self._result(proposal, future, f"trial {number}")
@@ -209,30 +213,30 @@ class Study:
         return new
 
     def _result(self, proposal: Proposal, future: Future[Evaluation], which: str) -> Evaluation:
-        """Return an evaluation; an evaluation that killed its processes has failed."""
+        """Return the result of an evaluation. If the evaluation killed its processes, the result is a failure."""
         try:
             return future.result()
         except WorkerKilledError as error:
             return self.evaluator.fail(proposal, f"{error} (seed {self.record.seed}, {which})")
 
     def _spacing(self, proposal: Proposal) -> float | None:
-        """Return the spacing of the mesh of a trial [m]; None in a study with one mesh."""
+        """Return the spacing of the mesh of a trial [m]; None if the study has only one mesh."""
         if self.record.coarse is None or proposal.fidelity != HIGH:
             return self.record.coarse
         return self.evaluator.task.garment.spacing
 
     def _keep(self, number: int, found: Evaluation) -> None:
-        """Keep a rollout while the result needs it."""
+        """Keep the rollout of a trial, and delete the rollouts that the result no longer needs."""
         self._kept[number] = found
         needed = {self.best(), *(self.best(count) for count, _ in MOMENTS.values() if count <= len(self.trials))}
         self._kept = {each: kept for each, kept in self._kept.items() if each in needed}
 
     def best(self, count: int | None = None) -> int | None:
-        """Return the number of the complete trial of lowest objective; None if all failed.
+        """Return the number of the complete trial with the lowest objective; None if all trials failed.
 
         Args:
-            count: Number of trials that count; None for all. Trials on the coarser mesh count only if no other is
-                complete.
+            count: Number of first trials that are compared; None for all trials. Trials on the coarse mesh are compared
+                only if no trial on the fine mesh is complete.
         """
         complete = [trial for trial in self.trials[:count] if trial.state == "complete"]
         fine = [trial for trial in complete if trial.proposal(self.record.coarse).fidelity == HIGH]
@@ -245,7 +249,10 @@ class Study:
         return best is not None and self.trials[best].proposal(self.record.coarse).fidelity == HIGH
 
     def evaluation(self, number: int) -> Evaluation:
-        """Return the evaluation of a complete trial with its rollout, simulated again if it was not kept."""
+        """Return the evaluation of a complete trial with its rollout.
+
+        The trial is simulated again if its rollout was not kept.
+        """
         if number not in self._kept or self._kept[number].rollout is None:
             proposal = self.trials[number].proposal(self.record.coarse)
             nominal = self.evaluator.without_disturbances()
@@ -254,7 +261,10 @@ class Study:
         return self._kept[number]
 
     def moments(self) -> dict[str, np.ndarray]:
-        """Return e_i of Eq. (12) [m], shape (n,), of the best of the first trials, by the names of `MOMENTS`."""
+        """Return the vertex distances e_i of Eq. (12) of the best of the first trials [m], shape (n,).
+
+        The keys are the names in `MOMENTS`, which states how many first trials are compared.
+        """
         counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.trials)}
         numbers = {name: self.best(count) for name, count in counts.items()}
         return {
@@ -264,7 +274,7 @@ class Study:
         }
 
     def validate(self, disturbances: Disturbances, parameters: Mapping[str, int | float]) -> SuccessRate:
-        """Return how often a fold succeeds in worlds in which it was not learned (held-out validation)."""
+        """Return how often a fold succeeds under random disturbances that were not used to learn it (validation)."""
         low = self.evaluator.low_fidelity(parameters)
         coarse = None if low is None else FoldOnMesh(*low)
         worlds = sample_worlds(disturbances, VALIDATION_WORLDS, self.record.seed, Stream.JUDGING)
@@ -305,7 +315,7 @@ class Study:
 
 
 def _timed_fixed(nominal: Nominal, manipulation: Manipulation) -> Evaluation:
-    """Evaluate a fixed trajectory, without its rollout, and measure how long it took."""
+    """Evaluate a fixed trajectory without keeping its rollout, and measure the time."""
     started = perf_counter()
     found = nominal.fixed(manipulation)
     return replace(found, rollout=None, seconds=perf_counter() - started)

@@ -1,4 +1,4 @@
-"""The result of learning a plan of several steps; each step starts from the final state of the previous one."""
+"""The result of learning a plan with several steps. Each step starts from the final state of the previous step."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from tatamu.version import __version__
 
 @dataclass(frozen=True, eq=False)
 class PlanResult:
-    """A learned plan of several steps."""
+    """A learned plan with several steps."""
 
     record: PlanRecord
     steps: list[Result]
     rollout: Rollout
-    """The motion of the cloth in all steps; `extra` has the `target` and `step_starts`."""
+    """The motion of the cloth in all steps. Its field `extra` contains the `target` and `step_starts`."""
     folder: Path | None = field(default=None)
-    """Folder of the result; None if it is in memory only."""
+    """Folder of the result; None if the result is only in memory."""
 
     @property
     def final(self) -> FromFlat:
-        """Deviation of the garment from the flat garment folded ideally in all steps."""
+        """Deviation of the final garment from the ideal: the flat garment after ideal folds in all steps."""
         return self.record.final
 
     def save(self, path: Path | str) -> ResultFolder:
@@ -46,9 +46,9 @@ class PlanResult:
         return self.write_whole(Path(path))
 
     def write_whole(self, path: Path) -> ResultFolder:
-        """Write `result.json` and `rollout.npz` of the whole."""
+        """Write `result.json` and `rollout.npz` of the whole plan."""
         folder = ResultFolder(path)
-        folder.result_file.unlink(missing_ok=True)  # written last: it says that the rollout is this plan's
+        folder.result_file.unlink(missing_ok=True)  # It is written last, and then shows that the rollout belongs to it.
         folder.write_rollout(self.rollout)
         folder.write_record(self.record)
         return folder
@@ -58,7 +58,7 @@ class PlanResult:
         """Read the folder of a learned plan.
 
         Raises:
-            InputError: If a file is missing, broken, of another version, or does not fit the others.
+            InputError: If a file is missing, damaged, of another version, or does not fit the other files.
         """
         folder = ResultFolder(Path(path))
         steps = [Result.load(Path(path) / step.folder) for step in folder.plan_record.steps]
@@ -66,12 +66,12 @@ class PlanResult:
 
     @classmethod
     def of(cls, task: Task, steps: Sequence[Result], folder: Path | None) -> PlanResult:
-        """Return the result of the steps that are learned.
+        """Return the result of the steps that have been learned.
 
         Args:
             task: The first step.
-            steps: Results of the steps in order, at least one.
-            folder: Folder of the result; None if it is in memory only.
+            steps: Results of the steps in order; at least one result.
+            folder: Folder of the result; None if the result is only in memory.
         """
         ideals = [fold.target for fold in ideal_folds(task.garment, task.plan, task.hands)]
         faces = task.garment.faces
@@ -93,7 +93,7 @@ class PlanResult:
 
 
 def join(rollouts: Sequence[Rollout], target: np.ndarray) -> Rollout:
-    """Return consecutive rollouts as one; `target` is the target shape at the end [m], shape (n, 3)."""
+    """Join consecutive rollouts into one. `target` is the target shape at the end [m], shape (n, 3)."""
     starts = np.concatenate([[0.0], np.cumsum([rollout.times[-1] for rollout in rollouts])])
     times = [rollout.times[1:] + start for rollout, start in zip(rollouts, starts[:-1], strict=True)]
     first = rollouts[0]
@@ -132,7 +132,7 @@ def _step(number: int, task: Task, result: Result, whole: FromFlat) -> StepRecor
 
 
 def from_flat(faces: np.ndarray, ideal: np.ndarray, state: np.ndarray) -> FromFlat:
-    """Return the deviation of a state from the ideally folded flat garment, both of shape (n, 3) [m]."""
+    """Return the deviation of a state from the ideally folded garment, both with positions of shape (n, 3) [m]."""
     reached, wanted = top_views(faces, state, ideal)
     return FromFlat(
         mean_vertex_distance=float(vertex_distances(ideal, state).mean()),

@@ -1,4 +1,4 @@
-"""The file `result.json` of a plan of several steps. See docs/reference/result-folder.md."""
+"""The file `result.json` of a plan with several steps. See docs/reference/result-folder.md."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from tatamu.study.trial import Scored
 
 
 class FromFlat(OpenRecord):
-    """Deviation of a state from the flat garment folded ideally in all steps so far."""
+    """Deviation of a state from the ideal: the flat garment after ideal folds in all steps so far."""
 
     mean_vertex_distance: float
-    """Mean distance of the vertices [m]."""
+    """Mean distance between the vertices of the state and of the ideal [m]."""
     mask_iou: float
-    """Overlap of the two top views, intersection over union [-]."""
+    """Overlap of the state and the ideal, seen from above: intersection over union [-]."""
     area_error: float
-    """Deviation of the covered area from that of the ideal [%]."""
+    """Deviation of the area that the state covers from the area of the ideal [%]."""
 
     @property
     def moving_vertex_distance(self) -> None:
-        """Return None, because the folds of a plan together leave little cloth at its place."""
+        """Return None, because all folds of a plan together leave little cloth where it was."""
         return None
 
 
 class StepRecord(Scored):
-    """A step: the error of its own fold, and the deviation of the garment from the ideal of all folds so far."""
+    """One step of a plan: the error of its own fold, and the deviation from the ideal of all folds so far."""
 
     folder: str
     """Name of the step's folder within the plan's folder."""
     title: str
-    """The fold in a few words."""
+    """Title of the step's fold, in a few words."""
     hands: int
     """Number of folding hands."""
     trials: int
-    """Number of trials."""
+    """Number of trials of the step."""
     best: Index
-    """Number of the complete trial of lowest objective."""
+    """Number of the complete trial with the lowest objective."""
     crossings: Crossings
     whole: FromFlat
 
@@ -50,13 +50,13 @@ class PlanRecord(OpenRecord):
 
     version: Literal[1] = 1
     tatamu: str = ""
-    """The version that wrote it."""
+    """Version of tatamu that wrote the file."""
     plan: PlanDescription
     sampler: str
     grasps: str
     seed: int
     wall_seconds: float
-    """Sum over the steps [s]."""
+    """Sum of the wall time of all steps [s]."""
     steps: Annotated[list[StepRecord], Field(min_length=1)]
     final: FromFlat
-    """Measures after the last step."""
+    """Deviation from the ideal after the last step."""

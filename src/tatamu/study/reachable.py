@@ -1,4 +1,4 @@
-"""Checks before the first trial whether a robot can do a task at all; otherwise a search would learn nothing."""
+"""Checks before the first trial whether a robot can execute a task. Without them, a search could learn nothing."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Reach, Task
 
 HEIGHTS = (0.2, 0.5)
-"""Heights of P1 and P2 of the tested folds, in spans: a low curve and a high one."""
+"""Heights of the control points P1 and P2 of the tested folds, in spans: a low curve and a high curve."""
 
 
 def check_reach(task: Task) -> None:
-    """Refuse a plan with a step that its robot cannot do; each step starts from the ideal result of the previous one.
+    """Check that the robot can execute every step of a plan.
 
-    Typical folds are tried, the easiest first: with grasps at the corners, at the last candidates and half-way, on a
-    low curve and a high one. The task is accepted if one of these folds is within reach.
+    Each step starts from the ideal result of the previous step.
+
+    Typical folds are tried, the easiest first. They combine grasps at the corners, at the last candidates and half-way
+    with a low curve and a high curve. The task is accepted if one of these folds is within the robot's reach.
 
     Raises:
-        InputError: If none of them is within reach, or the fold is pressed; the message has the reason.
+        InputError: If none of these folds is within reach, or a fold is pressed. The message states the reason.
     """
     if task.reach is None:
         return

@@ -1,4 +1,4 @@
-"""The file `result.json`: the task, the search and its trials. See docs/reference/result-folder.md."""
+"""The file `result.json`: the task, the search and the trials. See docs/reference/result-folder.md."""
 
 from __future__ import annotations
 
@@ -27,56 +27,56 @@ class PlanDescription(OpenRecord):
 
     garment: str
     size: list[float]
-    """Width and length [m]."""
+    """Width and length of the garment [m]."""
     fold: str
-    """Name of the plan."""
+    """Name of the fold plan."""
     material: Material
     spacing: float
-    """Distance between vertices [m]."""
+    """Distance between neighbouring vertices of the mesh [m]."""
     vertices: int
-    """Their number in the mesh."""
+    """Number of vertices of the mesh."""
     simulator: str
 
 
 class TaskDescription(OpenRecord):
-    """The task of a study: two tasks are the same if their descriptions are."""
+    """The task of a study. Two tasks are equal if their descriptions are equal."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start", "fingers", "shift"})
 
     garment: str
     size: list[float] | None = None
-    """Width and length [m]."""
+    """Width and length of the garment [m]."""
     fold: str
     material: Material
     spacing: float | None = None
-    """Distance between vertices [m]."""
+    """Distance between neighbouring vertices of the mesh [m]."""
     vertices: int | None = None
-    """Their number in the mesh."""
+    """Number of vertices of the mesh."""
     simulator: str
     fold_line: list[list[float]] | None = None
-    """Two points [m], shape (2, 2)."""
+    """Two points of the fold line [m], shape (2, 2)."""
     translation: Annotated[list[float], Field(min_length=3, max_length=3)] | None = None
     """Displacement from grasp to release [m]."""
     candidates: int | None = None
-    """Number M of grasp candidates."""
+    """Number M of grasp candidates of each hand."""
     hands: int = 2
-    """Number of folding hands."""
+    """Number of hands that fold."""
     fingers: Fingers | None = None
-    """The fingers of the hands; None for fingers without thickness."""
+    """The fingers of the hands; None for hands without fingers."""
     robot: str | None = None
-    """Name of the robot within whose reach the fold was learned; None for any manipulation."""
+    """Name of the robot that must be able to execute the fold; None if any manipulation is allowed."""
     step: tuple[int, int] | None = None
-    """Number of the step from 1, and how many steps the plan has; None if it has one."""
+    """Number of the step, from 1, and number of steps in the plan; None if the plan has only one step."""
     start: str | None = None
-    """Digest of the state that a step of a plan started from; None if it is the only step."""
+    """Digest of the state from which a step of a plan starts; None if the plan has only one step."""
     shift: list[HandShift] | None = None
-    """Correction of each hand's manipulation, left before right; None without one."""
+    """Correction of the manipulation of each hand, left before right; None if there is no correction."""
     digest: str | None = None
-    """Digest of the mesh, the grasps, the ratio of areas and the robot's file."""
+    """Digest of the mesh, the grasps, the ratio of the areas, and the file of the robot."""
 
 
 def describe_plan(task: Task) -> PlanDescription:
-    """Return the garment and the plan as `result.json` has them."""
+    """Return the description of the garment and the plan for `result.json`."""
     garment = task.garment
     return PlanDescription(
         garment=garment.name,
@@ -90,7 +90,7 @@ def describe_plan(task: Task) -> PlanDescription:
 
 
 def describe_task(task: Task) -> TaskDescription:
-    """Return the task as `result.json` has it."""
+    """Return the description of the task for `result.json`."""
     fold = task.fold
     several = task.step[1] > 1
     return TaskDescription(
@@ -109,7 +109,10 @@ def describe_task(task: Task) -> TaskDescription:
 
 
 def _digest(task: Task) -> str:
-    """Return a digest of the rest of a task: mesh to the micrometre, grasps, ratio of areas, robot's file."""
+    """Return a digest of the remaining properties of a task.
+
+    These are the mesh to the micrometre, the grasps, the ratio of the areas, and the file of the robot.
+    """
     fold = task.fold
     ratio = fold.area_ratio or 0.0
     robot = task.reach.description if task.reach else b""
@@ -117,17 +120,17 @@ def _digest(task: Task) -> str:
 
 
 class SharedStudyRecord(OpenRecord):
-    """The file `study.json`: the place of a folder's study in a shared database."""
+    """The file `study.json`: where in a shared database the study of a folder is stored."""
 
     version: Literal[1]
     storage: str
-    """`postgresql://USER@HOST/DB`, never with a password."""
+    """Address of the database, `postgresql://USER@HOST/DB`. It never contains a password."""
     name: str
-    """Name of the study there."""
+    """Name of the study in the database."""
 
 
 class StudyRecord(OpenRecord):
-    """The task of a study and the settings of its search; a study is resumed only if they are unchanged."""
+    """The task of a study and the settings of its search. A study is resumed only if they are unchanged."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "disturbances", "worlds", "quantile"})
 
@@ -137,27 +140,28 @@ class StudyRecord(OpenRecord):
     grasps: Grasps = "integer"
     seed: int
     parallel: int = 1
-    """Number of trials pending at a time."""
+    """Number of trials that may be pending at the same time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the first trials, if the search does not propose them itself. If `coarse` is given, the last of
-    these parameters are those of the first trial on the fine mesh."""
+    """Parameters of the first trials, if they are given and not proposed by the search.
+
+    If `coarse` is given, the last of these parameters are used in the first trial on the fine mesh."""
     coarse: float | None = None
-    """Spacing of the coarser mesh that the search starts on [m]; None if all trials are on the task's own."""
+    """Spacing of the coarse mesh on which the search starts [m]; None if all trials run on the fine mesh."""
     disturbances: dict[str, Any] | None = None
     """The disturbances; None if the objective is C of Eq. (10)."""
     worlds: int | None = None
-    """Number of disturbed worlds; None without disturbances."""
+    """Number of random draws of the disturbances; None if there are no disturbances."""
     quantile: float | None = None
-    """The quantile of the objective that is minimised; None for its mean."""
+    """The quantile of the objective that is minimised; None if the mean is minimised."""
 
 
 class Crossings(OpenRecord):
-    """Numbers of edges that pass through triangles."""
+    """Number of edges of the cloth that pass through its triangles."""
 
     final: int
-    """Number at the end."""
+    """Number of crossings at the end."""
     most: int
-    """Number in the worst frame."""
+    """Number of crossings in the worst frame."""
 
     @classmethod
     def of(cls, rollout: Rollout) -> Self:
@@ -173,22 +177,23 @@ class ResultRecord(StudyRecord):
 
     version: Literal[1] = 1
     tatamu: str = ""
-    """The version that wrote it."""
+    """Version of tatamu that wrote the file."""
     until_gain: float | None = None
-    """Expected gain below which the search ended, as a fraction of the best objective; None for a fixed number of
-    trials."""
+    """Expected gain below which the search ended, as a fraction of the best objective.
+
+    None if the number of trials was fixed."""
     bounds: dict[str, list[float]] = Field(default_factory=dict)
-    """Lowest and highest value of each parameter of the search; empty in files of older versions."""
+    """Lowest and highest value of each parameter of the search; empty in files of earlier versions."""
     judged: SuccessRate | None = None
-    """Success of the best fold in worlds in which it was not learned; None without disturbances."""
+    """Success rate of the best fold under disturbances that were not used to learn it; None without disturbances."""
     asked: TaskOptions | None = None
-    """Names and files of the task as given by the user; None if it was made from objects."""
+    """Names and files of the task as the user gave them; None if the task was made from objects."""
     wall_seconds: float | None = None
-    """Sum of the trials' seconds [s]."""
+    """Sum of the wall time of all trials [s]."""
     best: Index | None
-    """Number of the complete trial of lowest objective on the fine mesh; None if all failed."""
+    """Number of the complete trial with the lowest objective on the fine mesh; None if all trials failed there."""
     crossings: Crossings | None = None
-    """Crossings of the best trial; None if all failed."""
+    """Crossings in the best trial; None if all trials failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
     baselines: list[Baseline] = Field(default_factory=list)
 
@@ -202,18 +207,21 @@ class ResultRecord(StudyRecord):
         return [trial for trial in self.trials if trial.number == self.best and trial.state == "complete"]
 
     def is_coarse(self, trial: Trial) -> bool:
-        """Return whether a trial ran on the coarser mesh."""
+        """Return whether a trial ran on the coarse mesh."""
         return self.coarse is not None and trial.spacing == self.coarse
 
     @property
     def lowest_objective(self) -> Trial | None:
-        """The complete trial of lowest C on the fine mesh, the paper's best; None if all failed there."""
+        """The complete trial with the lowest C on the fine mesh, which is the paper's best trial.
+
+        None if all trials on the fine mesh failed.
+        """
         here = [trial for trial in self.trials if trial.state == "complete" and not self.is_coarse(trial)]
         return min(here, key=lambda trial: (trial.objective or 0.0, trial.number), default=None)
 
     @property
     def best_trial(self) -> Trial:
-        """The complete trial of lowest objective.
+        """The complete trial with the lowest objective.
 
         Raises:
             ValueError: If all trials failed.
@@ -224,12 +232,12 @@ class ResultRecord(StudyRecord):
 
     @property
     def best_is_given(self) -> bool:
-        """Whether the best trial is one of the first parameters, which the search was given."""
+        """Whether the best trial has some of the first parameters, which were given to the search."""
         return any(self.best_trial.parameters == each for each in self.first)
 
     @property
     def best_given(self) -> Trial | None:
-        """The best given first trial on the fine mesh; None if none is complete there."""
+        """The best trial on the fine mesh with given first parameters; None if no such trial is complete."""
         given = [trial for trial in self.trials if trial.state == "complete" and trial.parameters in self.first]
         here = [trial for trial in given if not self.is_coarse(trial)]
         return min(here, key=lambda trial: (trial.minimised, trial.number), default=None)

@@ -27,9 +27,13 @@ MOMENTS = {
     "error_10": (10, "Best after 10"),
     "error_50": (50, "Best after 50"),
 }
-"""Arrays of `rollout.npz` with e_i [m], shape (n,), of the best of the first trials: how many, and a title."""
+"""Arrays of `rollout.npz` with the vertex distances e_i [m], shape (n,), of early trials.
+
+Each array belongs to the best of the first trials. The value is the number of these trials, and a title."""
 SAME = 1e-6
-"""Largest difference by rounding, in another version, of a target made again from the one in the folder [m]."""
+"""Largest difference between the target in the folder and the target that another version computes [m].
+
+Smaller differences are rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,26 +41,26 @@ class Result:
     """A learned fold."""
 
     record: ResultRecord
-    """The study: its task, its search, its trials."""
+    """The study: its task, its search and its trials."""
     manipulation: Manipulation
     """The best manipulation."""
     scene: Scene
     """The best manipulation as a scene."""
     rollout: Rollout
-    """The motion of the cloth without disturbances; `extra` has the `target` and errors of earlier trials."""
+    """The motion of the cloth without disturbances. `extra` contains the `target` and the errors of earlier trials."""
     folder: Path | None = None
-    """Folder of the result; None if it is in memory only."""
+    """Folder of the result; None if the result is only in memory."""
     made_from: Task | None = field(default=None, repr=False)
-    """The task; None if it is to be made again from the record."""
+    """The task; None if the task must be made again from the record."""
 
     @property
     def best(self) -> Trial:
-        """The best trial: `.number`, `.parameters`, `.score`."""
+        """The best trial, with its `.number`, `.parameters` and `.score`."""
         return self.record.best_trial
 
     @property
     def held(self) -> SuccessRate | None:
-        """Success of the fold in disturbed worlds in which it was not learned; None without disturbances."""
+        """Success rate of the fold under disturbances that were not used to learn it; None without disturbances."""
         return self.record.judged
 
     @property
@@ -89,27 +93,30 @@ class Result:
 
     @property
     def target(self) -> np.ndarray:
-        """The target shape [m], shape (n, 3)."""
+        """The target shape: position of each vertex after a perfect fold [m], shape (n, 3)."""
         return self.rollout.extra["target"]
 
     @property
     def faces(self) -> np.ndarray:
-        """Triangles, shape (m, 3)."""
+        """Triangles of the mesh, shape (m, 3)."""
         return self.rollout.faces
 
     @property
     def lower(self) -> np.ndarray:
-        """Which triangles are of the lower layer, shape (m,): the back of a garment of two layers."""
+        """Whether each triangle belongs to the lower layer, the back of a garment of two layers, shape (m,)."""
         return facing_down(self.scene.cloth.rest, self.faces)
 
     @property
     def errors(self) -> np.ndarray:
-        """e_i of the learned fold, Eq. (12) [m], shape (n,)."""
+        """Distances e_i of Eq. (12) between the vertices of the learned fold and their targets [m], shape (n,)."""
         return vertex_distances(self.target, self.final)
 
     @property
     def moments(self) -> list[tuple[str, np.ndarray]]:
-        """e_i [m] along the search: title and shape (n,); ends with the learned fold."""
+        """Titles and vertex distances e_i [m], shape (n,), at several moments of the search.
+
+        The last entry is the learned fold.
+        """
         known = {name: moment for name, moment in MOMENTS.items() if name in self.rollout.extra}
         titled = [(title, self.rollout.extra[name]) for name, (_, title) in known.items()]
         count = len(self.trials)
@@ -123,7 +130,7 @@ class Result:
 
     @cached_property
     def description(self) -> ManipulationFile:
-        """The manipulation as `manipulation.json` has it."""
+        """The manipulation in the form of `manipulation.json`."""
         return self.manipulation.describe()
 
     def hand(self, arm: ArmPath) -> np.ndarray:
@@ -131,7 +138,7 @@ class Result:
         return np.array(arm.grasp.position) + self._gripper(arm).path(self.rollout.times)
 
     def _gripper(self, arm: ArmPath) -> Gripper:
-        """Return the first gripper of a hand, which moves as the hand does."""
+        """Return the first gripper of a hand. This gripper moves like the hand."""
         for gripper in self.scene.grippers:
             if gripper.hand == arm.name:
                 return gripper
@@ -141,20 +148,20 @@ class Result:
 
     @property
     def name(self) -> str:
-        """Garment and fold: "towel, half"."""
+        """Names of garment and fold, for example "towel, half"."""
         return f"{self.record.task.garment}, {self.record.task.fold}"
 
     @property
     def simulator(self) -> str:
-        """Name of the simulator in which it was learned."""
+        """Name of the simulator in which the fold was learned."""
         return self.record.task.simulator
 
     @cached_property
     def task(self) -> Task:
-        """The task, made again from the record if the result was loaded.
+        """The task. If the result was loaded, the task is made again from the record.
 
         Raises:
-            InputError: If it cannot be made again, or this version gives it another target.
+            InputError: If the task cannot be made again, or this version computes another target for it.
         """
         if self.made_from is not None:
             return self.made_from
@@ -168,11 +175,11 @@ class Result:
 
     @property
     def score(self) -> Score:
-        """Measures of the fold in the simulator in which it was learned, without disturbances."""
+        """Measures of the fold without disturbances, in the simulator in which the fold was learned."""
         return self.rate(self.final)
 
     def rate(self, final: np.ndarray) -> Score:
-        """Return how good another outcome of the same manipulation is, positions of shape (n, 3) [m]."""
+        """Return the score of another outcome of the same manipulation, given as positions of shape (n, 3) [m]."""
         return score(self.task.fold, self.manipulation.trajectory_length, final)
 
     def save(self, folder: Path | str) -> ResultFolder:
@@ -191,7 +198,7 @@ class Result:
         """Read the folder of a learned fold.
 
         Raises:
-            InputError: If a file is missing, broken, of another version, or does not fit the others.
+            InputError: If a file is missing, damaged, of another version, or does not fit the other files.
         """
         folder = ResultFolder(Path(path))
         if folder.holds_plan:
@@ -205,7 +212,7 @@ class Result:
 
 
 def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> Task:
-    """Make the task of a record again; files that were not kept are read from their original places."""
+    """Make the task of a record again. Files that were not copied are read from their original paths."""
     description, asked = record.task, record.asked
     named: TaskOptions | TaskDescription = asked or description
     kept = {kind: kept_input(folder, kind) if folder else None for kind in ("garment", "fold")}
@@ -226,7 +233,7 @@ def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> 
 
 
 def _check_arrays(folder: ResultFolder) -> None:
-    """Refuse a rollout whose arrays do not fit the scene."""
+    """Check that the arrays of the rollout fit the scene."""
     rollout = folder.rollout
     frames = len(rollout.times)
     count = len(folder.scene.cloth.vertices)
@@ -247,7 +254,7 @@ def _check_arrays(folder: ResultFolder) -> None:
 
 
 def _check_order(folder: ResultFolder) -> None:
-    """Refuse times that do not increase, and faces with unknown vertices."""
+    """Check that times increase, and that faces only contain existing vertices."""
     times = folder.rollout.times
     faces = folder.rollout.faces
     count = len(folder.scene.cloth.vertices)

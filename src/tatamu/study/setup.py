@@ -1,4 +1,4 @@
-"""The parts of a study: options with all defaults, evaluator, search, schedule, and their record."""
+"""Preparation of a study: its options with all defaults, evaluator, search, schedule and record."""
 
 from __future__ import annotations
 
@@ -17,18 +17,22 @@ from tatamu.simulators import SIMULATORS, capabilities
 from tatamu.study.record import StudyRecord, describe_task
 
 ROBUST_SHARE = 0.24
-"""Fraction of the trials at high fidelity with disturbances, because a coarser mesh predicts failures less surely."""
+"""Fraction of trials on the fine mesh if there are disturbances.
+
+It is larger than usual because a coarse mesh predicts failures less reliably."""
 LATER_SHARE = 0.3
-"""Fraction of the trials at high fidelity in later steps of plans, which coarser meshes rank worst."""
+"""Fraction of trials on the fine mesh in later steps of plans.
+
+It is larger than usual because the order of folds by quality is least reliable on coarse meshes in these steps."""
 
 
 def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> LearnOptions:
-    """Return options in which every default is decided.
+    """Return options in which every default is replaced by a value.
 
     Args:
-        options: As given.
-        task: The fold.
-        held: Settings of the study if it is resumed; they are used for options that are not given.
+        options: Options as the user gave them.
+        task: The fold to learn.
+        held: Settings of a study that is resumed; None for a new study. They replace options that are not given.
     """
     disturbances, quantile = _disturbances(task, options, held)
     return options.model_copy(
@@ -45,8 +49,8 @@ def make_evaluator(task: Task, options: LearnOptions) -> Evaluator:
     """Return the evaluator of a step.
 
     Args:
-        task: The step.
-        options: Resolved options (`resolve`).
+        task: The step to evaluate.
+        options: Options in which every default is replaced by a value (`resolve`).
     """
     centre = mean_world(options.disturbances) if isinstance(options.disturbances, Disturbances) else NOMINAL
     made: Evaluator = Nominal(task, bool(options.coarse) and ends_early(task), centre)
@@ -60,18 +64,21 @@ def make_evaluator(task: Task, options: LearnOptions) -> Evaluator:
 def _disturbances(
     task: Task, options: LearnOptions, held: StudyRecord | None
 ) -> tuple[Disturbances | None, float | None]:
-    """Return the disturbances and the quantile (None for the mean): as given, or as the study started."""
+    """Return the disturbances and the quantile (None for the mean).
+
+    They come from the options, or from the settings with which a resumed study started.
+    """
     if held is not None and not options.names_disturbances:
         return None if held.disturbances is None else Disturbances.model_validate(held.disturbances), held.quantile
     found = _given_disturbances(task, options)
     material = task.asked.material if task.asked else None
-    if found is not None and material is not None and not found.mean:  # a posterior knows the material better
+    if found is not None and material is not None and not found.mean:  # means come from observed folds
         found = with_calibrated(found, Path(material), task.garment.material)
     return found, options.chosen_quantile
 
 
 def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | None:
-    """Return the disturbances of the options, the robot's own, or the default ones; None for none."""
+    """Return the disturbances of the options, of the robot, or by default; None if no disturbances are wanted."""
     given = options.disturbances
     if isinstance(given, Disturbances):
         return given
@@ -83,10 +90,10 @@ def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | Non
 
 
 def check_pending(options: LearnOptions, simulator: str) -> None:
-    """Refuse more pending trials than a simulator runs at a time.
+    """Check that not more trials are pending than the simulator can run at the same time.
 
     Raises:
-        InputError: If there are more than one, and the simulator runs one at a time.
+        InputError: If several trials are pending, and the simulator runs one trial at a time.
     """
     if options.parallel is not None and options.parallel > 1 and not capabilities(simulator).parallel:
         able = ", ".join(name for name in SIMULATORS if capabilities(name).parallel)
@@ -95,12 +102,12 @@ def check_pending(options: LearnOptions, simulator: str) -> None:
 
 
 def usual_pending(simulator: str) -> int:
-    """Return the number of pending trials of a new study, unless another number is given."""
+    """Return the number of pending trials of a new study if the user gives no number."""
     return USUAL_PENDING if capabilities(simulator).parallel else 1
 
 
 def make_record(task: Task, options: LearnOptions, evaluator: Evaluator, first: Sequence[Parameters]) -> StudyRecord:
-    """Return the settings of a study as its store has them."""
+    """Return the record of a study: its task and settings as they are stored."""
     robust = _robust(evaluator)
     low = evaluator.low_fidelity(first_curves(task.fold)[0])
     assert options.parallel is not None, "the options are resolved"
@@ -119,7 +126,7 @@ def make_record(task: Task, options: LearnOptions, evaluator: Evaluator, first: 
 
 
 def _robust(evaluator: Evaluator) -> Disturbed | None:
-    """Return the evaluator over disturbed worlds among wrappers; None if there is none."""
+    """Return the evaluator over disturbances that other evaluators wrap; None if no evaluator has disturbances."""
     while not isinstance(evaluator, Disturbed):
         inner = getattr(evaluator, "inner", None)
         if inner is None:
@@ -129,7 +136,7 @@ def _robust(evaluator: Evaluator) -> Disturbed | None:
 
 
 def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
-    """Return the search of a study, over both fidelities if there are two."""
+    """Return the search of a study. With two fidelities, the search uses both."""
     make = find_search(record.sampler)
     if fidelities == 2:
         return TwoFidelitySearch(make, space, record.seed, record.first)
@@ -137,7 +144,7 @@ def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
 
 
 def make_schedule(task: Task, record: StudyRecord, options: LearnOptions, fidelities: int) -> Schedule:
-    """Return the schedule of a study; more trials run at high fidelity where coarser meshes are less sure."""
+    """Return the schedule of a study. More trials run on the fine mesh if coarse meshes are less reliable."""
     schedule = Schedule(options.trials, fidelities)
     if task.number > 0:
         return replace(schedule, high_share=LATER_SHARE)

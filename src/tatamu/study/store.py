@@ -1,7 +1,7 @@
-"""The trials of a study in an Optuna storage: a file, a shared database, or memory.
+"""Storage for the trials of a study: a file, a shared database, or memory. It uses Optuna.
 
-Only finished trials are written, each in one transaction, so a run that is killed leaves nothing half done. Optuna is
-used by its public interface only; `optuna-dashboard` opens the file and the database.
+Only finished trials are written, each in one transaction. If a run is killed, no trial is half written. Only Optuna's
+public interface is used, so `optuna-dashboard` can open the file and the database.
 """
 
 from __future__ import annotations
@@ -30,9 +30,11 @@ from tatamu.study.trial import Baseline, Trial
 Value = TypeVar("Value")
 
 KEY = "tatamu"
-"""User attribute of the Optuna study with the `StudyRecord`; also the name of the only study in a file."""
+"""User attribute of the Optuna study that contains the `StudyRecord`.
+
+It is also the name of the study in a file, which contains only one study."""
 BASELINES_KEY = "baselines"
-"""User attribute with the fixed trajectories."""
+"""User attribute of the Optuna study that contains the fixed trajectories and their scores."""
 TRANSIENT = {
     "is full": "the disk is full",
     "is locked": "another program holds it",
@@ -40,20 +42,20 @@ TRANSIENT = {
     "readonly": "cannot be written",
     "disk I/O error": "cannot be read or written now",
 }
-"""Messages of SQLite if the file is not damaged, and their meaning."""
+"""Parts of SQLite messages about temporary errors of an undamaged file, and their meanings."""
 
 
 class StudyStore:
-    """The trials of one study."""
+    """Storage of the trials of one study."""
 
     def __init__(self, label: str, run: Callable[..., Any], open_storage: Callable[[], BaseStorage], name: str) -> None:
-        """Make a store; nothing is opened yet.
+        """Prepare the storage. Nothing is opened yet.
 
         Args:
-            label: Name of the storage, for messages.
-            run: Runs an operation on the storage, and converts its errors to those of tatamu.
-            open_storage: Opens the storage.
-            name: Name of the study in it.
+            label: Name of the storage in messages.
+            run: Function that runs an operation on the storage, and converts errors to those of tatamu.
+            open_storage: Function that opens the storage.
+            name: Name of the study in the storage.
         """
         self.label = label
         self._run = run
@@ -63,7 +65,7 @@ class StudyStore:
         self._known = 0
 
     def load(self) -> StudyRecord | None:
-        """Return the settings of the study; None if there is no study, or none of tatamu.
+        """Return the settings of the study; None if the storage contains no study of tatamu.
 
         Raises:
             InputError: If the storage cannot be read.
@@ -82,13 +84,13 @@ class StudyStore:
         return optuna.load_study(study_name=self._name, storage=storage).user_attrs.get(KEY)
 
     def open(self, record: StudyRecord) -> list[Trial]:
-        """Open the study or start it, and return its trials.
+        """Open the study, or start it if it does not exist, and return its trials.
 
         Args:
-            record: Its settings, which must be those that it started with.
+            record: Settings of the study. They must equal the settings with which the study started.
 
         Raises:
-            InputError: If the storage is no readable study, or has another one.
+            InputError: If the storage is not a readable study, or contains another study.
         """
         wanted = json.loads(record.model_dump_json())
         study = self._run(
@@ -109,7 +111,7 @@ class StudyStore:
         return [self._read(number, trial) for number, trial in enumerate(trials)]
 
     def _read(self, number: int, trial: optuna.trial.FrozenTrial) -> Trial:
-        """Return a trial of the storage, which must be a finished one of tatamu."""
+        """Return a trial of the storage. It must be a finished trial that tatamu wrote."""
         if trial.state != TrialState.COMPLETE or trial.number != number:
             raise InputError(
                 f"{self.label}: trial {trial.number}: must be a finished trial of tatamu, given one in state "
@@ -127,7 +129,7 @@ class StudyStore:
         return read
 
     def add(self, trial: Trial, space: Space) -> None:
-        """Add a finished trial, in one transaction."""
+        """Add a finished trial in one transaction."""
         study = self._study
         assert study is not None, "the study is open"
         frozen = create_trial(
@@ -142,7 +144,7 @@ class StudyStore:
 
     @property
     def baselines(self) -> list[Baseline] | None:
-        """The fixed trajectories; None if they were not scored yet."""
+        """The fixed trajectories and their scores; None if they were not scored yet."""
         study = self._study
         assert study is not None, "the study is open"
         held = self._run(lambda: study.user_attrs.get(BASELINES_KEY))
@@ -161,7 +163,7 @@ class StudyStore:
 
 @contextmanager
 def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
-    """The store in the file `study.db` of a folder; the file is closed at the end."""
+    """Yield the storage in the file `study.db` of a folder. The file is closed at the end."""
     label = str(folder.study_file)
     opened: list[RDBStorage] = []
 
@@ -175,7 +177,7 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
             return operation()
         except (InputError, UnavailableError):
             raise
-        except Exception as error:  # whatever a damaged database, or one of another Optuna, makes of a read
+        except Exception as error:  # a damaged database, or one of another Optuna, can cause any error
             raise _file_error(label, error) from None
 
     try:
@@ -187,7 +189,10 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
 
 
 def _file_error(label: str, error: BaseException) -> Exception:
-    """Return the error of tatamu for one of Optuna or SQLite, with the text of its last cause."""
+    """Return the error of tatamu that corresponds to an error of Optuna or SQLite.
+
+    Its message contains the text of the last cause.
+    """
     cause = error
     while cause.__cause__ is not None:
         cause = cause.__cause__
@@ -200,14 +205,14 @@ def _file_error(label: str, error: BaseException) -> Exception:
 
 @contextmanager
 def memory_store() -> Iterator[StudyStore]:
-    """A store in memory, which ends with the process."""
+    """Yield a storage in memory. It is lost when the process ends."""
     storage = InMemoryStorage()
     yield StudyStore("study", lambda operation, done=None: operation(), lambda: storage, KEY)
 
 
 @contextmanager
 def shared_store(database: SharedDatabase, name: str) -> Iterator[StudyStore]:
-    """The store of a study in a shared database."""
+    """Yield the storage of a study in a shared database."""
 
     def run(operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value | None:
         try:
@@ -223,16 +228,16 @@ def shared_store(database: SharedDatabase, name: str) -> Iterator[StudyStore]:
 def held_store(
     folder: ResultFolder | None, database: SharedDatabase | None, record: StudyRecord
 ) -> Iterator[StudyStore]:
-    """The store of a study, which no other client may use until the end.
+    """Yield the storage of a study, and lock the study so that no other client can use it until the end.
 
     Args:
-        folder: Folder of the study; None to keep it in memory.
-        database: A shared database; None for the folder's own file.
-        record: Settings of the study, from which its name in a shared database is made.
+        folder: Folder of the study; None if the study is only kept in memory.
+        database: Shared database of the study; None for the file in the folder.
+        record: Settings of the study. Its name in a shared database is made from these settings.
 
     Raises:
-        InputError: If the study of this folder is elsewhere.
-        UnavailableError: If the database does not answer, or another client holds the study.
+        InputError: If the study of this folder is stored elsewhere.
+        UnavailableError: If the database does not answer, or another client has locked the study.
     """
     if folder is None:
         with memory_store() as store:
@@ -255,10 +260,10 @@ def held_store(
 
 
 def load_settings(folder: ResultFolder | None, database: SharedDatabase | None) -> StudyRecord | None:
-    """Return the settings of the study of a folder; None if it has none.
+    """Return the settings of the study of a folder; None if the folder has no study.
 
     Raises:
-        InputError: If the study of this folder is elsewhere, or cannot be read.
+        InputError: If the study of this folder is stored elsewhere, or cannot be read.
     """
     if folder is None:
         return None
@@ -275,7 +280,7 @@ def load_settings(folder: ResultFolder | None, database: SharedDatabase | None) 
 
 
 def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str | None:
-    """Return the name of a folder's study in the shared database; None if it has none there."""
+    """Return the name of a folder's study in the shared database; None if the database does not contain the study."""
     kept = folder.shared_study
     if database is None:
         if kept is not None:
@@ -289,7 +294,7 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
 
 
 def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
-    """Return a name that only this folder and task have, the same on every machine with the folder at this path."""
+    """Return a name that no other folder and task have. It is equal on all machines with the folder at this path."""
     task = record["task"]
     fixed = {name: value for name, value in record.items() if name != "parallel"}
     whole = json.dumps([str(folder.path.absolute()), fixed], sort_keys=True)
@@ -298,7 +303,7 @@ def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
 
 
 def _difference(held: Any, wanted: Any, where: str = "") -> str:
-    """Return the first place in which two plain structures differ."""
+    """Return a description of the first difference between two plain structures."""
     if isinstance(held, dict) and isinstance(wanted, dict):
         for key in [*held, *(k for k in wanted if k not in held)]:
             if held.get(key) != wanted.get(key):

@@ -1,4 +1,7 @@
-"""Trials and fixed trajectories in `result.json` and in the study. See docs/reference/result-folder.md."""
+"""Trials and fixed trajectories, as they are stored in `result.json` and in the study.
+
+See docs/reference/result-folder.md.
+"""
 
 from __future__ import annotations
 
@@ -18,23 +21,23 @@ from tatamu.scene import Index, Points
 from tatamu.search import HIGH, LOW, Parameters, Proposal
 
 OWN_VALUES = ("objective", "trajectory_length")
-"""Measures that a failed trial has as well."""
+"""Names of the measures that failed trials also have."""
 
 
 class Scored(OpenRecord):
-    """Base of records that have the measures of a fold among their own fields."""
+    """Base of records that contain the measures of a fold among their own fields."""
 
     objective: float | None = None
-    """C = l_x + alpha D of Eq. (10) without disturbances, or a penalty if the fold failed."""
+    """Objective C = l_x + alpha D of Eq. (10) without disturbances, or a penalty if the fold failed."""
     trajectory_length: float | None = None
-    """l_x of Eq. (10) [m]."""
+    """Trajectory length l_x of Eq. (10) [m]."""
     score: Score | None = None
-    """All measures; None if the fold failed."""
+    """All measures of the fold; None if the fold failed."""
 
     @model_validator(mode="before")
     @classmethod
     def _gather(cls, value: Any) -> Any:
-        """Make the score of the measures of a file."""
+        """Combine the measures in a file to a score."""
         if not isinstance(value, dict) or "score" in value or value.get("state") == "failed":
             return value
         measures = {name: value[name] for name in MEASURES if value.get(name) is not None}
@@ -43,7 +46,7 @@ class Scored(OpenRecord):
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Put the measures of the score among the other fields; None if there is no score."""
+        """Write the measures of the score among the other fields. If there is no score, the measures are None."""
         plain = OpenRecord._plain(self, standard)
         measures = dict.fromkeys(MEASURES) if self.score is None else self.score.model_dump()
         own = {name: plain.get(name) for name in OWN_VALUES}
@@ -59,31 +62,39 @@ class Trial(Scored):
     number: Index
     state: Literal["complete", "failed"]
     error: str | None = None
-    """Why the trial failed."""
+    """Reason why the trial failed; None if the trial is complete."""
     parameters: Parameters
     seconds: float | None = None
-    """Wall time [s]."""
+    """Wall time of the trial [s]."""
     spacing: float | None = None
-    """Spacing of the mesh that it ran on [m]; None for the task's. D on a coarser mesh is multiplied by the ratio of
-    the numbers of vertices."""
-    ended: Literal["arrival"] | None = None
-    """"arrival" if it ended when the hands arrived, because it could not become the best; None if it ran to its end."""
-    expected_gain: float | None = None
-    """Expected improvement, as a fraction of the best objective; None if the search did not estimate it."""
-    worlds: int | None = None
-    """Number of simulated worlds, the nominal one included; None without disturbances."""
-    expected_objective: float | None = None
-    """The minimised value, or a bound of it if the trial was stopped early because it could not become the best.
+    """Spacing of the mesh on which the trial ran [m]; None for the task's own mesh.
 
-    None if `objective` is minimised. If disturbances are given, it is C for a fold that holds in most worlds, and more
-    for other folds; or it is the mean over the worlds. If the user gave an evaluator, it is the value of that
-    evaluator.
+    The shape distance D on a coarse mesh is multiplied by the ratio of the numbers of vertices."""
+    ended: Literal["arrival"] | None = None
+    """"arrival" if the trial was stopped when the hands arrived, because it could not become the best; otherwise
+    None."""
+    expected_gain: float | None = None
+    """Expected improvement, as a fraction of the best objective; None if the search does not estimate it."""
+    worlds: int | None = None
+    """Number of simulations with different disturbances; None if the study has no disturbances.
+
+    The simulation without disturbances is counted."""
+    expected_objective: float | None = None
+    """The minimised value, or a bound of this value if the trial was stopped early.
+
+    A trial is stopped early if it cannot become the best.
+
+    The field is None if `objective` is minimised. With disturbances, the minimised value is a quantile or the mean over
+    simulations with different disturbances. The quantile equals C if the fold succeeds in most simulations, and is
+    larger otherwise. If the user gave an evaluator, the field has the value of this evaluator.
     """
     hardest: list[Index] = Field(default_factory=list, exclude=True)
-    """Numbers of the disturbed worlds in which the trial was simulated, hardest first. A disturbed world is one random
-    draw of the disturbances. The list is empty if the trial was stopped early because it could not become the best."""
+    """Numbers of the disturbed worlds in which the trial was simulated, hardest first.
+
+    A disturbed world is one random draw of all disturbances. The list is empty if the trial was stopped early because
+    it could not become the best."""
     packed_errors: str | None = Field(None, exclude=True)
-    """e_i of Eq. (12), packed; None if the search does not need them."""
+    """Vertex distances e_i of Eq. (12) as text; None if the search does not need them."""
 
     @property
     def minimised(self) -> float:
@@ -98,10 +109,10 @@ class Trial(Scored):
 
         Args:
             number: Number of the trial.
-            proposal: Its parameters.
-            found: The evaluation.
-            disturbed: Whether the objective is taken over disturbed worlds.
-            spacing: Spacing of the mesh that it ran on [m]; None in studies with one mesh.
+            proposal: Parameters of the trial.
+            found: Evaluation of the parameters.
+            disturbed: Whether the objective is taken over simulations with random disturbances.
+            spacing: Spacing of the mesh on which the trial ran [m]; None if the study has only one mesh.
         """
         other = disturbed or found.objective != found.nominal
         return cls(
@@ -123,7 +134,7 @@ class Trial(Scored):
         )
 
     def proposal(self, coarse: float | None) -> Proposal:
-        """Return the proposal of the trial; `coarse` is the spacing of the coarser mesh [m], if the study has one."""
+        """Return the proposal of the trial. `coarse` is the spacing of the coarse mesh [m], if the study has one."""
         fidelity = LOW if coarse is not None and self.spacing == coarse else HIGH
         return Proposal(self.parameters, fidelity, self.expected_gain)
 
@@ -146,9 +157,9 @@ class Trial(Scored):
         )
 
     def attributes(self) -> dict[str, Any]:
-        """Return the data of the trial that a study keeps in addition to parameters and the minimised value.
+        """Return the data that a study stores for the trial in addition to parameters and the minimised value.
 
-        Its number is among them, because a storage may lose trials and renumber the others.
+        The number of the trial is included, because a storage may lose trials and renumber the other trials.
         """
         plain = self.model_dump(exclude={"parameters"})
         if self.expected_objective is None:
@@ -158,20 +169,20 @@ class Trial(Scored):
 
 
 class Baseline(Scored):
-    """A fixed trajectory, folded and measured as the trials were."""
+    """A fixed trajectory for comparison. It is simulated and measured like the trials."""
 
     name: str
     title: str = ""
     state: Literal["complete", "failed"] = "complete"
     error: str | None = None
     seconds: float | None = None
-    """Wall time [s]."""
+    """Wall time of its evaluation [s]."""
     path: Points
     """Path of the left hand relative to its grasp [m], shape (k, 3)."""
 
     @property
     def label(self) -> str:
-        """The name that people read."""
+        """Name of the trajectory for readers."""
         return self.title or self.name
 
     @classmethod
@@ -191,10 +202,10 @@ class Baseline(Scored):
 
 
 def _pack(errors: np.ndarray) -> str:
-    """Return errors e_i [m], shape (n,), as text, to single precision."""
+    """Return the vertex distances e_i [m], shape (n,), as text. They are stored in single precision."""
     return b64encode(compress(errors.astype("<f4").tobytes())).decode()
 
 
 def _unpack(text: str) -> np.ndarray:
-    """Return the errors e_i [m] of a text of `_pack`, shape (n,)."""
+    """Return the vertex distances e_i [m], shape (n,), from a text that `_pack` made."""
     return np.frombuffer(decompress(b64decode(text)), "<f4").astype(float)

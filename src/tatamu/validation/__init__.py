@@ -1,6 +1,7 @@
-"""Validation: comparison of a simulator with an ideal cloth.
+"""Validation: comparison of a simulator with the theory of an ideal cloth.
 
-A check builds scenes and reads rollouts; it does not depend on a simulator. docs/reference/checks.md lists the checks.
+A check builds scenes and evaluates rollouts. It does not depend on a simulator. All checks are listed in
+docs/reference/checks.md.
 """
 
 from tatamu.validation.report import Report, validate

@@ -1,4 +1,4 @@
-"""A check of a simulator, divided into cases that run independently."""
+"""A check of a simulator. It consists of cases that run independently of each other."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tatamu.validation.subject import Subject
 
 @dataclass(frozen=True)
 class Case:
-    """One scene, or a few that are read together."""
+    """One scene, or a few scenes that are evaluated together."""
 
     label: str
     run: Callable[[Subject], Findings]
@@ -21,14 +21,14 @@ class Case:
 
 @dataclass(frozen=True)
 class Check:
-    """Cases under one name."""
+    """A group of cases with a common name."""
 
     name: str
-    """Name that `--only` takes."""
+    """Name of the check, as given to the option `--only`."""
     title: str
     reference: str
-    """Source of the reference, one line."""
+    """Source of the reference values, in one line."""
     cases: tuple[Case, ...]
     figures: dict[str, Figure] = field(default_factory=dict)
     remark: str = ""
-    """Remark on the page that explains a figure."""
+    """Remark for the page, which explains a figure."""

@@ -1,4 +1,4 @@
-"""Findings of a check: rows of a table and curves of a plot."""
+"""The findings of a check: rows for a table and curves for a figure."""
 
 from __future__ import annotations
 
@@ -10,60 +10,60 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Row:
-    """One measured quantity against its reference."""
+    """One measured quantity, compared with its reference value."""
 
     quantity: str
     """Measured quantity with its unit in brackets."""
     reference: float | None
-    """Right value; None if it should be as small as possible."""
+    """Reference value; None if the quantity should be as small as possible."""
     got: float
     """Measured value."""
     error: float
-    """Error, in `unit`, which is compared with `limit`."""
+    """Error in `unit`. It is compared with `limit`."""
     limit: float | None
-    """Largest allowed error, in `unit`; None if the row is stated, not judged."""
+    """Largest allowed error in `unit`; None if the error is only stated."""
     unit: str
-    """Unit of error and limit."""
+    """Unit of the error and of the limit."""
     note: str = ""
-    """Further remarks in one line."""
+    """Additional remarks in one line."""
 
     @property
     def passed(self) -> bool | None:
-        """Whether the error is within its limit (NaN is not); None without a limit."""
+        """Whether the error is within its limit; None if there is no limit. NaN is not within any limit."""
         return None if self.limit is None else bool(self.error <= self.limit)
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One line or cloud of points in a figure of the page."""
+    """One line or one set of points in a figure of the page."""
 
     figure: str
-    """Key of the figure it belongs to."""
+    """Key of the figure that contains the curve."""
     name: str
-    """Entry in the legend."""
+    """Name of the curve in the legend."""
     x: np.ndarray
-    """Shape (k,)."""
+    """Horizontal coordinates, shape (k,)."""
     y: np.ndarray
-    """Shape (k,)."""
+    """Vertical coordinates, shape (k,)."""
     reference: bool = False
-    """Drawn as a line of reference; measured curves are points."""
+    """Whether the curve is a reference. It is then drawn as a line, and measured curves as points."""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """Axes that the curves of a check are drawn in."""
+    """Axes in which the curves of a check are drawn."""
 
     title: str
     x: str
-    """Label with unit."""
+    """Label of the horizontal axis, with its unit."""
     y: str
-    """Label with unit."""
+    """Label of the vertical axis, with its unit."""
     equal: bool = False
     """Whether both axes have the same scale."""
     log: bool = False
-    """Logarithmic axes."""
+    """Whether both axes are logarithmic."""
     joined: bool = False
-    """Join the measured points by lines."""
+    """Whether the measured points are joined by lines."""
 
 
 Finding = Row | Curve
@@ -71,16 +71,16 @@ Findings = Iterator[Finding]
 
 
 def relative(quantity: str, reference: float, got: float, limit: float | None, note: str = "") -> Row:
-    """Make a row whose error is |got / reference - 1| in per cent; `limit` is a fraction."""
+    """Return a row whose error is |got / reference - 1| in per cent. `limit` is a fraction."""
     error = 100 * abs(got - reference) / abs(reference)
     return Row(quantity, reference, got, error, None if limit is None else 100 * limit, "%", note)
 
 
 def absolute(quantity: str, reference: float, got: float, limit: float | None, unit: str, note: str = "") -> Row:
-    """Make a row whose error is |got - reference|; all in `unit`."""
+    """Return a row whose error is |got - reference|. All values have the unit `unit`."""
     return Row(quantity, reference, got, abs(got - reference), limit, unit, note)
 
 
 def small(quantity: str, got: float, limit: float | None, unit: str, note: str = "") -> Row:
-    """Make a row for a quantity that should be zero; `got` itself is the error."""
+    """Return a row for a quantity that should be zero. Its error is `got`."""
     return Row(quantity, None, got, got, limit, unit, note)

@@ -1,9 +1,10 @@
 """A strip whose bending has friction, in one dimension.
 
-The module computes its moment against curvature, and the shape of a heavy strip whose clamp turns.
+The module computes the moment of the strip as a function of its curvature. It also computes the shape of a heavy strip
+whose clamp turns.
 
-The friction of bending is a few elements side by side, each a spring that slips beyond a yield curvature
-(`Material.friction_elements`); the strip is a chain of rigid links with a moment at every joint.
+The friction of bending consists of a few elements side by side. Each element is a spring that slips above a yield
+curvature (`Material.friction_elements`). The strip is a chain of rigid links with a moment at every joint.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from tatamu.material import Material
 
 LINKS = 400
 STEPS = 60
-"""Steps in which the clamp turns from one angle to the next."""
+"""Number of steps in which the clamp turns from one angle to the next."""
 
 
 class BentSection:
-    """The moment of some sections of a strip that remember how they were bent."""
+    """The bending moments of several sections of a strip. The sections remember how they were bent."""
 
     def __init__(self, material: Material, count: int) -> None:
-        """Start flat.
+        """Start with flat sections.
 
         Args:
             material: Material of the strip.
@@ -37,14 +38,17 @@ class BentSection:
         self._plastic = np.zeros((len(self._elements), count))
 
     def moment(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the moment per width [N], shape (k,), at curvatures reached from the stored ones [1/m], shape (k,)."""
+        """Return the moment per width [N], shape (k,), after a change from the stored to new curvatures.
+
+        `curvature` contains the new curvatures [1/m], shape (k,).
+        """
         moment = self._rigidity * curvature
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             moment = moment + stiffness * np.clip(curvature - plastic, -limit, limit)
         return moment
 
     def work(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the work per area of `moment` from its zero [J/m^2], shape (k,)."""
+        """Return the integral of `moment` over the curvature, a work per area [J/m^2], shape (k,)."""
         work = 0.5 * self._rigidity * curvature**2
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             bent = np.abs(curvature - plastic)
@@ -52,20 +56,20 @@ class BentSection:
         return work
 
     def slope(self, curvature: np.ndarray) -> np.ndarray:
-        """Derivative of `moment` [N m], shape (k,)."""
+        """Return the derivative of `moment` with the curvature [N m], shape (k,)."""
         slope = np.full(len(curvature), self._rigidity)
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             slope = slope + stiffness * (np.abs(curvature - plastic) < limit)
         return slope
 
     def keep(self, curvature: np.ndarray) -> None:
-        """Store these curvatures [1/m], shape (k,), as the present state."""
+        """Store these curvatures [1/m], shape (k,), as the present curvatures of the sections."""
         for (_, limit), plastic in zip(self._elements, self._plastic, strict=True):
             plastic[:] = curvature - np.clip(curvature - plastic, -limit, limit)
 
 
 def loop(material: Material, curvatures: Sequence[float]) -> np.ndarray:
-    """Return moments per width [N] along a path of curvatures [1/m] that starts flat, shape (k,) each."""
+    """Return moments per width [N] along a path of curvatures [1/m], shape (k,) each. The strip starts flat."""
     section = BentSection(material, 1)
     moments = []
     for curvature in curvatures:
@@ -83,7 +87,7 @@ def residual_curvature(material: Material, curvature: float) -> float:
 
 
 def turned_strip(material: Material, length: float, clamps: Sequence[float], gravity: float) -> list[np.ndarray]:
-    """Solve the shapes of a heavy strip whose clamp turns slowly.
+    """Return the shapes of a heavy strip whose clamp turns slowly.
 
     Args:
         material: Material of the strip.
@@ -93,14 +97,14 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
         gravity: Acceleration of gravity [m/s^2].
 
     Returns:
-        For each angle reach and drop from the clamp [m], shape (LINKS + 1, 2).
+        For each angle, reach and drop from the clamp [m], shape (LINKS + 1, 2).
 
     Raises:
-        SimulationError: If a shape was not found.
+        SimulationError: If a shape cannot be found.
     """
     link = length / LINKS
     lengths = np.full(LINKS, link)
-    lengths[0] = link / 2  # the joint at the clamp has half a link
+    lengths[0] = link / 2  # the joint at the clamp belongs to half a link
     joints = BentSection(material, LINKS)
     torque = material.areal_density * gravity * link * (length - link * (np.arange(LINKS) + 0.5))
     angles = np.full(LINKS, np.pi / 2)
@@ -119,7 +123,7 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
 def _equilibrium(
     joints: BentSection, lengths: np.ndarray, torque: np.ndarray, angles: np.ndarray, clamp: float
 ) -> np.ndarray:
-    """Return the angles of the links below the horizontal [rad] with minimum work, by Newton's method."""
+    """Return the angles of the links below the horizontal [rad]. Newton's method finds the minimum of the work."""
 
     def energy(angles: np.ndarray) -> float:
         return float(joints.work(np.diff(angles, prepend=clamp) / lengths) @ lengths - torque @ np.sin(angles))
@@ -136,7 +140,7 @@ def _equilibrium(
         change = solveh_banded(np.vstack([beside, diagonal]), -out)
         part = 1.0
         least = energy(angles)
-        enough = 1e-13 * abs(least)  # energies are not known better
+        enough = 1e-13 * abs(least)  # the rounding error of energies
         while energy(angles + part * change) > least + 1e-4 * part * float(out @ change) + enough and part > 1e-6:
             part *= 0.5
         angles = angles + part * change

@@ -1,27 +1,28 @@
-"""Limits of errors by simulator and quantity.
+"""Limits of errors, by simulator and quantity.
 
-A limit states what a simulator claims. Limits are data, so that a further simulator can state its own. A
-quantity without a limit is printed and not judged. The unit is a fraction, SI or degrees, as each comment says.
+A limit states how exact a simulator claims to be. Limits are data, so that another simulator can state its own limits.
+A quantity without a limit is printed, but it cannot fail. The unit is a fraction, an SI unit or degrees, as each
+comment says.
 """
 
 from __future__ import annotations
 
 NATIVE = {
     # motion
-    "fall": 1e-3,  # of the height fallen
-    "momentum": 1e-6,  # of sum m |v|
-    "angular momentum": 1e-2,  # of sum m |x| |v|; its reading by differences of frames is good to about this
-    "energy": 1e-3,  # of the energy turned over: never up but for the reading by differences of frames
+    "fall": 1e-3,  # fraction of the height of the fall
+    "momentum": 1e-6,  # fraction of sum m |v|
+    "angular momentum": 1e-2,  # fraction of sum m |x| |v|; differences of frames are only as exact as this
+    "energy": 1e-3,  # fraction of the converted energy; it must never rise, except by errors of differences of frames
     # air
     "air speed": 1e-3,
     "air path": 2e-3,
     "swing period": 5e-3,
-    "swing decrement": 0.01,  # of an excursion lost in a swing
+    "swing decrement": 0.01,  # fraction of an excursion that is lost in a swing
     # stretch
     "hang strain": 0.01,
-    "hang profile": 0.01,  # of the end's displacement
+    "hang profile": 0.01,  # fraction of the displacement of the end
     "shear": 0.02,
-    "pulled area": 0.02,  # of the change of area
+    "pulled area": 0.02,  # fraction of the change of the area
     "catenary": 0.01,
     # bending
     "chord at 10 mm": 1.0,  # degrees
@@ -46,7 +47,7 @@ NATIVE = {
     "capstan": 0.05,
     "carried": 0.02,
     "dragged": 0.05,
-    "penetration": 0.1,  # of the thickness
+    "penetration": 0.1,  # fraction of the thickness
     "drape": 0.5,  # mm, half a thickness
     # mesh
     "rank correlation": 0.95,  # at least

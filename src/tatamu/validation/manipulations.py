@@ -1,4 +1,4 @@
-"""Random folds of a towel: two hands take one end and carry it over the other along Bezier curves."""
+"""Random folds of a towel: two hands grasp one end and carry it over the other end along Bezier curves."""
 
 from __future__ import annotations
 
@@ -13,28 +13,30 @@ from tatamu.scene import Gripper, Scene, Table
 from tatamu.validation.scenes import flat
 
 LENGTH, WIDTH = 0.28, 0.20
-"""Length and width of the towel [m]; its rows double from a spacing of 20 to 10 mm, so hands hold the same part."""
+"""Length and width of the towel [m].
+
+With this size, a spacing of 10 mm has twice as many rows as 20 mm. Hands then hold the same part of the towel."""
 PATCH = 0.025
-"""Side of the corner that a hand holds [m]."""
+"""Side of the square corner that a hand holds [m]."""
 EDGE = 1e-9
-"""Depth to which a hand that holds only the edge holds cloth [m]."""
+"""Depth from the edge to which a hand holds cloth if it only holds the edge [m]."""
 KNOTS = 41
 REST = 0.6
-"""Time from letting go to the end of the scene [s]."""
+"""Time from the release to the end of the scene [s]."""
 
 
 @dataclass(frozen=True)
 class RandomFold:
-    """A fold along Bezier curves, drawn at random."""
+    """A random fold along Bezier curves."""
 
     control: np.ndarray
-    """Bezier points P1, P2, P3 of each hand, relative to P0, (x, y, z) [m], shape (2, 3, 3)."""
+    """Bezier points P1, P2 and P3 of each hand, relative to P0: (x, y, z) [m], shape (2, 3, 3)."""
     seconds: float
-    """Time that the hands move [s]."""
+    """Time for which the hands move [s]."""
 
     @classmethod
     def random(cls, seed: int, fast: bool) -> RandomFold:
-        """A fold that lands near the other end; hands may differ but never pull apart."""
+        """Return a fold that ends near the other end of the towel. The hands may differ, but never pull apart."""
         random = np.random.default_rng(seed)
         points = np.zeros((2, 3, 3))
         points[:, 2, 0] = LENGTH * random.uniform(0.75, 1.0)
@@ -47,13 +49,16 @@ class RandomFold:
         return cls(points, float(random.uniform(0.5, 0.9) if fast else random.uniform(1.8, 3.0)))
 
     def paths(self) -> np.ndarray:
-        """Displacements of each hand at even times, smooth at both ends, shape (2, KNOTS, 3) [m]."""
+        """Return displacements of each hand at evenly spaced times, smooth at both ends, shape (2, KNOTS, 3) [m]."""
         u = np.linspace(0, 1, KNOTS)
         return np.array([bezier(np.vstack([np.zeros(3), points]), u * u * (3 - 2 * u)) for points in self.control])
 
 
 def scene_of(manipulation: RandomFold, material: Material, spacing: float, depth: float = PATCH) -> Scene:
-    """The manipulation on a mesh: both near corners are held `depth` metres in, carried over, and let go."""
+    """Return the scene of a manipulation on a mesh.
+
+    Both hands hold a near corner, `depth` metres from the edge. They carry it over and let go.
+    """
     mesh = staggered(LENGTH, WIDTH, spacing)
     plan = mesh[0]
     times = (np.linspace(0, 1, KNOTS) * manipulation.seconds).tolist()
@@ -78,7 +83,7 @@ def scene_of(manipulation: RandomFold, material: Material, spacing: float, depth
 
 
 def half_fold_target(plan: np.ndarray, thickness: float) -> np.ndarray:
-    """The towel folded over its middle, the held end on top of the other, shape (n, 3) [m]."""
+    """Return the towel folded over its middle, with the held end on top of the other end, shape (n, 3) [m]."""
     over = plan[:, 0] < LENGTH / 2
     return np.column_stack(
         [np.where(over, LENGTH - plan[:, 0], plan[:, 0]), plan[:, 1], np.where(over, 1.5, 0.5) * thickness]

@@ -1,7 +1,7 @@
-"""Meshes of a rectangle for the checks: right triangles, staggered rows, irregular, turned.
+"""Meshes of a rectangle for the checks: right triangles, staggered rows, irregular meshes and rotated meshes.
 
-Every function returns the unstrained plan, points of shape (n, 2) [m] over 0..length x 0..width, and
-faces of shape (m, 3), counter-clockwise.
+Every function returns the unstrained mesh of the rectangle 0..length x 0..width. The mesh consists of points of shape
+(n, 2) [m] and of counter-clockwise faces of shape (m, 3).
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from tatamu.meshing import SLIVER, delaunay, staggered, twice_areas
 
 Mesh = tuple[np.ndarray, np.ndarray]
 Layout = Callable[[float, float, float], Mesh]
-"""(length, width, spacing) [m] to a mesh."""
+"""Function from length, width and spacing [m] to a mesh."""
 
 JITTER = 0.2
-"""Largest displacement of an irregular mesh's inner vertices, in spacings."""
+"""Largest displacement of the inner vertices in an irregular mesh, in spacings."""
 SHEAR = 0.02
-"""Slight shear of a square lattice, with which Delaunay gives all its cells the same diagonal."""
+"""Small shear of a square lattice. With it, Delaunay triangulation cuts all cells along the same diagonal."""
 
 
 def right(length: float, width: float, spacing: float) -> Mesh:
-    """Return square cells, each cut by the same diagonal."""
+    """Return a mesh of square cells that are all cut along the same diagonal."""
     nx = max(1, round(length / spacing))
     ny = max(1, round(width / spacing))
     x, y = np.meshgrid(np.linspace(0, length, nx + 1), np.linspace(0, width, ny + 1), indexing="ij")
@@ -34,13 +34,13 @@ def right(length: float, width: float, spacing: float) -> Mesh:
 
 
 def staggered_across(length: float, width: float, spacing: float) -> Mesh:
-    """The staggered mesh with its rows along x."""
+    """Return the staggered mesh with rows along x."""
     points, faces = staggered(width, length, spacing)
     return points[:, ::-1].copy(), faces[:, ::-1].copy()
 
 
 def irregular(length: float, width: float, spacing: float, seed: int = 1) -> Mesh:
-    """Jittered staggered points inside, even points along the border, Delaunay triangles."""
+    """Return Delaunay triangles of randomly shifted staggered points inside and even points along the border."""
     lattice = _lattice(length, width, spacing * np.array([np.sqrt(3) / 2, 1.0]), 0.0, shifted=True)
     random = np.random.default_rng(seed)
     inner = _inside(lattice, length, width, 0.5 * spacing)
@@ -49,7 +49,7 @@ def irregular(length: float, width: float, spacing: float, seed: int = 1) -> Mes
 
 
 def turned(length: float, width: float, spacing: float, degrees: float) -> Mesh:
-    """Return right triangles in a turned lattice; the border has its own evenly spaced points."""
+    """Return right triangles in a rotated lattice. Points on the border are evenly spaced."""
     if degrees == 0:
         return right(length, width, spacing)
     angle = np.radians(degrees)
@@ -59,7 +59,7 @@ def turned(length: float, width: float, spacing: float, degrees: float) -> Mesh:
 
 
 def _lattice(length: float, width: float, cell: np.ndarray, angle: float, shifted: bool) -> np.ndarray:
-    """Points of a turned lattice around the rectangle's middle, shape (k, 2)."""
+    """Return points of a rotated lattice around the middle of the rectangle, shape (k, 2)."""
     reach = int(np.hypot(length, width) / cell.min()) + 2
     i, j = (q.ravel() for q in np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1)))
     points = np.column_stack([i * cell[0], (j + 0.5 * (i % 2) * shifted) * cell[1]])
@@ -88,7 +88,7 @@ def _triangulated(inner: np.ndarray, length: float, width: float, spacing: float
 
 
 def mirrored(mesh: Mesh) -> Mesh:
-    """A mesh and its image in x = 0, joined along that line: a strip twice as long, symmetric."""
+    """Return a mesh joined with its mirror image in x = 0. The result is a symmetric strip of twice the length."""
     points, faces = mesh
     on_line = np.abs(points[:, 0]) < 1e-12
     image = np.arange(len(points))
@@ -105,4 +105,4 @@ LAYOUTS: dict[str, Layout] = {
     "staggered across": staggered_across,
     "irregular": irregular,
 }
-"""Layouts by name; angles are those of the mesh to the strip."""
+"""Mesh layouts by name. Angles are those between the mesh and the strip."""

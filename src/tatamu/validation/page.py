@@ -1,4 +1,4 @@
-"""The report as one page that opens offline: verdicts, charts of got against reference, all rows."""
+"""The report of all checks as one page that opens offline, with results, charts and all rows."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tatamu.validation.terminal import cells
 
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross")
 LONG = 16
-"""Number of rows above which a table is collapsed and only its failures are shown."""
+"""Number of rows above which a table is collapsed. Only rows that failed are then shown."""
 
 
 def page(report: Report) -> str:
-    """The whole page as HTML."""
+    """Return the whole page as HTML."""
     return render(
         "validation/page.html",
         charts={result.check.name: _charts(result) for result in report.results},
@@ -31,7 +31,7 @@ def page(report: Report) -> str:
 
 
 def _verdict(result: CheckResult) -> tuple[str, str]:
-    """The verdict on a check in a few words, and its tone: pass, fail or stated."""
+    """Return the result of a check in a few words, and its tone: pass, fail or stated."""
     passed = [row.passed for case in result.cases for row in case.rows if row.passed is not None]
     failed = passed.count(False)
     if failed:

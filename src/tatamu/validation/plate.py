@@ -1,6 +1,9 @@
-"""Rigid plates in air, solved from first principles: a plate that falls without turning, and one that swings.
+"""Motion of rigid plates in air, solved from first principles.
 
-Symbols: rho areal density and m_a added mass [kg/m^2], c linear [N s/m^3] and q quadratic drag [kg/m^3].
+One plate falls without turning, and another plate swings.
+
+Symbols: rho is the areal density and m_a the added mass [kg/m^2]. c is the linear drag [N s/m^3] and q the quadratic
+    drag [kg/m^3]. k is the constant of drag after a turn, and L the length of the plate.
 """
 
 from __future__ import annotations
@@ -14,33 +17,33 @@ from scipy.signal import find_peaks
 from tatamu.material import Material
 
 LEAST_TURN = 1e-9
-"""Least angle since a turn [rad]."""
+"""Least angle since a change of direction [rad]. It prevents a division by zero."""
 
 
 @dataclass(frozen=True)
 class Pushed:
-    """A mass per area that a constant force pushes against drag: M dv/dt = f - c v - q v^2, from rest."""
+    """A mass per area that a constant force pushes against drag, from rest: M dv/dt = f - c v - q v^2."""
 
     mass: float
-    """M [kg/m^2]."""
+    """Mass per area M [kg/m^2]."""
     force: float
-    """f [N/m^2], not negative."""
+    """Force per area f [N/m^2], which is not negative."""
     linear: float
-    """c [N s/m^3]."""
+    """Linear drag c [N s/m^3]."""
     quadratic: float
-    """q [kg/m^3]."""
+    """Quadratic drag q [kg/m^3]."""
 
     @property
     def terminal_speed(self) -> float:
-        """Positive root of f = c v + q v^2 [m/s]; infinite without drag."""
+        """Terminal speed: the positive root of f = c v + q v^2 [m/s]; infinite without drag."""
         root = np.sqrt(self.linear**2 + 4.0 * self.quadratic * self.force)
         return 2.0 * self.force / (self.linear + root) if root > 0.0 else np.inf
 
     def distance(self, time: float) -> float:
-        """Return the distance after a time [s] from rest [m], for nonzero drag.
+        """Return the distance [m] after a time [s] from rest. The drag must not be zero.
 
-        v1 and -v2 are the roots of the right side, beta = (c + 2 q v1) / M and e = exp(-beta t). The speed is v1 (1 -
-        e) / (1 + v1 / v2 e). Its integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
+        v1 and -v2 are the speeds at which drag balances the force. With beta = (c + 2 q v1) / M, r = v1 / v2 and e =
+        exp(-beta t), the speed is v1 (1 - e) / (1 + r e). Its integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
         """
         fast = self.terminal_speed
         rate = (self.linear + 2.0 * self.quadratic * fast) / self.mass
@@ -53,9 +56,9 @@ class Pushed:
 
 
 def falling(material: Material, tilt: float, gravity: float) -> tuple[Pushed, Pushed]:
-    """Return the laws of motion of a plate falling at a tilt [rad], along its normal and along its surface.
+    """Return the laws of motion of a falling plate along its normal and along its surface. Its tilt is `tilt` [rad].
 
-    Every part of it has the same velocity and normal, so nothing turns it.
+    All parts of the plate have equal velocities and normals, so nothing turns the plate.
     """
     weight = material.areal_density * gravity
     linear = material.air_drag
@@ -75,17 +78,22 @@ def falling(material: Material, tilt: float, gravity: float) -> tuple[Pushed, Pu
 
 
 def small_swing_period(material: Material, length: float, gravity: float) -> float:
-    """Period of small swings without drag of a plate hung by its upper edge [s]: 2 pi sqrt(2 L M / (3 g rho))."""
+    """Return the period of small swings without drag of a plate that hangs from its upper edge [s].
+
+    The period is 2 pi sqrt(2 L M / (3 g rho)), with M = rho + m_a.
+    """
     heavier = 1.0 + material.air_added_mass / material.areal_density
     return float(2.0 * np.pi * np.sqrt(2.0 * length * heavier / (3.0 * gravity)))
 
 
 def hanging(material: Material, length: float, angle: float, times: np.ndarray, gravity: float) -> np.ndarray:
-    """Angles of a plate hung by its upper edge and let go at `angle` [rad], shape (k,), at times [s], shape (k,).
+    """Return the angles of a plate that hangs from its upper edge and is released at `angle` [rad], shape (k,).
 
-    Per width, with every velocity along the normal:
-    M L^3 / 3 a'' = -rho g L^2 / 2 sin(a) - c L^3 / 3 a' - int_0^L max(q, k / (r b)^(1/3)) r^3 dr |a'| a',
-    where b is the angle since the plate turned around.
+    The angles are those at the times `times` [s], shape (k,).
+
+    All velocities are along the normal. The equation of motion per width for the angle a is M L^3 / 3 a'' = -rho g L^2
+    / 2 sin(a) - c L^3 / 3 a' - int_0^L max(q, k / (r b)^(1/3)) r^3 dr |a'| a'. M is rho + m_a, r the distance from the
+    upper edge, and b the angle since the plate last turned around.
     """
     inertia = (material.areal_density + material.air_added_mass) * length**3 / 3
     weight = material.areal_density * gravity * length**2 / 2
@@ -123,12 +131,15 @@ def hanging(material: Material, length: float, angle: float, times: np.ndarray, 
 
 
 def _turning_moment(material: Material, length: float, turned: float) -> float:
-    """Moment of the quadratic drag of a plate over the square of its rate, per width [kg m]; b: `turned` [rad]."""
+    """Return the moment of quadratic drag divided by the square of the angular speed, per width [kg m].
+
+    `turned` is the angle since the plate last turned around [rad].
+    """
     steady = material.air_drag_quadratic
     turning = material.air_drag_turning / np.cbrt(max(turned, LEAST_TURN))
     if turning == 0.0:
         return steady * length**4 / 4
-    near = min((turning / steady) ** 3 if steady else np.inf, length)  # nearer to the hinge the second one is more
+    near = min((turning / steady) ** 3 if steady else np.inf, length)  # turning drag is larger near the hinge
     return float(turning * near ** (11 / 3) / (11 / 3) + steady * (length**4 - near**4) / 4)
 
 
@@ -137,17 +148,19 @@ class Swing:
     """Period and decay of a swing."""
 
     period: float
-    """Mean time between turning points on one side [s]."""
+    """Mean time between two turning points on the same side [s]."""
     decrement: np.ndarray
-    """Logarithm of each excursion over the next one on the same side [-]."""
+    """Logarithm of the ratio between the size of each swing and the size of the next swing to the same side [-]."""
     excursion: np.ndarray
-    """Peak to peak about that time, in the unit of the signal."""
+    """Peak-to-peak size of the swing at the time of each decrement, in the unit of the signal."""
 
 
 def swing_of(times: np.ndarray, signal: np.ndarray) -> Swing:
-    """The swing in a signal, shape (k,), at even times [s], shape (k,), by its turning points.
+    """Return the swing in a signal, from its turning points.
 
-    The signal swings about zero and passes it at least four times; the part before the first time is left out.
+    The signal and its evenly spaced times [s] have the shape (k,).
+
+    The signal swings about zero and must pass zero at least four times. The part before the first time is ignored.
     """
     begin = int(np.argmax(signal * signal[0] < 0.0))
     turns, values = _turning_points(times[begin:], signal[begin:])

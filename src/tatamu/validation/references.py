@@ -1,8 +1,8 @@
 """Closed-form references for an ideal cloth, solved from first principles.
 
-Symbols: g gravity [m/s^2], rho areal density [kg/m^2], Y membrane stiffness [N/m], nu Poisson ratio [-],
-mu Coulomb coefficient [-], L length [m]. Longer solutions have modules of
-their own: `frictional_strip`, `plate`, and the package `tatamu.heavy_strip`.
+Symbols: g is gravity [m/s^2], rho areal density [kg/m^2], Y membrane stiffness [N/m], nu Poisson ratio [-], mu Coulomb
+    coefficient [-], G shear stiffness [N/m], B bending rigidity [N m], and L length [m]. Longer solutions are in the
+    modules `frictional_strip` and `plate`, and in the package `tatamu.heavy_strip`.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from tatamu.material import Material
 
 
 def fall(time: np.ndarray, gravity: float) -> np.ndarray:
-    """Height of free fall from rest, z = -g t^2 / 2 [m]."""
+    """Return the height in free fall from rest, z = -g t^2 / 2 [m]."""
     return -0.5 * gravity * time**2
 
 
 def hang_displacement(distance: np.ndarray, length: float, material: Material, gravity: float) -> np.ndarray:
-    """Return how far points of a hanging sheet move down [m].
+    """Return how far points of a hanging sheet move down because of its weight [m].
 
-    The tension per width at `distance` s below the held edge carries what hangs below it, rho g (L - s); with
-    strain = tension / Y, u(s) = rho g (L s - s^2 / 2) / Y. Uniaxial: exact for nu = 0.
+    At the distance s below the held edge, the tension per width carries the weight below it, rho g (L - s). The strain
+    is the tension divided by Y, so the displacement is u(s) = rho g (L s - s^2 / 2) / Y. This is exact for nu = 0.
 
     Args:
         distance: Unstrained distance from the held edge [m].
@@ -35,10 +35,10 @@ def hang_displacement(distance: np.ndarray, length: float, material: Material, g
 
 
 def shear_sag(across: np.ndarray, span: float, material: Material, gravity: float) -> np.ndarray:
-    """Return how far a tall vertical panel, held along both upright sides, sags in its own plane [m].
+    """Return how far a tall vertical panel sags in its own plane [m]. It is held along both upright sides.
 
-    Far from its top and bottom the panel is in pure shear: G u'' = -rho g, so u = rho g x (D - x) / (2 G),
-    with G = Y / (2 (1 + nu)) of isotropic plane stress if the material gives none.
+    Far from its top and bottom, the panel is in pure shear: G u'' = -rho g, so the sag is u = rho g x (D - x) / (2 G).
+    If the material gives no G, G = Y / (2 (1 + nu)) as in an isotropic sheet.
 
     Args:
         across: Distance x from one held side [m].
@@ -50,7 +50,9 @@ def shear_sag(across: np.ndarray, span: float, material: Material, gravity: floa
 
 
 def off_axis_stiffness(material: Material, angle: float) -> float:
-    """Tension per width and strain of a strip cut at an angle [rad] to the warp, its sides free [N/m].
+    """Return the stiffness of a strip with free sides that is cut at an angle [rad] to the warp [N/m].
+
+    The stiffness Y(a) is the tension per width divided by the strain. Let c = cos(a) and s = sin(a).
 
     1 / Y(a) = c^4 / Y + s^4 / Y_weft + (1 / G - 2 nu / sqrt(Y Y_weft)) c^2 s^2 (Jones, Mechanics of Composite
     Materials, 1975, section 2.6).
@@ -67,9 +69,11 @@ def off_axis_stiffness(material: Material, angle: float) -> float:
 
 
 def off_axis_rigidity(material: Material, angle: float) -> float:
-    """Moment per width and curvature of a wide sheet bent to a cylinder at an angle [rad] to the warp [N m].
+    """Return the rigidity of a wide sheet that is bent to a cylinder at an angle [rad] to the warp [N m].
 
-    B(a) = B c^4 + B_weft s^4 + T c^2 s^2, T the twist rigidity.
+    The rigidity is the moment per width divided by the curvature.
+
+    B(a) = B c^4 + B_weft s^4 + T c^2 s^2, with c = cos(a), s = sin(a), and the twist rigidity T.
     """
     along = np.cos(angle) ** 2
     across = np.sin(angle) ** 2
@@ -78,14 +82,16 @@ def off_axis_rigidity(material: Material, angle: float) -> float:
 
 
 def pulled_width(stretch: float, poisson_ratio: float) -> float:
-    """Width over unstrained width of a sheet pulled to `stretch`, sides free: 1 - nu (stretch - 1)."""
+    """Return the relative width of a sheet with free sides that is pulled to `stretch`: 1 - nu (stretch - 1)."""
     return 1.0 - poisson_ratio * (stretch - 1.0)
 
 
 def catenary(span: float, length: float, count: int = 201) -> np.ndarray:
-    """An inextensible limp strip between two hands at one height, shape (count, 2): x, z [m] at equal arc.
+    """Return the shape of an inextensible limp strip between two hands of equal height.
 
-    2 a sinh(D / 2a) = L gives a; z = a cosh(x / a).
+    The result has the shape (count, 2): x and z [m] at equal distances along the strip.
+
+    The span D and the length L determine the parameter a by 2 a sinh(D / 2a) = L. The shape is z = a cosh(x / a).
     """
     low = span / 40
     high = 40 * span
@@ -96,15 +102,15 @@ def catenary(span: float, length: float, count: int = 201) -> np.ndarray:
 
 
 def incline_threshold(mu: float) -> float:
-    """Return the tilt at which a resting sheet starts to slide [rad]: tan(theta) = mu."""
+    """Return the tilt theta at which a resting sheet starts to slide [rad]: tan(theta) = mu."""
     return float(np.arctan(mu))
 
 
 def incline_acceleration(tilt: float, mu: float, gravity: float) -> float:
-    """Acceleration down an incline [m/s^2]: g (sin - mu cos), zero when it sticks."""
+    """Return the acceleration down an incline [m/s^2]: g (sin - mu cos) of the tilt, or zero if the sheet sticks."""
     return float(max(0.0, gravity * (np.sin(tilt) - mu * np.cos(tilt))))
 
 
 def arc_energy(material: Material, curvature: float, area: float) -> float:
-    """Bending energy of a flat sheet rolled to a cylinder of one curvature [J]: B k^2 A / 2."""
+    """Return the bending energy of a flat sheet of area A rolled to a cylinder of curvature k [J]: B k^2 A / 2."""
     return 0.5 * material.bending_rigidity * curvature**2 * area

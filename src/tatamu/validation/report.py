@@ -1,4 +1,4 @@
-"""Running checks and keeping their findings."""
+"""Functions that run checks, and the report that contains their findings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tatamu.version import __version__
 
 @dataclass
 class CaseResult:
-    """Findings of one case."""
+    """The findings of one case."""
 
     label: str
     rows: list[Row] = field(default_factory=list)
@@ -29,37 +29,37 @@ class CaseResult:
 
     @property
     def failed(self) -> bool:
-        """Whether a judged row is beyond its limit."""
+        """Whether the error of any row exceeds its limit."""
         return any(row.passed is False for row in self.rows)
 
 
 @dataclass
 class CheckResult:
-    """Findings of one check."""
+    """The findings of one check."""
 
     check: Check
     cases: list[CaseResult]
 
     def curves(self, figure: str) -> list[Curve]:
-        """Return the curves of one of the check's figures."""
+        """Return the curves in one figure of the check."""
         return [curve for case in self.cases for curve in case.curves if curve.figure == figure]
 
 
 @dataclass
 class Report:
-    """Findings of all checks of one simulator."""
+    """The findings of all checks of one simulator."""
 
     simulator: str
     results: list[CheckResult]
 
     @property
     def rows(self) -> list[Row]:
-        """All rows."""
+        """All rows of all checks."""
         return [row for result in self.results for case in result.cases for row in case.rows]
 
     @property
     def failures(self) -> int:
-        """Number of rows beyond their limits."""
+        """Number of rows whose error exceeds the limit."""
         return sum(row.passed is False for row in self.rows)
 
     @property
@@ -68,7 +68,7 @@ class Report:
         return sum(row.passed is not None for row in self.rows)
 
     def to_json(self) -> dict[str, Any]:
-        """Return plain data; numbers that are not finite become null."""
+        """Return the report as plain data. Numbers that are not finite become null."""
         return {
             "version": 1,
             "tatamu": __version__,
@@ -96,10 +96,10 @@ def _row_data(row: Row) -> dict[str, Any]:
 
 
 def select_cases(names: Iterable[str], quick: bool) -> list[tuple[Check, list[Case]]]:
-    """Select the checks of some names, all if none is given, and the cases to run.
+    """Select checks by name, and the cases of each that are run. Without names, all checks are selected.
 
     Raises:
-        InputError: If there is no check of one of the names.
+        InputError: If no check has one of the names.
     """
     names = list(names)
     for name in names:
@@ -123,10 +123,10 @@ def validate(
     Args:
         subject: The simulator.
         names: Names of the checks to run; empty for all.
-        quick: Whether to leave out the long cases.
+        quick: Whether to omit the long cases.
         before: Function that is called before each case.
         after: Function that is called after each check.
-        executor: Executor on which all cases run at a time; None to run them here, one by one.
+        executor: Executor that runs all cases at the same time; None to run them in this process, one by one.
     """
     pairs = select_cases(names, quick)
     results_of_cases = _results(pairs, subject, executor)
@@ -144,7 +144,7 @@ def validate(
 def _results(
     pairs: Sequence[tuple[Check, Sequence[Case]]], subject: Subject, executor: Executor | None
 ) -> Iterator[CaseResult]:
-    """Return the results of cases in their order; an executor gets all cases at once."""
+    """Yield the results of cases in their order. An executor receives all cases at once."""
     cases = [(check, case) for check, cases in pairs for case in cases]
     if executor is None:
         return (run(case, subject) for _, case in cases)
@@ -160,13 +160,13 @@ def _result(future: Future[CaseResult], case: Case) -> CaseResult:
 
 
 def run_named(check: str, label: str, simulator: str) -> CaseResult:
-    """Run a case of a simulator, both by name, so that another process can call it."""
+    """Run a case of a simulator. Both are given by name, so that another process can call this function."""
     case = next(case for case in CHECKS[check].cases if case.label == label)
     return run(case, Subject.named(simulator))
 
 
 def run(case: Case, subject: Subject) -> CaseResult:
-    """Run one case; a simulation that fails is a failed row."""
+    """Run one case. A simulation that fails gives a row that failed."""
     result = CaseResult(case.label)
     started = perf_counter()
     try:

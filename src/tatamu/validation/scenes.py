@@ -1,4 +1,4 @@
-"""Parts of the checks' scenes."""
+"""Functions that build parts of the scenes for checks."""
 
 from __future__ import annotations
 
@@ -12,40 +12,43 @@ from tatamu.validation.meshes import Mesh
 
 
 def held(vertices: np.ndarray | Sequence[int]) -> Gripper:
-    """Return a hand that holds vertices still from the start to the end."""
+    """Return a hand that holds vertices without motion from the start to the end."""
     return Gripper(vertices=[int(v) for v in vertices], times=[0.0], displacements=[[0.0, 0.0, 0.0]])
 
 
 def flat(mesh: Mesh, height: float = 0.0) -> Cloth:
-    """Return a cloth that starts unstrained and level."""
+    """Return a level cloth that starts without strain."""
     return Cloth(vertices=raised(mesh[0], height), faces=mesh[1])
 
 
 def hanging(plan: np.ndarray) -> np.ndarray:
-    """Return plan points, shape (n, 2), in the y-z plane with x straight down, shape (n, 3) [m]."""
+    """Return flat points, shape (n, 2), in the y-z plane, with x straight down, shape (n, 3) [m]."""
     return np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
 
 
 def raised(plan: np.ndarray, height: float = 0.0) -> np.ndarray:
-    """Return points, shape (n, 2), at one height, shape (n, 3)."""
+    """Return flat points, shape (n, 2), at one height, shape (n, 3) [m]."""
     return np.column_stack([plan, np.full(len(plan), height)])
 
 
 def upright(mesh: Mesh) -> Cloth:
-    """Return a cloth that starts unstrained in the x-z plane, its width upwards."""
+    """Return a cloth in the x-z plane that starts without strain. Its width is vertical."""
     points, faces = mesh
     return Cloth(vertices=np.column_stack([points[:, 0], 0 * points[:, 0], points[:, 1]]), faces=faces)
 
 
 def on_incline(plan: np.ndarray, distance: float, tilt: float) -> np.ndarray:
-    """Lay plan points on a table tilted about y, `distance` above it along its normal, shape (n, 3)."""
+    """Return flat points on a table that is tilted about y, shape (n, 3).
+
+    The points are at `distance` above the table, along its normal.
+    """
     down = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
     normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
     return plan[:, :1] * down + plan[:, 1:] * [0.0, 1.0, 0.0] + distance * normal
 
 
 def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Join meshes: return vertices, faces, and the vertices of each part."""
+    """Join meshes to one mesh. Return its vertices, its faces, and the vertices of each part."""
     starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
     faces = np.concatenate([faces + start for start, (_, faces) in zip(starts, parts, strict=False)])
     members = [np.arange(starts[k], starts[k + 1]) for k in range(len(parts))]
@@ -53,10 +56,12 @@ def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, 
 
 
 def sewn(mesh: Mesh, gap: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Make two layers of a mesh, `gap` [m] apart, joined along both sides of its length like the body of a shirt.
+    """Make two layers of a mesh that are sewn together, like the body of a shirt.
+
+    The layers have the distance `gap` [m], and are joined along both long sides.
 
     Returns:
-        Vertices [m], shape (n, 3), the lower layer at z = 0; triangles, shape (m, 3); seams, shape (s, 2).
+        Vertices [m], shape (n, 3), with the lower layer at z = 0; triangles, shape (m, 3); seams, shape (s, 2).
     """
     plan, faces = mesh
     side = (plan[:, 1] < 1e-9) | (plan[:, 1] > plan[:, 1].max() - 1e-9)

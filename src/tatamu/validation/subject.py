@@ -1,4 +1,4 @@
-"""The simulator under test."""
+"""The simulator that is tested."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from tatamu.validation.scenes import held
 
 @dataclass(frozen=True)
 class Subject:
-    """A simulator with its limits."""
+    """A simulator with the limits of its errors."""
 
     name: str
-    """Name in `tatamu.simulators`, by which other processes start it."""
+    """Name of the simulator in `tatamu.simulators`. Other processes start it by this name."""
     simulate: Callable[[Scene], Rollout]
     simulate_many: Callable[[Sequence[Scene]], list[Rollout]]
     limits: dict[str, float] = field(default_factory=dict)
-    """Largest allowed error of each judged quantity; a quantity without a limit is stated, not judged."""
+    """Largest allowed error of each quantity. A quantity without a limit is stated, but cannot fail."""
 
     @classmethod
     def named(cls, name: str) -> Subject:
-        """Return a simulator with its own limits.
+        """Return a simulator with the limits that are stated for it.
 
         Raises:
-            InputError: If no simulator has that name.
+            InputError: If no simulator has this name.
         """
         simulator = named(name)
         return cls(name, simulator.simulate, simulator.simulate_many, LIMITS.get(name, {}))
 
     def limit(self, quantity: str, factor: float = 1.0) -> float | None:
-        """Return the largest allowed error of a quantity in another unit; None if it is not judged.
+        """Return the largest allowed error of a quantity, in the unit of its row; None if the quantity has no limit.
 
         Args:
             quantity: Name of the quantity in `limits.py`.
@@ -47,7 +47,7 @@ class Subject:
         return None if limit is None else factor * limit
 
     def end(self, cloth: Cloth, material: Material, vertices: np.ndarray, duration: float) -> np.ndarray:
-        """Simulate a cloth that a hand holds still at some vertices.
+        """Simulate a cloth of which a hand holds some vertices without motion.
 
         Returns:
             Positions at the end [m], shape (n, 3).

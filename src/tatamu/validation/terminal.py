@@ -1,4 +1,4 @@
-"""The report on a terminal: one table per check, progress below."""
+"""The report on a terminal: one table for each check, and a progress bar below the tables."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ VERDICT = {True: "[green]pass[/]", False: "[bold red]FAIL[/]", None: "[dim]state
 
 
 def number(value: float | None, digits: int = 5) -> str:
-    """Format a number in a few significant digits, or a dash."""
+    """Return a number as text with a few significant digits; a dash for None."""
     if value is None:
         return "–"
     if value == 0:
@@ -27,7 +27,7 @@ def number(value: float | None, digits: int = 5) -> str:
 
 
 def cells(row: Row) -> list[str]:
-    """Return quantity, reference, got, error, limit and unit as text."""
+    """Return quantity, reference, measured value, error, limit and unit of a row as text."""
     return [
         row.quantity,
         number(row.reference),
@@ -39,7 +39,7 @@ def cells(row: Row) -> list[str]:
 
 
 def table(result: CheckResult) -> Table:
-    """Make the table of a check; each case has a heading."""
+    """Return the table of a check. Each case has a heading in it."""
     out = Table(title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold")
     out.add_column("quantity", ratio=1)
     for name in ("reference", "got", "error", "limit"):
@@ -66,20 +66,20 @@ def table(result: CheckResult) -> Table:
 
 
 def summary(report: Report) -> str:
-    """Return a line with the numbers of rows that passed, failed and are only stated."""
+    """Return a line with the numbers of rows that passed, failed, and are only stated."""
     stated = len(report.rows) - report.judged
     verdict = "[green]all pass[/]" if report.failures == 0 else f"[bold red]{report.failures} fail[/]"
     return f"{report.simulator}: {report.judged} judged, {verdict}; {stated} stated without a limit"
 
 
 def console() -> Console:
-    """Return the terminal, or a hundred columns if there is none."""
+    """Return a console for the terminal. Without a terminal, it has a width of a hundred columns."""
     plain = Console(highlight=False)
     return plain if plain.is_terminal else Console(highlight=False, width=100)
 
 
 class Display:
-    """A progress bar with tables above it."""
+    """A progress bar with the tables of finished checks above it."""
 
     def __init__(self, console: Console, progress: Progress, total: int) -> None:
         self.console = console
@@ -88,7 +88,7 @@ class Display:
         self.begun = False
 
     def before(self, check: Check, case: Case) -> None:
-        """Show that a case starts."""
+        """Show the name of a case that starts."""
         self.progress.update(self.task, description=f"{check.name}: {case.label}", advance=int(self.begun))
         self.begun = True
 
@@ -99,7 +99,7 @@ class Display:
 
 @contextmanager
 def display(console: Console, total: int) -> Iterator[Display]:
-    """Show progress over `total` cases."""
+    """Yield a display that shows progress over `total` cases."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
         yield Display(console, progress, total)

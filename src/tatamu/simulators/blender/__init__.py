@@ -1,7 +1,7 @@
-"""Blender's cloth, the paper's simulator, as a process of its own. See docs/theory/blender.md.
+"""Blender's cloth, the paper's simulator. It runs as a separate process. See docs/theory/blender.md.
 
-Scenes are translated into Blender's numbers (`mapping`, `springs`), written as recipes (`recipe`, `timeline`) and run
-by a program inside Blender (`worker`) at the end of a pipe (`process`).
+A scene is translated into Blender's numbers (`mapping`, `springs`) and written as a recipe (`recipe`, `timeline`). A
+program inside Blender (`worker`) receives the recipe through a pipe (`process`) and runs it.
 """
 
 from __future__ import annotations
@@ -27,21 +27,22 @@ CAPABILITIES = Capabilities(
     friction_table=MOST_FRICTION / TABLE_FRICTION,
     friction_cloth=MOST_FRICTION / SELF_FRICTION,
 )
-"""Capabilities of Blender: it folds on any mesh, but its friction is limited. Each rollout is a process with its own
-threads."""
+"""Capabilities of Blender. It can fold on any mesh, but its friction is limited.
+
+Each rollout is a process with its own threads."""
 
 
 def require() -> None:
-    """Find Blender.
+    """Check that Blender is installed.
 
     Raises:
-        InputError: If there is none.
+        InputError: If no Blender is found.
     """
     discovery.command()
 
 
 def prepare() -> None:
-    """Do nothing, because Blender is started with the first scene."""
+    """Do nothing, because Blender starts with the first scene."""
 
 
 def compilation() -> tuple[int, int]:
@@ -50,11 +51,11 @@ def compilation() -> tuple[int, int]:
 
 
 def simulate(scene: Scene) -> Rollout:
-    """Run one scene in Blender.
+    """Simulate one scene in Blender.
 
     Raises:
-        InputError: If there is no Blender, the material's `blender` table is wrong, or the scene has rigid bodies.
-        SimulationError: If the rollout is not finite, or Blender ends in the middle of it each time.
+        InputError: If no Blender is found, the material's `blender` table is wrong, or the scene has rigid bodies.
+        SimulationError: If the rollout is not finite, or Blender crashes during the scene in every attempt.
     """
     begin = time.perf_counter()
     CAPABILITIES.refuse(scene, "blender")
@@ -75,7 +76,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
-    """Positions of all frames [m], shape (f, n, 3), from those after the first."""
+    """Return the positions of all frames [m], shape (f, n, 3), from the positions after the first frame."""
     if not np.isfinite(moved).all():
         frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
         raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")
@@ -83,5 +84,5 @@ def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
 
 
 def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
-    """Run several scenes, one Blender per processor core."""
+    """Simulate several scenes, with one Blender process per processor core."""
     return side_by_side(simulate, scenes)

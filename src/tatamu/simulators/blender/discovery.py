@@ -1,4 +1,8 @@
-"""The search for Blender: environment variable, `tatamu install blender`'s environment, search path."""
+"""The search for Blender.
+
+An environment variable may name the path of Blender. Otherwise the environment of `tatamu install blender` is used, or
+else the search path for programs.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,9 @@ from pathlib import Path
 from tatamu.errors import InputError
 
 VARIABLE = "TATAMU_BLENDER"
-"""Environment variable that names a Python with `bpy`, or a Blender executable."""
+"""Name of the environment variable that contains the path of a Python with `bpy`, or of a Blender executable."""
 VERSION = "5.0.1"
-"""The Blender that `tatamu install blender` installs, and whose cloth docs/notes/simulators.md measures."""
+"""Version of Blender that `tatamu install blender` installs. The measurements in docs/notes/simulators.md used it."""
 HELP = (
     f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
     f"or let {VARIABLE} name a Blender executable or a Python that has bpy"
@@ -21,7 +25,7 @@ WORKER = Path(__file__).with_name("worker.py")
 
 
 def cache_folder() -> Path:
-    """The folder of tatamu among the user's caches."""
+    """Return tatamu's folder in the user's cache."""
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
     elif sys.platform == "darwin":
@@ -32,20 +36,20 @@ def cache_folder() -> Path:
 
 
 def environment_folder() -> Path:
-    """The virtual environment that `tatamu install blender` makes."""
+    """Return the path of the virtual environment that `tatamu install blender` makes."""
     return cache_folder() / f"blender-{VERSION}"
 
 
 def python_of(folder: Path) -> Path:
-    """The Python of a virtual environment."""
+    """Return the path of the Python in a virtual environment."""
     return folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
 
 
 def command() -> list[str]:
-    """The command that starts a worker.
+    """Return the command that starts a worker, a process with Blender.
 
     Raises:
-        InputError: If there is no Blender, or the variable names something else.
+        InputError: If no Blender is found, or the environment variable names another program.
     """
     named = os.environ.get(VARIABLE)
     if named:
@@ -67,14 +71,17 @@ def _named(name: str) -> str:
 
 
 def started_by(program: str) -> list[str]:
-    """Return the command that starts a worker, in a Python (recognised by its name) or in a Blender executable."""
+    """Return the command that starts a worker with a program.
+
+    The program is a Python, which is recognised by its name, or a Blender executable.
+    """
     if Path(program).name.lower().startswith(("python", "pypy")):
         return [program, str(WORKER)]
     return [program, "--background", "--factory-startup", "--python-exit-code", "3", "--python", str(WORKER)]
 
 
 def available() -> bool:
-    """Whether a Blender can be found."""
+    """Return whether a Blender is found."""
     try:
         command()
     except InputError:

@@ -1,4 +1,4 @@
-"""`tatamu install blender`: Blender as a Python module, in a virtual environment of its own."""
+"""The command `tatamu install blender`. It installs Blender as a Python module in a separate virtual environment."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from tatamu.errors import InputError
 from tatamu.simulators.blender.discovery import VERSION, environment_folder, python_of
 
 PYTHON = "3.11"
-"""The only Python version that the wheel of this Blender is built for."""
+"""The only Python version for which this Blender is available as a wheel."""
 PACKAGES = (f"bpy=={VERSION}", "numpy<2")
 
 
 def install(folder: Path | None = None) -> Path:
-    """Make the environment, or leave a working one alone; returns its Python.
+    """Make the virtual environment, unless a working one exists, and return its Python.
 
     Raises:
-        InputError: If there is no Python for which the wheel is built, or the packages cannot be installed.
+        InputError: If the Python version for the wheel is missing, or the packages cannot be installed.
     """
     folder = folder or environment_folder()
     python = python_of(folder)

@@ -1,7 +1,9 @@
-"""A material in SI units as Blender's own numbers. docs/theory/blender.md derives and measures each relation.
+"""Conversion of a material from SI units to Blender's own numbers.
 
-Blender's clock: it multiplies gravity by 0.001 and counts frames, so its unit of time is sqrt(0.001) s = 31.6 ms, and a
-stiffness k over a mass m in its numbers is 1000 k/m in 1/s^2.
+Each relation is derived and measured in docs/theory/blender.md.
+
+Blender multiplies gravity by 0.001 and counts time in frames. Its unit of time is therefore sqrt(0.001) s = 31.6 ms. If
+k is a stiffness and m a mass in Blender's numbers, their ratio is 1000 k/m in 1/s^2.
 """
 
 from __future__ import annotations
@@ -19,44 +21,46 @@ from tatamu.simulators.blender.springs import Springs
 UNIT = float(np.sqrt(1e-3))
 """Blender's unit of time [s]."""
 THICKNESS = 0.01
-"""Thickness to which the scene is enlarged for Blender [m], whose least contact distance is 1 mm."""
+"""Thickness to which the cloth is enlarged for Blender [m], because Blender's least contact distance is 1 mm."""
 REACH = 2e-3
-"""Least distance of cloth and of the table [m]; the table's plane is lowered by as much.
+"""Least contact distance of the cloth and of the table [m]. The table's plane is lowered by the same distance.
 
-If it were less, cloth that falls 1 m would pass through the table.
+With a smaller distance, cloth that falls from 1 m would pass through the table.
 """
 REST = 0.93
-"""Fraction of the distances of cloth and table that cloth on the table keeps: 1 without load, 8/9 under load
-[measured]."""
-LAYERS = 1.125
-"""Layers rest 8/9 of twice `self_distance_min` apart [measured]."""
-TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
-"""Blender's numbers for a coefficient of 1: of cloth on the table, and between layers [measured]."""
-MOST_FRICTION = 80.0
-"""The largest of Blender's numbers for friction."""
-COLLISION_LOOPS = 12
-"""Rounds of contact in each substep.
+"""Ratio of the gap between table and cloth to the sum of their contact distances.
 
-If there are fewer rounds, the table's friction does not hold a layer in proportion to its load. For example, with 4
-rounds a sheet under another slides at 21 degrees instead of 39 degrees [measured].
+The ratio is 1 without load and 8/9 under load [measured]."""
+LAYERS = 1.125
+"""Correction for the distance between layers, which is 8/9 of twice `self_distance_min` [measured]."""
+TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
+"""Blender's friction numbers for a coefficient of 1: for cloth on the table, and between layers [measured]."""
+MOST_FRICTION = 80.0
+"""Largest value of Blender's friction numbers."""
+COLLISION_LOOPS = 12
+"""Number of rounds of contact in each substep.
+
+With fewer rounds, the friction of the table on a layer is not proportional to the load. For example, a sheet under
+another sheet should slide at 39 degrees. With 4 rounds, it slides at 21 degrees [measured].
 """
 LARGEST_STIFFNESS = 1e4
 LONGEST_STEP = 1.0 / 300.0
-"""Longest substep [s]: cloth at 1 m/s moves 1.7 mm."""
+"""Longest substep [s]. In this time, cloth with a speed of 1 m/s moves 3.3 mm."""
 STABLE = 1.4
-"""Largest substep times the largest bending frequency; explicit bending is lost at 2."""
+"""Largest product of substep and largest bending frequency. Explicit bending becomes unstable at 2."""
 BENDING_DAMPING = 5e-4
-"""Ratio of bending damping to bending stiffness, in Blender's time; without damping, a hanging strip shivers by 1
-mm."""
+"""Ratio of bending damping to bending stiffness, in Blender's unit of time.
+
+Without damping, a hanging strip oscillates by 1 mm."""
 QUALITY = 5
-"""Blender's default number of substeps in a frame of one unit of its time."""
+"""Blender's default number of substeps in a frame whose length is one unit of Blender's time."""
 DAMPING_RATIO = 0.1
-"""Damping ratio of one spring: a fraction of critical damping."""
+"""Damping ratio of a single spring, as a fraction of critical damping."""
 
 
 @dataclass
 class Mapping:
-    """A scene's material, table and clock as properties of Blender."""
+    """The material, the table and the time of a scene, as properties of Blender."""
 
     settings: dict[str, Any] = field(default_factory=dict)
     """Properties of the cloth."""
@@ -65,24 +69,24 @@ class Mapping:
     collider: dict[str, Any] = field(default_factory=dict)
     """Properties of the table."""
     scale: float = 1.0
-    """Lengths in Blender over lengths in metres."""
+    """Ratio of lengths in Blender to lengths in metres."""
     clock: float | None = None
-    """Blender's time per frame of the rollout, if a raw `time_scale` gives it; None for real time."""
+    """Time in Blender for each frame of the rollout, if the raw property `time_scale` gives it; None for real time."""
     standoff: float = 0.0
     """Distance that Blender keeps between the table's plane and the cloth [m]."""
     warnings: list[str] = field(default_factory=list)
 
     def time_scale(self, duration: float, frame_rate: float) -> float:
-        """A `duration` [s] in Blender's time."""
+        """Return a duration [s] in Blender's unit of time."""
         return duration / UNIT if self.clock is None else self.clock * duration * frame_rate
 
     def warn(self, text: str) -> None:
-        """Warn of properties that Blender cannot represent."""
+        """Add a warning about a property that Blender cannot represent."""
         self.warnings.append(f"blender: {text}")
 
 
 def mapped(scene: Scene, longest: float) -> Mapping:
-    """Return Blender's numbers for a scene; `longest` is the duration of its longest segment [s]."""
+    """Return Blender's numbers for a scene. `longest` is the duration of the scene's longest segment [s]."""
     if scene.material.blender is not None:
         return _raw(scene, longest)
     springs = Springs(scene.cloth)
@@ -185,7 +189,7 @@ def _drag(mapping: Mapping, material: Material) -> None:
 
 
 def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
-    """Enough substeps for contact and for explicit bending."""
+    """Set the number of substeps, so that contact and explicit bending are stable."""
     settings = mapping.settings
     frequency = springs.bending_frequency() * np.sqrt(settings["bending_stiffness"] / settings["mass"]) / UNIT
     step = min(LONGEST_STEP, STABLE / max(frequency, 1e-9))
@@ -195,10 +199,10 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:
-    """Return the raw numbers of a material, converted to the enlarged scene.
+    """Return the raw numbers of a material's `blender` table, converted to the enlarged scene.
 
-    If the material leaves out a property of the cloth, Blender's default is used. The default of the quality depends on
-    the unit of Blender's time. If it leaves out a property of contacts, this is derived from the material's SI fields.
+    If the table omits a property of the cloth, Blender's default is used. The default of the quality depends on the
+    unit of Blender's time. If the table omits a property of contacts, it is derived from the material's SI fields.
     """
     raw = DEFAULTS | checked(scene.material.blender or {})
     growing = [name for name in raw if _grows(name, raw.get("bending_model") == "LINEAR")]
@@ -215,11 +219,11 @@ def _raw(scene: Scene, longest: float) -> Mapping:
 
 
 def _grows(name: str, linear: bool) -> bool:
-    """Return whether a number must be scaled with the scene for the same motion at a larger size.
+    """Return whether a number must be scaled with the scene, so that the motion stays equal at a larger size.
 
-    Lengths and speeds are scaled. Springs are scaled too, because their stiffness is a force per relative stretch.
-    Dampers are not scaled, because theirs is a force per speed. Hinges are not scaled, because their force is already
-    in proportion to the edge.
+    Lengths and speeds are scaled. Stiffnesses of springs are scaled, because they are forces per relative stretch.
+    Dampers are not scaled, because their numbers are forces per speed. Hinges are not scaled, because their force is
+    already proportional to the edge.
     """
     kind, _, what = name.partition("_")
     spring = kind in ("tension", "compression", "shear") or (linear and kind == "bending")
@@ -227,5 +231,5 @@ def _grows(name: str, linear: bool) -> bool:
 
 
 def _substeps_by_default(frame: float) -> int:
-    """Return the substeps of a frame of `frame` in Blender's time: at least Blender's default for this time."""
+    """Return the substeps of a frame whose length is `frame` in Blender's time: Blender's default, rounded up."""
     return int(np.clip(np.ceil(QUALITY * frame - 1e-6), 1, 1000))

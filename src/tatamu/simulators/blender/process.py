@@ -1,7 +1,8 @@
-"""Blender as a separate process: started when first needed, restarted if it dies, ended with tatamu.
+"""Blender as a separate process. It starts when it is first needed, restarts after a crash, and ends with tatamu.
 
-Blender is GPL and has global state, so it is never imported here. Pipes carry a recipe to it and positions back. The
-worker ends when its standard input closes, and therefore also if tatamu is killed.
+Blender is licensed under the GPL and has global state, so it is never imported here. A pipe carries a recipe to
+Blender, and another pipe carries positions back. The worker ends when its standard input closes. Therefore it also ends
+if tatamu is killed.
 """
 
 from __future__ import annotations
@@ -23,19 +24,19 @@ from tatamu.errors import InputError, SimulationError
 from tatamu.simulators.blender import discovery
 
 MARK = b"\x00\xfftatamu\xff\x00"
-"""Start of every message; anything else on the pipe is output of Blender itself."""
+"""Start of every message. All other bytes in the pipe are output of Blender itself."""
 START_LIMIT = 120.0
-"""Longest time to wait for a started Blender's first message [s]."""
+"""Longest time to wait for the first message of a started Blender [s]."""
 ATTEMPTS = 3
-"""Number of attempts at one recipe, after which the recipe counts as the cause of Blender's crashes."""
+"""Number of attempts to run a recipe. After these, the recipe counts as the cause of Blender's crashes."""
 
 
 class WorkerDied(Exception):
-    """The pipe ended before the answer came."""
+    """The pipe from Blender ended before the answer came."""
 
 
 class Worker:
-    """One Blender process and the pipes to it."""
+    """One Blender process, and the pipes to and from this process."""
 
     def __init__(self) -> None:
         self.owner = os.getpid()
@@ -76,10 +77,10 @@ class Worker:
         return self.process.stdout  # type: ignore[return-value]
 
     def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray]:
-        """Run one recipe: the answer, and the positions as float32 numbers.
+        """Run one recipe, and return the answer and the positions as float32 numbers.
 
         Raises:
-            WorkerDied: Blender ended first.
+            WorkerDied: If Blender ended before it answered.
         """
         assert self.process.stdin is not None
         text = json.dumps(request, allow_nan=False).encode()
@@ -107,7 +108,7 @@ class Worker:
         return data
 
     def close(self) -> None:
-        """End the process and leave no zombie."""
+        """End the process, and wait until it has ended, so that no zombie remains."""
         for pipe in (self.process.stdin, self.process.stdout, self.log):
             if pipe is not None:
                 with _quiet():
@@ -127,18 +128,20 @@ def _quiet() -> Iterator[None]:
 
 
 class Workers:
-    """The idle workers of this process; each is used by one thread at a time."""
+    """The idle Blender workers of this process. A worker is used by one thread at a time."""
 
     def __init__(self) -> None:
         self._idle: list[Worker] = []
         self._lock = threading.Lock()
 
     def run(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray, str]:
-        """Run one recipe, again if Blender crashes: the answer, the positions, Blender's version.
+        """Run one recipe, and repeat it if Blender crashes.
+
+        Return the answer, the positions and Blender's version.
 
         Raises:
-            InputError: If there is no Blender.
-            SimulationError: Blender refuses the recipe, or crashes on every attempt.
+            InputError: If no Blender is found.
+            SimulationError: If Blender refuses the recipe, or crashes in every attempt.
         """
         for _ in range(ATTEMPTS):
             worker = self._take()

@@ -1,7 +1,7 @@
-"""Triangles joined to quadrilaterals, for Blender's linear bending model.
+"""Joins triangles to quadrilaterals, for Blender's linear bending model.
 
-The linear bending model was the only one when the paper was written, and it needs quadrilaterals. On triangles, a strip
-hangs over an edge as if it had no bending stiffness, and stretches up to ten times as far [measured, 5.0.1].
+Blender had only the linear bending model when the paper was written. This model needs quadrilaterals. On triangles, a
+strip hangs over an edge as if it had no bending stiffness. It stretches up to ten times as much [measured, 5.0.1].
 """
 
 from __future__ import annotations
@@ -11,14 +11,16 @@ import numpy as np
 from tatamu.topology import Topology
 
 ROWS = 0.2
-"""Penalty for joining over an edge along y, as a cosine; it decides between equally rectangular pairs."""
+"""Penalty for joining two triangles over an edge along y, as a cosine.
+
+It decides between pairs that are equally rectangular."""
 
 
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
-    """Faces with pairs of triangles joined to quadrilaterals.
+    """Return the faces of a mesh, with pairs of triangles joined to quadrilaterals.
 
-    Pairs are joined greedily, the most nearly rectangular first. Among equals, those with sides along y come first,
-    like the rows of garments. A triangle whose neighbours are all joined stays a triangle.
+    The pair that is most nearly rectangular is joined first. Among equal pairs, those with sides along y come first,
+    because garments have such rows. A triangle stays a triangle if all its neighbours are already joined.
 
     Args:
         points: Unstrained positions [m], shape (n, 3).
@@ -27,7 +29,7 @@ def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
     topology = Topology(faces)
     inner = np.flatnonzero(topology.faces_per_edge == 2)
     owners = _owners(topology, inner)
-    corners = topology.hinges[:, [0, 3, 1, 2]]  # around the quadrilateral
+    corners = topology.hinges[:, [0, 3, 1, 2]]  # in order around the quadrilateral
     across = points[topology.hinges[:, 1]] - points[topology.hinges[:, 0]]
     along_y = np.abs(across[:, 1]) / np.linalg.norm(across, axis=1)
     order = np.argsort(_skewness(points[corners]) + ROWS * along_y, kind="stable")
@@ -42,7 +44,7 @@ def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
 
 
 def _owners(topology: Topology, inner: np.ndarray) -> np.ndarray:
-    """The two triangles at each inner edge, shape (k, 2)."""
+    """Return the two triangles at each inner edge, shape (k, 2)."""
     edges, face = topology.face_edges.ravel(), np.repeat(np.arange(len(topology.faces)), 3)
     order = np.argsort(edges, kind="stable")
     shared = order[np.isin(edges[order], inner)]
@@ -50,7 +52,7 @@ def _owners(topology: Topology, inner: np.ndarray) -> np.ndarray:
 
 
 def _skewness(corners: np.ndarray) -> np.ndarray:
-    """Largest cosine at a corner of quadrilaterals, shape (k,), from corners of shape (k, 4, 3)."""
+    """Return the largest cosine at a corner of each quadrilateral, shape (k,). Corners have the shape (k, 4, 3)."""
     ahead = np.roll(corners, -1, axis=1) - corners
     ahead /= np.linalg.norm(ahead, axis=2, keepdims=True)
     return np.asarray(np.abs(np.einsum("kij,kij->ki", ahead, np.roll(ahead, 1, axis=1))).max(axis=1))

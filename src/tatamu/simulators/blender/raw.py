@@ -1,4 +1,4 @@
-"""The property names and ranges that a material's `blender` table may use, as Blender 5.0.1 itself reports them."""
+"""Names and ranges of the properties in a material's `blender` table, as Blender 5.0.1 reports them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "thickness_outer": (1e-3, 1.0),
     "cloth_friction": (0.0, 80.0),
 }
-"""Smallest and largest value of each number."""
+"""Smallest and largest allowed value of each number."""
 CHOICES = {"bending_model": ("ANGULAR", "LINEAR")}
 SWITCHES = ("use_self_collision",)
 WHOLE = ("quality", "collision_quality")
@@ -50,24 +50,24 @@ COLLISION = (
     "self_friction",
     "use_self_collision",
 )
-"""Names of the cloth's contacts; those of COLLIDER belong to the table, all others to the cloth."""
+"""Names of the properties of the cloth's contacts. Properties in COLLIDER belong to the table, others to the cloth."""
 COLLIDER = ("thickness_outer", "cloth_friction")
 LENGTHS = ("distance_min", "self_distance_min", "thickness_outer", "impulse_clamp", "self_impulse_clamp")
-"""Properties that are lengths [m] or speeds."""
+"""Names of the properties that are lengths [m] or speeds."""
 DEFAULTS: dict[str, Value] = {
     "tension_stiffness": 15.0,
     "compression_stiffness": 15.0,
     "shear_stiffness": 5.0,
     "bending_stiffness": 0.5,
 }
-"""Blender's defaults of properties that a table may leave out and that enlarged scenes change."""
+"""Blender's defaults of the properties that enlarged scenes change, and that a table may omit."""
 
 
 def checked(table: Mapping[str, Value]) -> dict[str, Value]:
     """Validate a `blender` table and return it.
 
     Raises:
-        InputError: If a name is unknown or a value out of range; the message has the allowed values.
+        InputError: If a name is unknown or a value is out of range. The message contains the allowed values.
     """
     return {name: _checked(name, value) for name, value in table.items()}
 

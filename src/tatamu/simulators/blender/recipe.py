@@ -1,4 +1,4 @@
-"""A scene as a recipe for the worker: plain data, in Blender's units and near its origin."""
+"""A recipe: a scene as plain data for the worker, in Blender's units and near Blender's origin."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from tatamu.simulators.blender.quads import joined
 from tatamu.simulators.timeline import Segment, segments
 
 LONGEST_FRAME = 1.0 / 50.0
-"""Longest Blender frame [s]; longer frames of a scene are cut."""
+"""Longest frame in Blender [s]. Longer frames of a scene are divided."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """A recipe for the worker, with the numbers that convert its answer back."""
+    """A recipe for the worker, with the numbers that convert the worker's answer back to the scene."""
 
     request: dict[str, Any]
     scale: float
     origin: np.ndarray
-    """Point of the scene that becomes Blender's origin [m], shape (3,)."""
+    """Point of the scene that is Blender's origin [m], shape (3,)."""
     steps: int
-    """Substeps of the whole run."""
+    """Number of substeps of the whole simulation."""
     warnings: list[str]
 
     def in_scene(self, positions: np.ndarray) -> np.ndarray:
-        """Convert Blender's positions to the scene's [m]."""
+        """Return Blender's positions in the coordinates of the scene [m]."""
         return np.asarray(positions / self.scale + self.origin)
 
 
@@ -74,9 +74,9 @@ def _faces(scene: Scene, mapping: Mapping) -> list[list[int]]:
 
 
 def _bending(scene: Scene) -> list[int] | None:
-    """Return the vertices that are on no seam, if there are seams.
+    """Return the vertices that are on no seam; None if the cloth has no seams.
 
-    Blender's bending stiffness is then a vertex weight.
+    If the cloth has seams, Blender's bending stiffness is a weight of these vertices.
     """
     if not len(scene.cloth.seams):
         return None
@@ -113,9 +113,11 @@ def _collider(scene: Scene, origin: np.ndarray, mapping: Mapping) -> dict[str, A
 
 
 def _table_corners(scene: Scene, table: Table, drop: float) -> np.ndarray:
-    """Return a triangle `drop` [m] under the table's plane, as large as the cloth can reach, shape (3, 3).
+    """Return one triangle that lies `drop` [m] under the table's plane, shape (3, 3).
 
-    One triangle is faster than two: Blender tests every triangle of the cloth against every one of the table.
+    The triangle is so large that the cloth cannot get beyond its edges.
+
+    One triangle is faster than two, because Blender tests every triangle of the cloth against every one of the table.
     """
     points = scene.cloth.vertices
     reach = (

@@ -1,7 +1,8 @@
-"""Elastic constants of a mesh of Blender's springs and hinges as a sheet, averaged over directions.
+"""Elastic constants of a sheet that consists of Blender's springs and hinges, as functions of the direction.
 
-Notation: k spring constant of every edge [N/m], A area of the cloth, L rest length of an edge, n its direction,
-H_a, H_b heights of the two triangles over a shared edge, theta the angle between them.
+Notation: k is the spring constant of every edge [N/m], and A the area of the cloth. L is the rest length of an edge and
+    n its direction. H_a and H_b are the heights of the two triangles over a shared edge, and theta is the angle between
+    these triangles.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from tatamu.scene import Cloth
 from tatamu.topology import Topology, areas, edge_lengths
 
 DIRECTIONS = np.linspace(0.0, np.pi, 24, endpoint=False)
-"""Directions that constants are averaged over [rad]."""
+"""Directions over which constants are averaged [rad]."""
 
 
 class Springs:
@@ -31,15 +32,15 @@ class Springs:
 
     @property
     def mean_length(self) -> float:
-        """Mean rest length of the springs [m]."""
+        """Mean rest length of all springs [m]."""
         return float(self.lengths.mean())
 
     @cached_property
     def _directions(self) -> np.ndarray:
         """Return the directions of each triangle's three sides in its own plane, shape (m, 3, 2).
 
-        The frame is the world's x axis laid into the plane (y where the plane is normal to x), so that flat cloth has
-        one frame throughout.
+        The first axis of the plane is the scene's x axis, projected into the plane. It is the y axis if the plane is
+        normal to x. Flat cloth therefore has the same axes everywhere.
         """
         corners = self.rest[self.faces]
         sides = corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]
@@ -54,7 +55,10 @@ class Springs:
 
     @cached_property
     def tensor(self) -> np.ndarray:
-        """Plane elasticity per spring constant, C/k, for (xx, yy, xy), shape (3, 3): (1/A) sum L^2 nn (x) nn."""
+        """Plane elasticity divided by the spring constant, C/k, for the strains (xx, yy, xy), shape (3, 3).
+
+        C/k = (1/A) sum L^2 nn (x) nn.
+        """
         weight = 1.0 / self.topology.faces_per_edge[self.topology.face_edges]
         x, y = self._directions[:, :, 0], self._directions[:, :, 1]
         strain = np.stack([x * x, y * y, x * y])
@@ -62,7 +66,7 @@ class Springs:
 
     @property
     def moduli(self) -> np.ndarray:
-        """Stiffness of a strip cut in each direction, per spring constant, Y/k, shape (d,)."""
+        """Stiffness of a strip in each direction divided by the spring constant, Y/k, shape (d,)."""
         c, s = np.cos(DIRECTIONS), np.sin(DIRECTIONS)
         stress = np.stack([c * c, s * s, c * s])
         return 1.0 / np.einsum("ad,ab,bd->d", stress, np.linalg.inv(self.tensor), stress)
@@ -79,10 +83,11 @@ class Springs:
 
     @property
     def rigidities(self) -> np.ndarray:
-        """Bending rigidity in each direction per Blender's bending stiffness, B/b, shape (d,).
+        """Bending rigidity in each direction divided by Blender's bending stiffness, B/b, shape (d,).
 
-        Blender pushes each vertex opposite an edge with b L theta / 30 (measured: docs/theory/blender.md), so a hinge
-        is as stiff as b L (H_a + H_b) / 60. Energy over area of a sheet bent to a cylinder across a direction.
+        Blender pushes each vertex opposite an edge with b L theta / 30 (measured: docs/theory/blender.md). The
+        stiffness of a hinge is therefore b L (H_a + H_b) / 60. The rigidity follows from the energy per area of a sheet
+        that is bent to a cylinder.
         """
         hinges = self._hinges
         angle = self._edge_angles[:, None]
@@ -93,16 +98,16 @@ class Springs:
 
     @property
     def _edge_angles(self) -> np.ndarray:
-        """Direction of each inner edge in its triangle's frame [rad], shape (h,)."""
+        """Direction of each inner edge in the axes of its triangle [rad], shape (h,)."""
         angles = np.zeros(len(self.topology.edges))
         angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
         return np.asarray(angles[self.topology.faces_per_edge == 2])
 
     def bending_frequency(self) -> float:
-        """Largest angular frequency of the hinges, for b = 1 and a vertex mass of 1 [1/time unit].
+        """Return the largest angular frequency of the hinges, for b = 1 and a vertex mass of 1 [1/time unit].
 
-        It follows from the linear force b L theta / 30 on the opposite vertices and the reverse on the edge's vertices,
-        by power iteration.
+        The force on the vertices opposite an edge is b L theta / 30. The vertices of the edge have the opposite force.
+        The frequency follows from this linear force by power iteration.
         """
         hinges = self._hinges
         if not len(hinges.length):
@@ -117,26 +122,29 @@ class Springs:
 
 @dataclass(frozen=True)
 class Hinges:
-    """Inner edges with the two vertices opposite, laid flat: the edge from (0, 0) to (L, 0)."""
+    """Inner edges with their two opposite vertices, laid flat. The edge goes from (0, 0) to (L, 0)."""
 
     vertices: np.ndarray
-    """The edge's ends and the opposite vertices, shape (h, 4)."""
+    """Both ends of each edge, and its opposite vertices, shape (h, 4)."""
     length: np.ndarray
-    """L [m], shape (h,)."""
+    """Length L of each edge [m], shape (h,)."""
     feet: np.ndarray
-    """Foot of each opposite vertex along the edge [m], shape (2, h)."""
+    """Position along the edge of the foot of each opposite vertex [m], shape (2, h)."""
     heights: np.ndarray
-    """H_a and H_b [m], shape (2, h)."""
+    """Heights H_a and H_b of the opposite vertices over the edge [m], shape (2, h)."""
 
     @property
     def coefficients(self) -> np.ndarray:
-        """The angle theta per elevation of the four vertices [1/m], shape (h, 4)."""
+        """Change of the angle theta with the elevation of each of the four vertices [1/m], shape (h, 4)."""
         share, inverse = self.feet / self.length, 1.0 / self.heights
         first, second = ((1.0 - share) * inverse).sum(0), (share * inverse).sum(0)
         return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
 
     def angle(self, direction: np.ndarray) -> np.ndarray:
-        """Angles of the hinges on a cylinder of curvature 1 across `direction` [rad, from the edge], shape (h,)."""
+        """Return the angles of the hinges on a cylinder of curvature 1, shape (h,).
+
+        The cylinder is bent across `direction` [rad], which is measured from the edge.
+        """
         zero = np.zeros_like(self.length)
         along = np.stack([zero, self.length, self.feet[0], self.feet[1]], axis=1)
         aside = np.stack([zero, zero, self.heights[0], -self.heights[1]], axis=1)
@@ -145,7 +153,7 @@ class Hinges:
 
 
 def _largest(force: sparse.csr_array, theta: sparse.csr_array, count: int) -> float:
-    """Largest eigenvalue of force @ theta by power iteration from a fixed start."""
+    """Return the largest eigenvalue of force @ theta. Power iteration from a fixed start computes it."""
     vector = np.cos(1.7 * np.arange(count) ** 1.3)
     value = 0.0
     for _ in range(200):

@@ -1,9 +1,11 @@
-"""A program that runs inside Blender: recipes come in on standard input, positions go out on standard output.
+"""A program that runs inside Blender. It reads recipes from standard input and writes positions to standard output.
 
-`tatamu.simulators.blender.process` starts it, with a Python that has `bpy` or by `blender --background --python`; it
-imports nothing of tatamu and needs no numpy. A message is MARK, its length as four bytes (little endian), and JSON;
-a reply's JSON is followed by `bytes` bytes of float32 positions. Blender prints to standard output as it likes, so the
-reader skips to the next MARK, and everything but replies is sent to standard error from the first message on.
+The module `tatamu.simulators.blender.process` starts this program, with a Python that has `bpy` or with `blender
+--background --python`. The program imports nothing from tatamu and needs no numpy. A message consists of MARK, its
+length as four bytes (little endian), and JSON. In a reply, `bytes` bytes of float32 positions follow the JSON.
+
+Blender itself also prints to standard output. The reader therefore skips all bytes until the next MARK. After the first
+message, everything except replies is sent to standard error.
 """
 
 from __future__ import annotations
@@ -42,7 +44,7 @@ def main() -> None:
 
 
 def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
-    """Put each recipe on the queue; when the other side is gone, end at once, even in the middle of a run."""
+    """Put each recipe on the queue. If the other side has ended, end immediately, even during a simulation."""
     try:
         while len(header := source.read(len(MARK) + 4)) == len(MARK) + 4:
             recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
@@ -51,14 +53,14 @@ def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
 
 
 def send(out: BinaryIO, message: dict[str, Any], payload: bytes = b"") -> None:
-    """Write one message and its payload."""
+    """Write one message and the bytes that follow it."""
     text = json.dumps(message).encode()
     out.write(MARK + struct.pack("<I", len(text)) + text + payload)
     out.flush()
 
 
 def run(recipe: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
-    """Build the scene of a recipe and step through it."""
+    """Build the scene of a recipe, simulate it, and return the answer and the positions."""
     begin = time.perf_counter()
     clear()
     scene = bpy.context.scene
@@ -80,7 +82,7 @@ def run(recipe: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
 
 
 def clear() -> None:
-    """Remove whatever the last recipe made."""
+    """Remove everything that the previous recipe made."""
     bpy.context.scene.frame_set(0)
     for kind in (bpy.data.objects, bpy.data.meshes, bpy.data.actions):
         for item in list(kind):
@@ -88,7 +90,7 @@ def clear() -> None:
 
 
 def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) -> Any:
-    """A mesh in the scene, its coordinates in the world's frame."""
+    """Return a new mesh in the scene. Its coordinates are those of the scene."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices, [], faces)
     made = bpy.data.objects.new(name, mesh)
@@ -97,9 +99,11 @@ def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) 
 
 
 def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
-    """A modifier that adds a group of vertices to the held ones, by a factor that can be animated.
+    """Return a modifier that adds a group of vertices to the held vertices.
 
-    Editing the group itself in the middle of a run makes Blender rebuild all springs from the present shape.
+    The group is added with a factor, which can be animated.
+
+    If the group itself were edited during a simulation, Blender would rebuild all springs from the present shape.
     """
     cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
     modifier = cloth.modifiers.new(f"hold {name}", "VERTEX_WEIGHT_MIX")
@@ -110,10 +114,10 @@ def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
 
 
 class HookedVertices:
-    """One gripper: a weight that holds its vertices, and hooks that carry them.
+    """One gripper: a weight that holds its vertices, and hooks that carry the vertices.
 
-    A hand that closes at the start carries all its vertices with one hook. A later one has a hook for each vertex,
-    because the vertices have moved.
+    A hand that closes at the start carries all its vertices with one hook. A hand that closes later has one hook for
+    each vertex, because the vertices have moved before.
     """
 
     def __init__(self, cloth: Any, number: int, grip: dict[str, Any]) -> None:
@@ -127,7 +131,7 @@ class HookedVertices:
 
     @staticmethod
     def hook(cloth: Any, name: str, vertices: list[int]) -> Any:
-        """An empty that carries vertices along."""
+        """Return an empty object that carries vertices along."""
         empty = bpy.data.objects.new(name, None)
         bpy.context.scene.collection.objects.link(empty)
         cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
@@ -137,9 +141,9 @@ class HookedVertices:
         return empty
 
     def move(self, now: array[float], displacement: list[float] | None) -> None:
-        """Carry the vertices by `displacement` from where the hand closed, or release them if it is None.
+        """Carry the vertices by `displacement`, measured from where the hand closed. Release them if it is None.
 
-        `now` has the present positions.
+        `now` contains the present positions.
         """
         if displacement is not None and not self.closed and self.late:
             self.offsets = [
@@ -152,7 +156,7 @@ class HookedVertices:
 
 
 def add_cloth(cloth: Any, recipe: dict[str, Any]) -> Any:
-    """The cloth modifier, last in the stack."""
+    """Add the cloth modifier, which must be the last modifier of the object."""
     if recipe["rest"] is not None:
         cloth.shape_key_add(name="start", from_mix=False)
         rest = cloth.shape_key_add(name="rest", from_mix=False)
@@ -174,20 +178,23 @@ def add_cloth(cloth: Any, recipe: dict[str, Any]) -> Any:
 
 
 def add_table(collider: dict[str, Any]) -> None:
-    """A triangle that the cloth collides with."""
+    """Add a triangle with which the cloth collides."""
     table = mesh_object("table", collider["vertices"], [[0, 1, 2]])
     table.modifiers.new("collision", "COLLISION")
     assign(table.collision, collider["settings"])
 
 
 def assign(target: Any, values: dict[str, Any]) -> None:
-    """Set properties by name, each *_stiffness before its *_stiffness_max, which Blender keeps above it."""
+    """Set properties by name. Each *_stiffness is set before its *_stiffness_max, which Blender keeps larger."""
     for name, value in sorted(values.items()):
         setattr(target, name, value)
 
 
 def animate(cloth: Any, modifier: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> None:
-    """Give each frame its duration and each hand its times, by constant keyframes: they leave the springs alone."""
+    """Set the duration of each frame, and the times at which each hand holds, with constant keyframes.
+
+    Keyframes do not change the springs.
+    """
     key(modifier.settings, "time_scale", [segment["time_scale"] for segment in segments])
     for number, hand in enumerate(hands):
         held = [1.0 if segment["displacements"][number] is not None else 0.0 for segment in segments]
@@ -199,7 +206,7 @@ def animate(cloth: Any, modifier: Any, hands: list[HookedVertices], segments: li
 
 
 def curves(action: Any) -> Iterator[Any]:
-    """All curves of an action, which Blender 5 keeps in layers."""
+    """Yield all curves of an action. Blender 5 stores them in layers."""
     if hasattr(action, "fcurves"):
         yield from action.fcurves
         return
@@ -210,7 +217,7 @@ def curves(action: Any) -> Iterator[Any]:
 
 
 def key(owner: Any, name: str, values: list[float]) -> None:
-    """Set keyframes for frames 2, 3, ... whenever the value changes; frame 1 has the first."""
+    """Set a keyframe for each of the frames 2, 3, ... at which the value changes. Frame 1 has the first value."""
     setattr(owner, name, values[0])
     if len(set(values)) == 1:
         return
@@ -222,7 +229,7 @@ def key(owner: Any, name: str, values: list[float]) -> None:
 
 
 def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> bytes:
-    """Simulate frame by frame; returns the positions of the frames that are wanted, the start excluded."""
+    """Simulate frame by frame. Return the positions of the wanted frames as bytes, without the initial positions."""
     frames = bytearray()
     bpy.context.scene.frame_set(1)
     for frame, segment in enumerate(segments, start=2):
@@ -236,7 +243,7 @@ def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]
 
 
 def positions_of(cloth: Any) -> array[float]:
-    """Present positions [m], 3n numbers."""
+    """Return the present positions [m] as 3n numbers."""
     mesh = cloth.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     values = array("f", bytes(12 * len(mesh.vertices)))
     mesh.vertices.foreach_get("co", values)

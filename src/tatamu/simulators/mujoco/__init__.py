@@ -1,4 +1,4 @@
-"""MuJoCo's flex as a third simulator. See docs/theory/mujoco.md."""
+"""The simulator MuJoCo, with its deformable bodies (flex). See docs/theory/mujoco.md."""
 
 from __future__ import annotations
 
@@ -22,17 +22,19 @@ from tatamu.topology import Topology, edge_lengths
 LONGEST_STEP = 2e-3
 """Longest time step [s]."""
 CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
-"""Capabilities of MuJoCo. Its bending is quadratic, so on large cells a fold collapses into a flat crease. On cells up
-to 0.37 bending lengths the fold has the right loop; rollouts on larger cells warn. A rehearsal compares two folds on
-the same mesh. It accepts cells up to 0.45 bending lengths, because smaller ones would need four times as many vertices
-(docs/theory/robot-planning.md)."""
+"""Capabilities of MuJoCo.
+
+Its bending energy is quadratic, so on large cells a fold collapses into a flat crease. Cells are measured in bending
+lengths. On cells up to 0.37, the loop of a fold has the right shape, and rollouts on larger cells print a warning. A
+rehearsal compares two folds on the same mesh, so it accepts cells up to 0.45. Smaller cells would need four times as
+many vertices (docs/theory/robot-planning.md)."""
 
 
 def require() -> None:
-    """Find MuJoCo.
+    """Check that MuJoCo is installed.
 
     Raises:
-        InputError: If it is not installed, or too old.
+        InputError: If MuJoCo is not installed, or is too old.
     """
     engine()
 
@@ -47,10 +49,10 @@ def compilation() -> tuple[int, int]:
 
 
 def simulate(scene: Scene) -> Rollout:
-    """Run one scene in MuJoCo.
+    """Simulate one scene in MuJoCo.
 
     Raises:
-        InputError: MuJoCo is not installed.
+        InputError: If MuJoCo is not installed.
         SimulationError: If the rollout is not finite.
     """
     begin = time.perf_counter()
@@ -69,7 +71,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 class Run:
-    """A running simulation: MuJoCo's model and state, and the hands."""
+    """A running simulation: the model and the state of MuJoCo, and the hands."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -83,7 +85,7 @@ class Run:
         self.steps = 0
 
     def positions(self) -> np.ndarray:
-        """Positions of all frames [m], shape (f, n, 3)."""
+        """Simulate the whole scene, and return the positions of all frames [m], shape (f, n, 3)."""
         frames = [self.scene.cloth.vertices]
         before: tuple[object, ...] = ()
         for segment in segments(self.scene, np.inf):
@@ -98,7 +100,10 @@ class Run:
         return np.array(frames)
 
     def _change(self, step: float, held: tuple[bool, ...]) -> None:
-        """Change time step or held vertices, and recompute the factor of mass and stiffness that depends on both."""
+        """Change the time step or the held vertices.
+
+        The factorised matrix of mass and stiffness depends on both, and is computed again.
+        """
         for hand, holding in zip(self.hands, held, strict=True):
             if not holding:
                 hand.open(self.model)
@@ -131,7 +136,7 @@ class Run:
         return np.asarray(positions)
 
     def warnings(self) -> list[str]:
-        """Warnings of MuJoCo, and the parts of the scene that it cannot represent."""
+        """Return the warnings of MuJoCo, and lines about what MuJoCo cannot represent."""
         names = engine().mjtWarning
         found = [
             f"mujoco: {names(number).name.removeprefix('mjWARN_').lower()}, {warning.number} times"
@@ -156,5 +161,5 @@ class Run:
 
 
 def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
-    """Run several scenes, one thread per processor core."""
+    """Simulate several scenes, with one thread per processor core."""
     return side_by_side(simulate, scenes)

@@ -1,4 +1,4 @@
-"""Grippers in MuJoCo: it has no grippers for cloth, so held vertices are made very heavy and put on their path."""
+"""Grippers in MuJoCo. It has no grippers for cloth, so held vertices are made very heavy and moved along their path."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from tatamu.scene import Gripper
 
 HEAVY = 1e6
-"""Factor on the mass of a held vertex, so that cloth cannot pull it off its path within a step."""
+"""Factor on the mass of a held vertex. With it, the cloth cannot pull the vertex off its path within a step."""
 
 
 class HeldVertices:
@@ -22,25 +22,25 @@ class HeldVertices:
         self.closed_at: np.ndarray | None = None
 
     def close(self, model: Any, data: Any) -> None:
-        """Take hold of the vertices where they are; the model's constants must be recomputed afterwards."""
+        """Hold the vertices where they are. The constants of the model must be computed again afterwards."""
         if self.closed_at is None:
             self.closed_at = data.qpos[self.sliders].copy()
             model.dof_armature[self.sliders] = self.armature
 
     def open(self, model: Any) -> None:
-        """Let go of the vertices; the model's constants must be recomputed afterwards."""
+        """Release the vertices. The constants of the model must be computed again afterwards."""
         if self.closed_at is not None:
             self.closed_at = None
             model.dof_armature[self.sliders] = 0.0
 
     def aim(self, data: Any, start: float, end: float) -> None:
-        """Before a step from `start` to `end` [s]: put the vertices on their path, with its velocity."""
+        """Put the vertices on their path, with the path's velocity, before a step from `start` to `end` [s]."""
         if self.closed_at is not None:
             data.qpos[self.sliders] = self._path(start)
             data.qvel[self.sliders] = (self._path(end) - self._path(start)) / (end - start)
 
     def settle(self, data: Any, end: float) -> None:
-        """After a step: undo the displacement by which cloth pulled them off their path."""
+        """Put the vertices back on their path after a step, because cloth has pulled them off it."""
         if self.closed_at is not None:
             data.qpos[self.sliders] = self._path(end)
 

@@ -1,8 +1,9 @@
-"""A scene as a MuJoCo model: one body with three sliders for each vertex, and a flex over them.
+"""A scene as a MuJoCo model. Each vertex is a body with three sliders, and a flex connects all vertices.
 
-The membrane is Saint Venant-Kirchhoff on triangles and bending a quadratic hinge model with cylinder rigidity
-D = E t^3 / 12 (1 - nu^2) (MuJoCo 4.0, XML reference, flex/elasticity). MuJoCo takes a Young modulus E and an elastic
-thickness t, which need not be the thickness of contact:
+The membrane is Saint Venant-Kirchhoff on triangles. Bending is a quadratic hinge model with the cylinder rigidity D = E
+t^3 / 12 (1 - nu^2) (MuJoCo 4.0, XML reference, flex/elasticity). The input of MuJoCo is a Young modulus E, a Poisson
+ratio nu and an elastic thickness t. t may differ from the thickness for contact. They follow from the stiffness Y [N/m]
+and the bending rigidity B [N m] of the cloth:
 
     Y = E t,  B = E t^3 / 12 (1 - nu^2)   =>   t = sqrt(12 B (1 - nu^2) / Y),  E = Y / t
 """
@@ -23,10 +24,10 @@ SLIDERS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "
 
 
 def engine() -> Any:
-    """The `mujoco` package.
+    """Return the package `mujoco`.
 
     Raises:
-        InputError: If it is not installed.
+        InputError: If the package is not installed.
     """
     try:
         import mujoco
@@ -38,7 +39,7 @@ def engine() -> Any:
 
 
 def vertex_masses(scene: Scene) -> np.ndarray:
-    """Lumped mass of each vertex: a third of its triangles' [kg], shape (n,)."""
+    """Return the lumped mass of each vertex [kg], shape (n,): a third of the mass of each triangle around it."""
     masses = np.zeros(len(scene.cloth.vertices))
     shares = scene.material.areal_density * areas(scene.cloth.rest, scene.cloth.faces) / 3.0
     np.add.at(masses, scene.cloth.faces, shares[:, None])
@@ -46,7 +47,10 @@ def vertex_masses(scene: Scene) -> np.ndarray:
 
 
 def compiled(scene: Scene) -> Any:
-    """The model of a scene, its sliders at zero in the unstrained shape; its constants must be set before it runs."""
+    """Return the compiled model of a scene. Its sliders are zero in the unstrained shape.
+
+    The constants of the model must be set before it runs.
+    """
     mujoco = engine()
     try:
         model = mujoco.MjModel.from_xml_string(_document(scene))

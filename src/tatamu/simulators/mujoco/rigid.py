@@ -1,6 +1,8 @@
-"""Rigid bodies in MuJoCo: free bodies, very heavy, that are put on their path with its velocity before every step.
+"""Rigid bodies in MuJoCo.
 
-MuJoCo's mocap bodies are not used: they have no velocity, so they would not drag the cloth.
+They are free bodies with a very large mass. Before every step, each body is put on its path with the path's velocity.
+
+MuJoCo's mocap bodies are not used, because they have no velocity and would not drag the cloth.
 """
 
 from __future__ import annotations
@@ -12,15 +14,15 @@ import numpy as np
 from tatamu.body import Body
 
 CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
-"""Contact parameters: MuJoCo's contacts are springs and dampers, here with 4 ms over 0.2 mm."""
+"""Contact parameters. MuJoCo's contacts are springs and dampers, with a time of 4 ms and a depth of 0.2 mm here."""
 HEAVY = 1e3
-"""Mass of a body [kg]: cloth does not move it within a step."""
+"""Mass of a body [kg]. It is so large that cloth does not move the body within a step."""
 RIGID = 2
-"""Bit of the collision masks with which bodies collide with cloth only, not with each other or the table."""
+"""Bit of the collision masks with which bodies collide with cloth, but not with each other or with the table."""
 
 
 def rigid(number: int, body: Body) -> str:
-    """The element of a body, in MuJoCo's language; its size and quaternions are as ours."""
+    """Return the XML element of a body in MuJoCo's language. MuJoCo uses the same sizes and quaternions as tatamu."""
     size = " ".join(map(repr, body.size))
     return (
         f'<body name="rigid{number}"><freejoint/>'
@@ -31,10 +33,10 @@ def rigid(number: int, body: Body) -> str:
 
 
 class MovingBody:
-    """A body on its path."""
+    """A body that moves along its path."""
 
     def __init__(self, body: Body, model: Any, number: int) -> None:
-        """Find body `number` of a scene in a model."""
+        """Find the body with a number in a model."""
         self.body = body
         joint = int(model.body(f"rigid{number}").jntadr[0])
         at = int(model.jnt_qposadr[joint])
@@ -43,16 +45,16 @@ class MovingBody:
         self.velocities = slice(rate, rate + 6)
 
     def aim(self, data: Any, start: float, end: float) -> None:
-        """Before a step from `start` to `end` [s]: put the body on its path, with its velocity."""
+        """Put the body on its path, with the path's velocity, before a step from `start` to `end` [s]."""
         import mujoco
 
         positions, orientations = self.body.path(np.array([start, end]))
         turn = np.zeros(3)
-        mujoco.mju_subQuat(turn, orientations[1], orientations[0])  # in the frame of the body, as its velocity is
+        mujoco.mju_subQuat(turn, orientations[1], orientations[0])  # in the body's frame, like its angular velocity
         data.qpos[self.coordinates] = np.concatenate([positions[0], orientations[0]])
         data.qvel[self.velocities] = np.concatenate([positions[1] - positions[0], turn]) / (end - start)
 
     def settle(self, data: Any, end: float) -> None:
-        """After a step: undo the displacement by which cloth and gravity pulled it off its path."""
+        """Put the body back on its path after a step, because cloth and gravity have pulled it off the path."""
         positions, orientations = self.body.path(np.array([end]))
         data.qpos[self.coordinates] = np.concatenate([positions[0], orientations[0]])

@@ -1,8 +1,11 @@
-"""The embedded simulator: explicit, multirate, on the processor. docs/theory/native.md derives it."""
+"""The simulator that tatamu contains. It is explicit, uses several time steps, and runs on the processor.
+
+It is derived in docs/theory/native.md.
+"""
 
 from tatamu.simulators.native.memory.kernel_cache import forget_stale_kernels
 
-forget_stale_kernels()  # before any kernel is loaded
+forget_stale_kernels()  # must run before any kernel is loaded
 
 from tatamu.simulators.capabilities import Capabilities  # noqa: E402
 from tatamu.simulators.native.compiled import compilation  # noqa: E402
@@ -30,15 +33,18 @@ CAPABILITIES = Capabilities(
     directional_air=True,
     bodies=True,
 )
-"""A rollout runs on one core without a lock; bending is accurate on cells on which other simulators crease."""
+"""Capabilities of the simulator.
+
+A rollout runs on one core without a lock. Bending is accurate even on large cells, on which other simulators make sharp
+creases."""
 
 
 def require() -> None:
-    """Do nothing, because `native` needs no other program."""
+    """Do nothing, because this simulator needs no other program."""
 
 
 def prepare() -> None:
-    """Compile the kernels, or read them from disk."""
+    """Compile the kernels, or load them from disk."""
     load_kernels()
 
 

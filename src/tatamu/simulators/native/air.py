@@ -1,17 +1,21 @@
-"""Air around a thin sheet: isotropic drag, drag by direction, and the mass of air that it carries.
+"""Air around a thin sheet: drag in all directions, drag by direction, and the mass of air that the sheet carries.
 
-Per area, with the unit normal n, the velocity v, v_n = n.v and v_t = v - v_n n:
+n is the unit normal, and v the velocity with the parts v_n = n.v and v_t = v - v_n n. The forces per area are:
 
     f_n = -(c_n + q |v_n|) v_n n - m_a (d v_n / dt) n        drag and added mass along the normal
     f_t = -(c_t + q_t |v_t|) v_t                             drag along the surface
     q = max(q_n, k_n s^(-1/3))                               s: path along the normal since v_n changed its sign
 
-With the added mass, cloth has the inertia rho + m_a along n and rho across it; only rho has weight. By the
-Sherman-Morrison formula, accelerations lose the part alpha = m_a / (rho + m_a) of their component along n. Because d
-v_n / dt = n.a + (d n / dt).v, a turning normal changes the velocity as well, by -alpha (d n . v) n. Then rho v^2 / 2 +
-m_a v_n^2 / 2 is conserved. Derived in docs/theory/air.md.
+f_n is the force along the normal, f_t the force along the surface, and t the time. c_n and c_t are linear drag, and q_n
+and q_t quadratic drag. k_n is the constant of drag after a change of direction. m_a is the added mass of air, and rho
+the areal density.
 
-Cloth in contact carries no air, because there is none between the surfaces.
+With the added mass, cloth has the inertia rho + m_a along n and rho across n. Only rho has weight. By the
+Sherman-Morrison formula, accelerations lose the fraction alpha = m_a / (rho + m_a) of their component along n. A normal
+that turns also changes the velocity, by -alpha (d n . v) n, because d v_n / dt = n.a + (d n / dt).v. The energy rho v^2
+/ 2 + m_a v_n^2 / 2 is then conserved. The derivation is in docs/theory/air.md.
+
+Cloth in contact carries no air, because no air is between the surfaces.
 """
 
 from __future__ import annotations
@@ -27,47 +31,52 @@ from tatamu.simulators.native.geometry import Vector, normal_of, unit
 
 
 class Air(NamedTuple):
-    """Gravity and isotropic drag, and the constants of air that acts by direction."""
+    """Constants of gravity, of drag that is equal in all directions, and of air that acts by direction."""
 
     gravity: float
-    """[m/s^2]."""
+    """Acceleration of gravity [m/s^2]."""
     drag: float
-    """Linear drag in every direction, per areal density [1/s]."""
+    """Linear drag in every direction, divided by the areal density [1/s]."""
     directional: bool
-    """Whether any of the following constants is not zero."""
+    """Whether any of the constants that follow is not zero."""
     density: float
-    """Areal density of the cloth, rho [kg/m^2]."""
+    """Areal density rho of the cloth [kg/m^2]."""
     added_mass: float
-    """m_a [kg/m^2]."""
+    """Mass m_a of the air that the cloth carries [kg/m^2]."""
     normal_linear: float
-    """c_n [N s/m^3]."""
+    """Linear drag c_n along the normal [N s/m^3]."""
     normal_quadratic: float
-    """q_n [kg/m^3]."""
+    """Quadratic drag q_n along the normal [kg/m^3]."""
     turning: float
-    """k_n [kg/m^(8/3)]."""
+    """Constant k_n of quadratic drag after a change of direction [kg/m^(8/3)]."""
     tangential_linear: float
-    """c_t [N s/m^3]."""
+    """Linear drag c_t along the surface [N s/m^3]."""
     tangential_quadratic: float
-    """q_t [kg/m^3]."""
+    """Quadratic drag q_t along the surface [kg/m^3]."""
 
 
 class AirSurface(NamedTuple):
-    """The cloth as air meets it, by slot; without rows where air has no direction."""
+    """The surface of the cloth as air acts on it.
+
+    A slot is the memory position of a vertex. Arrays have no rows if air does not act by direction.
+    """
 
     normals: np.ndarray
-    """Unit normals at the last look, shape (3, slots)."""
+    """Unit normals when they were computed last, shape (3, slots)."""
     carried: np.ndarray
-    """alpha = m_a / (rho + m_a), 0 for cloth that is held or in contact [-], shape (slots,)."""
+    """Fraction alpha = m_a / (rho + m_a) [-], shape (slots,). It is 0 for cloth that is held or in contact."""
     along: np.ndarray
-    """Scratch: reduction of velocities along the normals in a step [m/s], shape (slots,)."""
+    """Temporary memory: decrease of the velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray
-    """Path along the normal since the velocity along it changed its sign, with that sign [m], shape (slots,)."""
+    """Path along the normal since the velocity along the normal changed its sign [m], shape (slots,).
+
+    The path has the sign of this velocity."""
     sums: np.ndarray
-    """Scratch: areas of the triangles around each vertex as a vector [m^2], shape (n, 3)."""
+    """Temporary memory: sum of the area vectors of the triangles around each vertex [m^2], shape (n, 3)."""
 
 
 def air_of(gravity: float, material: Material) -> Air:
-    """Air and gravity [m/s^2] around a cloth."""
+    """Return the constants of air and gravity [m/s^2] for a cloth."""
     return Air(
         gravity=gravity,
         drag=material.air_drag / material.areal_density,
@@ -83,13 +92,13 @@ def air_of(gravity: float, material: Material) -> Air:
 
 
 SHORTEST = 1e-9
-"""Least path since a turn [m]; the velocity there is near zero."""
+"""Least path since a change of direction [m]. It prevents a division by zero; the velocity there is near zero."""
 EVERY = 2
-"""Outer steps between two updates of the surface's normals; an update costs as much as a few substeps."""
+"""Number of outer time steps between two updates of the normals. An update takes as long as a few substeps."""
 
 
 def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
-    """Return the scratch arrays of a surface with these numbers of slots and vertices."""
+    """Return the arrays of a surface for given numbers of slots (memory positions) and vertices."""
     room = slots if air.directional else 0
     sums = np.zeros((vertices if air.directional else 0, 3))
     return AirSurface(np.zeros((3, room)), np.zeros(room), np.zeros(room), np.zeros(room), sums)
@@ -97,7 +106,7 @@ def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
 
 @kernel
 def _sum_normals(x: np.ndarray, faces: np.ndarray, sums: np.ndarray) -> None:
-    """Add up the normals of the triangles around each vertex."""
+    """Sum the normals of the triangles around each vertex."""
     sums[:] = 0.0
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -110,7 +119,16 @@ def _sum_normals(x: np.ndarray, faces: np.ndarray, sums: np.ndarray) -> None:
 
 @kernel
 def _quadratic(path: np.ndarray, s: int, un: float, air: Air, step: float) -> float:
-    """Return the quadratic drag of slot s along its normal [kg/m^3], with the velocity un [m/s] for `step` [s]."""
+    """Return the quadratic drag along the normal of a vertex [kg/m^3].
+
+    Args:
+        path: Path along the normal of each slot since its last change of direction [m]. The path of this slot is
+            updated.
+        s: Slot (memory position) of the vertex.
+        un: Velocity along the normal [m/s].
+        air: Constants of air.
+        step: Time for which the velocity acts [s].
+    """
     if path[s] * un < 0.0:
         path[s] = 0.0
     path[s] += step * un
@@ -131,20 +149,20 @@ def _slowed(
     air: Air,
     step: float,
 ) -> Vector:
-    """A velocity u [m/s] after a time `step` [s] of drag, across a normal n that has turned.
+    """Return a velocity u [m/s] after a time `step` [s] of drag, at a surface whose normal n has turned.
 
     Args:
-        ux: See above; uy and uz likewise.
-        uy: See ux.
-        uz: See ux.
-        nx: The normal; ny and nz likewise.
-        ny: See nx.
-        nz: See nx.
-        turn: Part of the velocity along the normal that comes from its turning [m/s].
-        quadratic: Drag along the normal [kg/m^3].
-        mass: Per area, along the normal [kg/m^2].
-        air: The air.
-        step: See above.
+        ux: First component of the velocity [m/s].
+        uy: Second component of the velocity [m/s].
+        uz: Third component of the velocity [m/s].
+        nx: First component of the normal.
+        ny: Second component of the normal.
+        nz: Third component of the normal.
+        turn: Change of the velocity along the normal because the normal has turned [m/s].
+        quadratic: Quadratic drag along the normal [kg/m^3].
+        mass: Inertia per area along the normal [kg/m^2].
+        air: Constants of air.
+        step: Time for which drag acts [s].
     """
     un = nx * ux + ny * uy + nz * uz
     tx, ty, tz = ux - un * nx, uy - un * ny, uz - un * nz
@@ -166,20 +184,20 @@ def meet(
     free: np.ndarray,
     step: float,
 ) -> None:
-    """Turn the normals, and slow all velocities by drag for a time `step` [s].
+    """Update the normals of the surface, and reduce all velocities by drag for a time `step` [s].
 
-    Drag is implicit in the velocity that it slows, so it only ever slows, and the velocity at which it balances a
-    constant force is exact.
+    Drag is implicit in the velocity that it reduces. Therefore it never reverses a velocity. The velocity at which drag
+    balances a constant force is exact.
 
     Args:
-        V: Velocities by slot [m/s], shape (3, slots).
+        V: Velocities by slot (memory position of a vertex) [m/s], shape (3, slots).
         surface: Surface whose normals and carried air are updated.
-        air: The air.
-        positions: Positions of the vertices; a vertex moved by contact touches something.
+        air: Constants of air.
+        positions: Positions of the vertices. A vertex that contact has moved touches something.
         faces: Triangles, shape (m, 3).
         slot: Slot of each vertex, shape (n,).
-        free: 0 of held vertices, by slot.
-        step: [s].
+        free: 0 for held vertices and 1 for others, by slot.
+        step: Time for which drag acts [s].
     """
     normals = surface.normals
     carried = surface.carried
@@ -210,16 +228,18 @@ def meet(
 def resist(
     V: np.ndarray, F: np.ndarray, inverse_mass: np.ndarray, surface: AirSurface, step: float, fall: float, slower: float
 ) -> None:
-    """Subtract from velocities the part of forces, gravity and isotropic drag that accelerates the carried air.
+    """Subtract the part of the velocity changes that the added mass of air prevents.
+
+    The velocity changes come from forces, gravity and isotropic drag.
 
     Args:
-        V: Velocities by slot [m/s], shape (3, slots).
+        V: Velocities by slot (memory position of a vertex) [m/s], shape (3, slots).
         F: Forces by slot and copy [N], shape (3, width).
-        inverse_mass: Inverse mass of the cloth alone, by slot [1/kg].
-        surface: Normals and carried air.
-        step: For how long the forces act [s].
-        fall: Velocity downwards that gravity adds [m/s].
-        slower: Change of a velocity by drag, as part of it [-].
+        inverse_mass: Inverse mass of the cloth without air, by slot [1/kg].
+        surface: Normals of the surface, and the air that it carries.
+        step: Time for which the forces act [s].
+        fall: Downward velocity that gravity adds [m/s].
+        slower: Relative change of a velocity by drag [-].
     """
     n = V.shape[1]
     along = surface.along

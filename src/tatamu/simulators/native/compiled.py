@@ -1,8 +1,8 @@
-"""Compilation of kernels by numba, without fast-math; the results are kept on disk.
+"""Compilation of kernels by numba, without fast-math. A kernel is a compiled function. Compiled code is kept on disk.
 
-Products and sums are neither reordered nor fused, so a rollout always has the same bytes. With numpy's error model a
-division by zero is an infinity instead of an exception, whose check would keep a loop from being computed eight numbers
-at a time. `boundscheck` stays off.
+The compiler does not reorder or fuse products and sums, so a rollout always has exactly equal bytes. With numpy's error
+model, a division by zero gives an infinity and not an exception. With a check for exceptions, a loop could not compute
+eight numbers at a time. `boundscheck` stays switched off.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _KERNELS: list[Any] = []
 
 
 def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator that makes kernels and keeps account of them."""
+    """Return a decorator that compiles functions and records them in a list."""
     compiler = njit(cache=True, error_model="numpy", **options)
 
     def compiled(function: Callable[..., Any]) -> Any:
@@ -29,31 +29,33 @@ def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 kernel = _compiler()
-"""A compiled function; the compiler inlines it where it finds that worth while."""
+"""Decorator that compiles a function. The compiler inlines the function if it expects that this is faster."""
 inlined = njit(cache=True, error_model="numpy", inline="always")
 """Compile a function that is always inlined.
 
-It is used if calling loops can then be vectorised, or if a function with many records is called in one place and would
-otherwise be compiled twice.
+It is used if loops that call the function can then be vectorised. It is also used for a function with many records as
+arguments that is called only once in the code. Such a function would otherwise be compiled twice.
 """
 unlocked = _compiler(nogil=True)
-"""The decorator of outermost loops, which let other threads of Python run."""
+"""Decorator for outermost loops. Other Python threads can run during such a loop."""
 
 
 def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
-    """Return a kernel's code for arguments of these types, compiled if it is not.
+    """Return a kernel's compiled code for arguments of these types. The kernel is compiled if necessary.
 
-    A kernel looks at the types of all arguments whenever it is called, which costs a hundred microseconds for a scene
-    with its hundred arrays; this code does not, and must not be given arguments of other types.
+    In every call, a kernel checks the types of all arguments. For a scene with its hundred arrays, this takes a hundred
+    microseconds. The returned code does not check, so it must not be called with arguments of other types.
     """
     code: Callable[..., Any] = kernel.compile(tuple(map(typeof, arguments)))
     return code
 
 
 def compilation() -> tuple[int, int]:
-    """Return the number of kernels on disk (0 if this process had to compile none), and their total.
+    """Return how many kernels are on disk, and how many there are.
 
-    Another process may compile some of them at the same time (`precompile`), so the files on disk are counted.
+    The first number is 0 if this process did not have to compile any kernel.
+
+    Files on disk are counted, because another process may compile kernels at the same time (`precompile`).
     """
     if not any(each.stats.cache_misses for each in _KERNELS):
         return 0, len(_KERNELS)
@@ -63,5 +65,5 @@ def compilation() -> tuple[int, int]:
 
 
 def _name(kernel: Any) -> str:
-    """Return the beginning of the name of its file on disk."""
+    """Return the beginning of the file name of a kernel on disk."""
     return f"{kernel.py_func.__module__.rpartition('.')[2]}.{kernel.__name__}"

@@ -1,6 +1,7 @@
-"""Small geometry for the compiled loops: vectors, normals, and closest points.
+"""Small geometric functions for the compiled loops: vectors, normals and closest points.
 
-Vectors are three numbers rather than arrays, so that they stay in registers; a function that makes one returns three.
+A vector is three numbers and not an array, so that it can stay in registers. A function that makes a vector returns
+three numbers.
 """
 
 from __future__ import annotations
@@ -12,37 +13,37 @@ from tatamu.simulators.native.compiled import inlined, kernel
 Vector = tuple[float, float, float]
 
 TINY_LENGTH = 1e-30
-"""Added to lengths and squares that may be zero before something is divided by them."""
+"""Number added to lengths and squares that may be zero, before they are used as divisors."""
 
 
 @inlined
 def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Vector:
-    """Vector product."""
+    """Return the vector product of a and b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @kernel
 def dot(a: np.ndarray, b: np.ndarray) -> float:
-    """Scalar product of two arrays of three."""
+    """Return the scalar product of two arrays of three numbers."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined
 def difference(x: np.ndarray, v: int, a: int) -> Vector:
-    """The vector to vertex v from vertex a [m], of positions of shape (n, 3)."""
+    """Return the vector from vertex a to vertex v [m]. Positions have the shape (n, 3)."""
     return x[v, 0] - x[a, 0], x[v, 1] - x[a, 1], x[v, 2] - x[a, 2]
 
 
 @kernel
 def unit(x: float, y: float, z: float) -> Vector:
-    """A vector divided by its length."""
+    """Return a vector divided by its length."""
     scale = 1.0 / (np.sqrt(x * x + y * y + z * z) + TINY_LENGTH)
     return scale * x, scale * y, scale * z
 
 
 @kernel
 def normal_of(x: np.ndarray, a: int, b: int, c: int) -> Vector:
-    """Normal (b - a) x (c - a) of a triangle, twice its area long [m^2]."""
+    """Return the vector (b - a) x (c - a) along a triangle's normal [m^2]. Its length is twice the triangle's area."""
     ux, uy, uz = difference(x, b, a)
     vx, vy, vz = difference(x, c, a)
     return cross(ux, uy, uz, vx, vy, vz)
@@ -57,21 +58,21 @@ def _clamp(value: float) -> float:
 def closest_between(
     ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, rx: float, ry: float, rz: float
 ) -> Vector:
-    """Closest points of two segments, without branches, so that many may be computed at once.
+    """Find the closest points of two segments. The code has no branches, so that many pairs can be computed together.
 
     Args:
-        ux: The first segment u, from its beginning to its end [m].
-        uy: See ux.
-        uz: See ux.
-        vx: The second segment v [m].
-        vy: See vx.
-        vz: See vx.
-        rx: r, from the beginning of the second to the beginning of the first [m].
-        ry: See rx.
-        rz: See rx.
+        ux: First component of segment u, from its start to its end [m].
+        uy: Second component of segment u [m].
+        uz: Third component of segment u [m].
+        vx: First component of segment v, from its start to its end [m].
+        vy: Second component of segment v [m].
+        vz: Third component of segment v [m].
+        rx: First component of the vector from the start of v to the start of u [m].
+        ry: Second component of this vector [m].
+        rz: Third component of this vector [m].
 
     Returns:
-        Their distance [m], and the fractions along the first and the second where it is reached.
+        The distance [m], and the fractions along u and along v at which the closest points lie.
     """
     uu = ux * ux + uy * uy + uz * uz + TINY_LENGTH
     vv = vx * vx + vy * vy + vz * vz + TINY_LENGTH
@@ -79,7 +80,7 @@ def closest_between(
     ur = ux * rx + uy * ry + uz * rz
     vr = vx * rx + vy * ry + vz * rz
     area = uu * vv - uv * uv
-    s = _clamp((uv * vr - ur * vv) / area) if area > 1e-9 * uu * vv else 0.5  # parallel: anywhere
+    s = _clamp((uv * vr - ur * vv) / area) if area > 1e-9 * uu * vv else 0.5  # any value if the segments are parallel
     t = (uv * s + vr) / vv
     at_start = _clamp(-ur / uu)
     at_end = _clamp((uv - ur) / uu)
@@ -93,7 +94,7 @@ def closest_between(
 
 @kernel
 def closest_on_segments(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
-    """Distance of segments (a, b) and (c, d) [m], and the fractions along them where it is reached."""
+    """Return the distance of the segments (a, b) and (c, d) [m], and the fractions along them of the closest points."""
     ux, uy, uz = difference(x, b, a)
     vx, vy, vz = difference(x, d, c)
     rx, ry, rz = difference(x, a, c)
@@ -102,7 +103,10 @@ def closest_on_segments(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector
 
 @kernel
 def point_triangle(x: np.ndarray, v: int, a: int, b: int, c: int, up: np.ndarray) -> tuple[float, bool]:
-    """Distance of vertex v from triangle (a, b, c) [m], and whether the closest point lies towards `up`, shape (3,)."""
+    """Return the distance of vertex v from triangle (a, b, c) [m], and on which side of v the triangle is.
+
+    The second result is whether the direction from v to the closest point agrees with the direction `up`, shape (3,).
+    """
     abx, aby, abz = difference(x, b, a)
     acx, acy, acz = difference(x, c, a)
     apx, apy, apz = difference(x, v, a)
@@ -114,7 +118,7 @@ def point_triangle(x: np.ndarray, v: int, a: int, b: int, c: int, up: np.ndarray
     area = bb * cc - bc * bc + TINY_LENGTH
     s = (cc * d1 - bc * d2) / area
     t = (bb * d2 - bc * d1) / area
-    if s < 0.0 or t < 0.0 or s + t > 1.0:  # nearest point of the three edges
+    if s < 0.0 or t < 0.0 or s + t > 1.0:  # the nearest point is on one of the three edges
         e1 = _clamp(d1 / bb)
         e2 = _clamp(d2 / cc)
         e3 = _clamp((d2 - d1 + bb - bc) / (bb + cc - 2.0 * bc))

@@ -1,4 +1,4 @@
-"""The grippers of a running scene: their states, their held vertices and their motion."""
+"""The grippers of a running scene: their states, the vertices that they hold, and their motion."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from tatamu.simulators.native.targets import NOWHERE, HandTarget, Place
 
 @dataclass(frozen=True)
 class Grip:
-    """The vertices that a closed gripper holds."""
+    """The vertices that a closed gripper holds, and where they were when the gripper closed."""
 
     vertices: np.ndarray
-    """Shape (k,)."""
+    """Indices of the vertices, shape (k,)."""
     base: np.ndarray
-    """Their positions where it closed [m], shape (k, 3)."""
+    """Positions of the vertices when the gripper closed [m], shape (k, 3)."""
 
 
 @dataclass(frozen=True)
 class Led:
-    """A gripper that targets lead, no longer the scene."""
+    """A gripper that follows targets of a controller, and no longer the motion of the scene."""
 
     vertices: tuple[int, ...] | None
-    """The vertices that it holds; None if it is open."""
+    """Vertices that the gripper holds; None if it is open."""
     displacement: Place
-    """Its last target [m]; zero if it is open."""
+    """Last target of the gripper [m]; zero if it is open."""
 
 
 @dataclass(frozen=True)
 class GripperState:
-    """The changing state of the grippers, by number."""
+    """The part of the grippers' state that changes during a simulation, by the number of the gripper."""
 
     grips: dict[int, Grip]
     led: dict[int, Led]
@@ -45,19 +45,22 @@ class GripperState:
 
 @lru_cache(maxsize=64)
 def _parts(steps: int) -> np.ndarray:
-    """How far along its way a hand is after each of some steps, from 1 / steps to 1, shape (steps, 1)."""
+    """Return which fraction of its path a hand has covered after each step, from 1 / steps to 1, shape (steps, 1)."""
     return np.arange(1, steps + 1)[:, None] / max(steps, 1)
 
 
 class Grippers:
-    """Grippers by number, in outer steps instead of seconds."""
+    """All grippers of a scene, by number.
+
+    Time is counted in outer steps (the longest time steps) and not in seconds.
+    """
 
     def __init__(self, scene: Scene, outer_step: float, steps: int) -> None:
-        """Sample the paths.
+        """Sample the paths of the grippers.
 
         Args:
             scene: The scene.
-            outer_step: Length of an outer step [s].
+            outer_step: Length of an outer step, the longest time step [s].
             steps: Number of outer steps of the scene.
         """
         self._grippers = scene.grippers
@@ -82,30 +85,30 @@ class Grippers:
         return tuple(number in self._grips for number in range(len(self._grippers)))
 
     def displacements(self, number: int) -> np.ndarray:
-        """Displacements at outer step `number` [m], shape (grippers, 3); zero while a gripper is open."""
+        """Return the displacements at outer step `number` [m], shape (grippers, 3). Open grippers have zero."""
         shape = (len(self._grippers), 3)
         return np.where(np.reshape(self.closed, (-1, 1)), self._paths[: shape[0], number], np.zeros(shape))
 
     def step_at(self, time: float) -> int:
-        """Number of the outer step at which something at `time` [s] happens."""
+        """Return the number of the outer step in which an event at `time` [s] happens."""
         return round(min(time, self._latest) / self._outer_step)
 
     def events(self) -> list[int]:
-        """Numbers of the outer steps at which the scene closes or opens grippers."""
+        """Return the numbers of the outer steps in which grippers of the scene close or open."""
         own = [index for index in range(len(self._own)) if index not in self._led]
         return [number for numbers in (self._closes, self._opens) for number in (numbers[index] for index in own)]
 
     def lead(self, hands: Sequence[HandTarget | None], number: int, stop: int, fastest: float) -> None:
-        """Lead grippers to targets, at constant velocity; keep those that have none where earlier targets led them.
+        """Move grippers to targets at constant velocity. Grippers without a new target stay at their last target.
 
         Args:
-            hands: A target for each gripper; None if it has no new one.
-            number: Outer step at which grippers open, close and start to move.
-            stop: Outer step at which they have arrived.
+            hands: Target of each gripper; None if it has no new target.
+            number: Outer step in which grippers open or close, and start to move.
+            stop: Outer step in which they arrive.
             fastest: Highest speed of a hand [m/s].
 
         Raises:
-            InputError: If one of them is wrong; then all grippers are as they were.
+            InputError: If a target is wrong. In this case no gripper is changed.
         """
         held = self._held(number)
         given = {index: hand for index, hand in enumerate(hands) if hand is not None}
@@ -126,14 +129,14 @@ class Grippers:
             path += start
 
     def fastest(self, number: int, steps: int) -> tuple[int, float, float]:
-        """Return the hand that moved fastest before outer step `number`.
+        """Return the gripper that moved fastest before outer step `number`.
 
         Args:
             number: Number of the outer step.
-            steps: Number of outer steps before it that count.
+            steps: Number of outer steps before it that are compared.
 
-        Returns:
-            Number of the gripper, 0 if none is closed; its speed [m/s]; the time at which it had it [s].
+        Returns: Number of the gripper, its speed [m/s], and the time of this speed [s]. The number is 0 if no gripper
+            is closed.
         """
         first = max(number - steps, 0)
         ways = np.linalg.norm(np.diff(self._paths[:, first : number + 1], axis=1), axis=2)
@@ -144,17 +147,20 @@ class Grippers:
         return index, float(ways[index, step]) / self._outer_step, (first + step) * self._outer_step
 
     def is_due(self, number: int) -> bool:
-        """Whether a gripper opens or closes in step `number`."""
+        """Return whether a gripper opens or closes in step `number`."""
         return self._held(number).keys() != self._grips.keys()
 
     def open_due(self, number: int) -> list[np.ndarray]:
-        """Open the grippers that do not hold in step `number`; the vertices of each that did until now."""
+        """Open the grippers that no longer hold in step `number`. Return the vertices that each of them held."""
         due = sorted(self._grips.keys() - self._held(number).keys())
         self._hands = None if due else self._hands
         return [self._grips.pop(gripper).vertices for gripper in due]
 
     def close_due(self, number: int, x: np.ndarray) -> list[np.ndarray]:
-        """Close the grippers that hold from step `number` on, at positions x [m]; the vertices of each."""
+        """Close the grippers that hold from step `number` on, at positions x [m].
+
+        Return the vertices of each of them.
+        """
         held = self._held(number)
         taken = []
         for gripper in sorted(held.keys() - self._grips.keys()):
@@ -165,7 +171,7 @@ class Grippers:
         return taken
 
     def hands(self) -> Hands:
-        """Vertices that are held now, and their paths."""
+        """Return the vertices that are held now, and the paths of their grippers."""
         if self._hands is None:
             self._hands = self._make_hands()
         return self._hands
@@ -185,7 +191,7 @@ class Grippers:
         return GripperState(dict(self._grips), dict(self._led))
 
     def restore(self, state: GripperState) -> None:
-        """Return to a state of the same scene."""
+        """Set the grippers to a state of the same scene."""
         for index in self._led.keys() - state.led.keys():
             self._follow_scene(index)
         self._grips = dict(state.grips)
@@ -196,7 +202,7 @@ class Grippers:
         self._paths[index] = self._grippers[index].path(self._times)
 
     def _held(self, number: int) -> dict[int, tuple[int, ...]]:
-        """The vertices of the grippers that are to hold in outer step `number`, by gripper."""
+        """Return the vertices of each gripper that must hold in outer step `number`."""
         held = {}
         for index, own in enumerate(self._own):
             led = self._led.get(index)
@@ -206,7 +212,7 @@ class Grippers:
         return held
 
     def _start(self, index: int, holds: bool, number: int) -> Place:
-        """Displacement of a gripper at outer step `number` [m]; zero if it is open."""
+        """Return the displacement of a gripper at outer step `number` [m]. It is zero if the gripper is open."""
         if not holds:
             return NOWHERE
         led = self._led.get(index)
@@ -226,7 +232,7 @@ class Grippers:
             )
 
     def _check_held_once(self, led: dict[int, Led], number: int) -> None:
-        """Refuse vertices that two grippers hold at a time, or will by the scene."""
+        """Check that no vertex is held by two grippers at the same time, now or later in the scene."""
         holder: dict[int, int] = {}
         for index, own in enumerate(self._own):
             target = led.get(index) or self._led.get(index)

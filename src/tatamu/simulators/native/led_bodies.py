@@ -1,4 +1,4 @@
-"""The rigid bodies of a scene under way, such as fingers, that targets lead instead of the scene."""
+"""Rigid bodies of a running scene, such as fingers, that follow a controller's targets instead of the scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tatamu.scene import Scene
 from tatamu.simulators.native.contact.bodies.state import Bodies
 
 FASTEST_TURN = 50.0
-"""A body may turn no faster [rad/s]: the end of a finger of 0.2 m then moves at 10 m/s."""
+"""Largest angular speed of a body [rad/s]. At this speed, the end of a finger of 0.2 m moves at 10 m/s."""
 
 
 @dataclass(frozen=True)
@@ -22,31 +22,33 @@ class BodyTarget:
     """The target of a rigid body in one call of `Simulation.advance`."""
 
     position: Sequence[float] | np.ndarray | None = None
-    """Its centre [m], shape (3,), reached at the end of the call; None if it stays."""
+    """Position of the body's centre at the end of the call [m], shape (3,); None if the body does not move."""
     orientation: Sequence[float] | np.ndarray | None = None
-    """Unit quaternion (w, x, y, z) from its frame to the world, reached at the end of the call; None if it stays."""
+    """Orientation at the end of the call, as a unit quaternion (w, x, y, z); None if the body does not turn.
+
+    The quaternion rotates from the body's frame to the frame of the scene."""
 
 
 @dataclass(frozen=True)
 class BodyPose:
-    """Where a body is."""
+    """Position and orientation of a body."""
 
     position: np.ndarray
-    """Its centre [m], shape (3,)."""
+    """Position of the body's centre [m], shape (3,)."""
     orientation: np.ndarray
-    """Unit quaternion (w, x, y, z), shape (4,)."""
+    """Orientation as a unit quaternion (w, x, y, z), shape (4,)."""
 
 
 class LedBodies:
-    """Bodies by number, in outer steps instead of seconds."""
+    """All bodies of a scene, by number. Time is counted in outer steps (the longest time steps) and not in seconds."""
 
     def __init__(self, scene: Scene, bodies: Bodies, outer_step: float) -> None:
-        """Let all bodies follow the scene.
+        """Let all bodies follow the motions of the scene.
 
         Args:
             scene: The scene.
-            bodies: Its bodies, whose paths are written.
-            outer_step: Length of an outer step [s].
+            bodies: Bodies of the scene. Their paths are changed by targets.
+            outer_step: Length of an outer step, the longest time step [s].
         """
         self._bodies = scene.bodies
         self._outer_step = outer_step
@@ -57,16 +59,16 @@ class LedBodies:
     def check(
         self, targets: Sequence[BodyTarget | None], number: int, stop: int, fastest: float
     ) -> dict[int, BodyPose]:
-        """Return the poses that targets ask for, by body.
+        """Return the poses that targets require, by the number of the body.
 
         Args:
-            targets: A target for each body; None if it has no new one.
-            number: Outer step at which bodies begin to move.
-            stop: Outer step at which they have arrived.
+            targets: Target of each body; None if it has no new target.
+            number: Outer step in which bodies start to move.
+            stop: Outer step in which they arrive.
             fastest: Highest speed of a body [m/s].
 
         Raises:
-            InputError: If one of them is wrong.
+            InputError: If a target is wrong.
         """
         if len(targets) != len(self._bodies):
             raise InputError(f"bodies: must be one for each of {len(self._bodies)} bodies, given {len(targets)}")
@@ -78,7 +80,7 @@ class LedBodies:
         return poses
 
     def lead(self, poses: Mapping[int, BodyPose], number: int, stop: int) -> None:
-        """Lead bodies to poses, at constant velocity; keep those that have none where earlier targets led them."""
+        """Move bodies to poses at constant velocity. Bodies without a new pose stay at their last target."""
         if not poses and not self._led:
             return
         part = np.arange(stop - number + 1)
@@ -92,11 +94,14 @@ class LedBodies:
         self._led |= poses
 
     def state(self) -> dict[int, BodyPose]:
-        """Copy what changes."""
+        """Return a copy of the state that changes."""
         return dict(self._led)
 
     def restore(self, state: Mapping[int, BodyPose]) -> None:
-        """Return to a state of the same scene; the next `lead` writes the paths of the bodies that targets lead."""
+        """Set the bodies to a state of the same scene.
+
+        The next call of `lead` writes the paths of bodies with targets.
+        """
         times = np.arange(self._positions.shape[1]) * self._outer_step
         for index in self._led.keys() - state.keys():
             self._positions[index], self._orientations[index] = self._bodies[index].path(times)
@@ -108,7 +113,7 @@ class LedBodies:
 
 
 def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest: float) -> BodyPose:
-    """Return the pose that a target asks for, if the body can reach it in that time [s]."""
+    """Return the pose that a target requires, if the body can reach the pose in the given time [s]."""
     position = now.position if target.position is None else _numbers(target.position, 3, f"{name}.position", "[m]")
     way = float(np.linalg.norm(position - now.position))
     if not way <= fastest * (1.0 + 1e-9) * seconds:

@@ -1,4 +1,4 @@
-"""A scene's cloth made ready for the compiled loops: constants, memory layout, stable steps."""
+"""Preparation of a scene's cloth for the compiled loops: constants, memory layout and stable time steps."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from tatamu.simulators.native.options import ContactOptions, Options, StepOption
 from tatamu.topology import Topology, among, areas, edge_lengths, lumped
 
 CENTROID_TO_CORNER = 0.58
-"""Bound on the distance from the centroid of a triangle to a corner, over its longest edge: 1 / sqrt(3)."""
+"""Bound on the ratio of the distance from a triangle's centroid to a corner to its longest edge: 1 / sqrt(3)."""
 
 
 class ElasticModel(NamedTuple):
-    """Constants of the elastic forces."""
+    """Constants of the elastic forces: membrane and bending."""
 
     membrane: Membrane
     bending: Bending
@@ -42,16 +42,16 @@ class ElasticModel(NamedTuple):
 
 @dataclass(frozen=True)
 class Model:
-    """Everything about cloth and material that no scene changes."""
+    """All data about a cloth and its material that do not depend on the scene."""
 
     slot: np.ndarray
-    """Slot of each vertex, shape (n,)."""
+    """Slot (memory position) of each vertex, shape (n,)."""
     slots: int
-    """Slots with vertices or fillers; copies come behind."""
+    """Number of slots that contain vertices or fillers. Copies come after these slots."""
     width: int
-    """Slots and copies together."""
+    """Number of slots and copies together."""
     mass: np.ndarray
-    """Lumped mass of each vertex [kg], a third of each triangle around it, shape (n,)."""
+    """Lumped mass of each vertex [kg], shape (n,): a third of the mass of each triangle around the vertex."""
     elastic: ElasticModel
     mesh: ContactMesh
     membrane_frequency: float
@@ -59,31 +59,33 @@ class Model:
     bending_frequency: float
     """Largest angular frequency of bending at rest [1/s], without friction."""
     sticking_frequency: float
-    """The same while all friction of bending sticks [1/s]; 0 without friction."""
+    """Largest angular frequency of bending at rest while all friction of bending sticks [1/s]; 0 without friction."""
     rest_measures: np.ndarray
-    """g of the unstrained shape by place of the hinges' bands [-]."""
+    """Measures g of the dihedral angles in the unstrained shape, in the order of memory [-]."""
     lengths: np.ndarray
     """Lengths of the edges at rest [m], shape (e,)."""
 
     @property
     def thickness(self) -> float:
-        """Distance of layers at rest [m]."""
+        """Distance of two layers that lie on each other [m]."""
         return self.mesh.thickness
 
     @property
     def shortest(self) -> float:
-        """Shortest edge at rest [m]."""
+        """Length of the shortest edge at rest [m]."""
         return float(self.lengths.min())
 
 
 _kept: dict[bytes, Model] = {}
-_keeping = Lock()  # simulate_many runs scenes in threads
+_keeping = Lock()  # because simulate_many runs scenes in threads
 _MOST_KEPT = 48
-"""Number of kept models: a study has about 20 disturbed worlds, each with its own material, on two meshes."""
+"""Number of models that are kept.
+
+A study simulates about 20 random draws of the disturbances, each with its own material, on two meshes."""
 
 
 def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
-    """The model of a cloth; the last few are kept, as a study simulates one cloth many times."""
+    """Return the model of a cloth. The last models are kept, because a study simulates a cloth many times."""
     digest = blake2b(digest_size=16)
     fibre = np.empty((0, 3)) if cloth.fibre is None else cloth.fibre
     for array in (cloth.rest, cloth.faces, cloth.seams, fibre):
@@ -94,7 +96,7 @@ def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
     with _keeping:
         if key in _kept:
             return _kept[key]
-    built = _build(cloth, material, options)  # others may build theirs meanwhile
+    built = _build(cloth, material, options)  # outside the lock, so that other threads can build their models
     with _keeping:
         while len(_kept) >= _MOST_KEPT:
             _kept.pop(next(iter(_kept)))
@@ -103,7 +105,10 @@ def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
 
 
 def _give_back_memory() -> None:
-    """Return the memory used for building to the system; glibc would keep it, about 25 MB at 13,000 vertices."""
+    """Return the memory that was used for building to the system.
+
+    glibc would keep about 25 MB for 13,000 vertices.
+    """
     if sys.platform == "linux":
         getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
 
@@ -175,7 +180,7 @@ def _contact_mesh(
 
 
 def _faces_of_edges(topology: Topology) -> np.ndarray:
-    """The triangles of each edge, -1 for none, shape (e, 2)."""
+    """Return the triangles of each edge, shape (e, 2). -1 stands for no triangle."""
     edge_faces = np.full((len(topology.edges), 2), -1)
     edges = topology.face_edges.T.ravel()
     order = np.argsort(edges, kind="stable")
@@ -188,7 +193,7 @@ def _faces_of_edges(topology: Topology) -> np.ndarray:
 
 
 def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles with a corner that is the vertex or its neighbour, as starts and a list."""
+    """Return the triangles near each vertex as starts and a list. They contain the vertex or one of its neighbours."""
     rows = np.repeat(np.arange(len(faces)), 3)
     incident = sparse.csr_array((np.ones(3 * len(faces)), (faces.ravel(), rows)), shape=(count, len(faces)))
     adjacent = incident @ incident.T
@@ -198,12 +203,15 @@ def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def steps_per_frame(frame_rate: float, outer_step: float) -> int:
-    """Outer steps of at most that length [s] that make one frame."""
+    """Return the number of outer steps of at most `outer_step` [s] that make one frame."""
     return max(1, ceil(1.0 / (frame_rate * outer_step) - 1e-9))
 
 
 def substeps(model: Model, step: float, options: StepOptions) -> tuple[int, int]:
-    """Bending steps per outer step of that length [s], and membrane steps per bending step."""
+    """Return the number of bending steps per outer step, and the number of membrane steps per bending step.
+
+    The outer step has the length `step` [s].
+    """
     bends = max(1, ceil(step / (options.bending_phase / model.bending_frequency)))
     bends = max(bends, ceil(step * model.sticking_frequency / options.sticking_phase))
     stretches = max(1, ceil(step / bends / (options.membrane_phase / model.membrane_frequency)))

@@ -1,8 +1,8 @@
-"""Settings that a study may vary: one frozen record, handed to `simulate`.
+"""Settings of the simulator that a study may vary, as one immutable record for `simulate`.
 
-All numbers in the documentation were made with the defaults. The calibrated material is part of the scene, not of the
-options. Each part is a NamedTuple, which compiled loops accept; other values need no new compilation (see
-docs/theory/native-symbols.md for symbols and names).
+All numbers in the documentation were made with the defaults. The calibrated material is a part of the scene and not of
+the options. Each group of options is a NamedTuple, which compiled loops accept. Other values need no new compilation.
+Symbols and names are listed in docs/theory/native-symbols.md. An example is:
 
     simulate(scene, options=Options(contact=ContactOptions(clearing_speed=0.25)))
 """
@@ -19,150 +19,194 @@ from tatamu.errors import InputError
 
 
 class StepOptions(NamedTuple):
-    """Time stepping."""
+    """Settings of the time steps."""
 
     outer_step: float = 1e-3
-    """Longest outer step H [s]: contact and friction are resolved at least this often."""
+    """Length H of the longest outer step [s]. Contact and friction are resolved at least once in this time."""
     membrane_phase: float = 1.25
-    """Largest h omega of the membrane's steps [-].
+    """Largest product of time step h and angular frequency omega for the steps of the membrane [-].
 
-    2 is the limit of stability; the difference allows for large strains.
+    The limit of stability is 2. The difference to 2 is reserved for large strains.
     """
     bending_phase: float = 1.0
-    """Largest h omega of the bending steps [-]; as above, for large angles."""
+    """Largest product of time step h and angular frequency omega for the steps of bending [-].
+
+    The limit of stability is 2. The difference to 2 is reserved for large angles."""
     sticking_phase: float = 1.5
-    """Largest h omega of the bending steps while all friction of bending sticks [-]; it may be larger, because friction
-    that slips takes energy."""
+    """Largest product h omega for the steps of bending while all friction of bending sticks [-].
+
+    It may be larger than without friction, because friction that slips removes energy."""
     membrane_damping: float = 5e-5
     """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
     damping_part: float = 0.3
-    """Largest tau_d, as part of the membrane's step [-]; more would be unstable."""
+    """Largest time constant tau_d of damping, as a fraction of the membrane's step [-]. A larger one would be
+    unstable."""
 
 
 class ElasticOptions(NamedTuple):
-    """Elastic forces."""
+    """Settings of the elastic forces."""
 
     angle_sum_part: float = 0.45
-    """Weight a of operator C in the curvature Q = a C + (1 - a) R^-1 [-]: here irregular and turned meshes are too soft
-    as often as too stiff (benchmarks/statics.py)."""
+    """Weight a of the operator C in the curvature Q = a C + (1 - a) R^-1 [-].
+
+    With this value, irregular and rotated meshes are too soft in as many cases as they are too stiff
+    (benchmarks/statics.py)."""
     crowding_strain: float = 0.2
-    """Green strain b: compressed by it, cloth that wrinkles is as stiff again as in tension [-]; its length is 0.77."""
+    """Compressive Green strain b from which cloth that wrinkles has its full stiffness again [-].
+
+    With b = 0.2, an edge then has 0.77 of its rest length."""
 
 
 class ContactOptions(NamedTuple):
-    """Contact of cloth with itself and with the table. Parts of a thickness are parts of the cloth's thickness t."""
+    """Settings of contact between layers of cloth, and between cloth and table.
 
-    # Candidates.
+    The unit t in the fields is the thickness of the cloth.
+    """
+
+    # Candidates: pairs of mesh elements that may touch.
     margin_thicknesses: float = 3.0
-    """Margin of the broad phase beyond a thickness [t], unless the next two options change it."""
+    """Distance beyond one thickness within which candidates for contact are searched [t]. The next two options change
+    it."""
     margin_edges: float = 0.75
-    """A wider margin, as part of the longest edge [-]: coarse cloth moves farther between two searches."""
+    """Least such distance as a fraction of the longest edge [-]. Coarse cloth moves farther between two searches."""
     margin_limit: float = 0.01
-    """Largest margin because of the longest edge [m]."""
+    """Largest distance that follows from the longest edge [m]."""
     margin_wear: float = 0.8
-    """Candidates are searched again once this part of their margin may be used up [-]."""
+    """Fraction of this distance after whose use candidates are searched again [-]."""
     crease_cosine: float = 0.5
-    """Cosine of normals below which cloth counts as folded [-], so that vertices avoid neighbouring triangles."""
+    """Cosine between the normals of triangles below which cloth counts as folded [-].
+
+    In folded cloth, vertices also avoid neighbouring triangles."""
     ridge_cosine: float = 0.94
-    """Edges whose triangles' normals have a cosine below this are guarded like borders [-]: creased by 20 degrees."""
+    """Cosine between the normals of two triangles below which their shared edge is kept away from other edges [-].
+    Edges at a border are always kept away.
+
+    The default corresponds to a crease of 20 degrees."""
     level_cosine: float = 0.7
-    """Cosine above which the plane of a triangle determines its side of a vertex [-]."""
+    """Cosine above which the plane of a triangle determines on which side of the triangle a vertex lies [-]."""
     same_direction_cosine: float = 0.8
-    """Two triangles that a vertex is kept from in directions with a larger cosine count as one sheet [-]."""
+    """Cosine above which two directions count as equal [-].
+
+    Two triangles that keep a vertex away in equal directions count as one sheet."""
     touching: float = 1.1
-    """A triangle closer than this is in contact, and stays a candidate though two others are nearer [t]."""
+    """Distance below which a triangle is in contact with a vertex [t].
+
+    Such a triangle stays a candidate even if two other triangles are nearer."""
     pressed: float = 0.6
-    """Layers closer than this are pressed: their edges are guarded as well [t]."""
+    """Distance below which layers count as pressed [t]. The edges of pressed layers are kept away from each other as
+    well."""
     pressed_searches: int = 4
-    """Searches for which the edges at a pressed vertex stay guarded."""
+    """Number of searches for contact after which the edges at a vertex no longer count as pressed."""
     pairs_per_edge: int = 24
-    """Largest number of edge pairs per edge of the mesh, for which memory is reserved."""
+    """Largest number of edge pairs per edge of the mesh. Memory is reserved for this number."""
 
-    # How far positions are corrected.
+    # Size of the corrections of positions.
     barycentric_tolerance: float = 0.02
-    """Largest distance outside a triangle, in barycentric coordinates, that counts as inside [-]."""
+    """Largest distance outside a triangle that still counts as inside, in barycentric coordinates [-]."""
     edge_gap: float = 0.75
-    """Edges are kept this far from edges [t]; vertices are kept a whole thickness from triangles."""
+    """Distance at which edges are kept from other edges [t]. Vertices are kept at one thickness from triangles."""
     clearing_speed: float = 0.5
-    """Speed at which layers that are too close are separated [m/s], so that tangled cloth does not explode."""
+    """Speed at which layers that are too close are separated [m/s]. It is limited so that tangled cloth does not
+    explode."""
     recovery_speed: float = 0.1
-    """The part of that speed which they keep as velocity [m/s]; the rest is position only (split impulse)."""
+    """Part of the separation speed that layers keep as velocity [m/s]. The rest only changes positions (split
+    impulse)."""
     restored: tuple[float, ...] | np.ndarray = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
-    """Part of the gap that each Gauss-Seidel sweep restores [-]; its length is the largest number of sweeps.
+    """Fraction of the missing distance that each Gauss-Seidel sweep restores [-].
 
-    The first sweep restores the whole gap. Later ones, made only while a pair is still closer, restore less, because
-    layers that a hand crushes have no room for the whole gap. Compiled loops get an array, so that any length has the
-    same type.
+    The number of entries is the largest number of sweeps.
+
+    The first sweep restores the whole distance. Later sweeps are made only while a pair is still too close. They
+    restore less, because there is no room for the whole distance between layers that a hand crushes. Compiled loops
+    receive an array, which has the same type for any number of entries.
     """
     noticeable: float = 0.02
-    """Corrections beyond this make the next sweep test the moved vertices again [t]."""
+    """Size of a correction above which the next sweep tests the moved vertices again [t]."""
 
-    # How often, where layers are crushed.
+    # Frequency of contact, and vertices that are moved far by contact ("restless" vertices).
     restless: float = 0.25
-    """Contact that moves a vertex by more than this is resolved twice as often from then on, at most after every
-    substep [t]: layers that hands crush would otherwise swing by thicknesses between two corrections."""
-    calm: float = 0.08
-    """Contact that moves no vertex by more than this is resolved half as often [t]."""
-    sweeps_of_many: int = 5
-    """Sweeps at most in each of several rounds per outer step: the next round is soon."""
-    hard: float = 0.08
-    """Corrections beyond this make vertices restless [t].
+    """Largest movement of a vertex by contact above which contact is resolved twice as often from then on [t].
 
-    Only restless vertices can pass through cloth, and are tested for impact zones.
+    Contact is resolved at most after every substep. Without this, layers that hands crush would oscillate by several
+    thicknesses between two corrections."""
+    calm: float = 0.08
+    """Largest movement of a vertex by contact below which contact is resolved half as often [t]."""
+    sweeps_of_many: int = 5
+    """Largest number of sweeps in each round if contact is resolved several times per outer step."""
+    hard: float = 0.08
+    """Size of a correction by contact above which a vertex counts as restless [t].
+
+    Only restless vertices can pass through cloth. Only these are tested for impact zones (groups of colliding
+    vertices).
     """
     restless_steps: int = 3
-    """Number of outer steps for which vertices stay restless."""
+    """Number of outer steps for which a vertex stays restless, that is, in danger of passing through cloth."""
     zone_passes: int = 30
-    """Largest number of passes in which impact zones may grow; the rest is left to the next step."""
+    """Largest number of passes in which impact zones may grow. What remains is resolved in the next step."""
 
 
 class UntangleOptions(NamedTuple):
-    """Options for untangling layers that passed through each other while a hand was closed."""
+    """Settings for separating layers that passed through each other while a hand was closed.
+
+    The unit t in the fields is the thickness of the cloth.
+    """
 
     step: float = 0.3
-    """Distance by which one pass moves an edge against a triangle [t]."""
+    """Distance by which one pass moves an edge relative to a triangle [t]."""
     most_passes: int = 60
-    """Passes, at most."""
+    """Largest number of passes."""
     flattest: float = 1e-3
-    """Least sine of the angle between an edge and a triangle; smaller ones are raised to it [-]."""
+    """Least sine of the angle between an edge and a triangle [-]. Smaller values are replaced by this one."""
     blunt: float = 0.1
-    """Length of the sum of directions below which a pass moves less, because the direction is uncertain [-]."""
+    """Length of the sum of directions below which a pass moves less [-]. A short sum means an uncertain direction."""
     shortest: float = 0.7
-    """Least part of their rest length that edges keep meanwhile [-]; shorter edges would be thrown by the membrane."""
+    """Least length of edges during separation, as a fraction of their rest length [-].
+
+    The membrane would throw shorter edges apart."""
     longest: float = 1.1
-    """Longest that an edge may become, in parts of its rest length [-]."""
+    """Largest length of edges during separation, as a fraction of their rest length [-]."""
     slimmest: float = 0.1
-    """Least height of triangles, in parts of the shortest edge [-]; bending forces grow with its inverse."""
+    """Least height of triangles, as a fraction of the shortest edge [-].
+
+    Bending forces grow with the inverse of the height."""
     length_sweeps: int = 4
-    """Sweeps per pass that bring edges back between these lengths."""
+    """Number of sweeps in each pass that bring edges back between these lengths."""
     again_after: float = 0.1
-    """Time after which layers that were not separated are tried again [s]."""
+    """Time after which the separation is tried again if layers were not separated [s]."""
 
 
 class RestOptions(NamedTuple):
-    """When cloth that no hand holds, or will hold, counts as resting; it is not moved any more from then on."""
+    """Settings of the test whether cloth is at rest.
+
+    Cloth is tested if no hand holds it or will hold it. Cloth at rest is not moved any more.
+    """
 
     every: float = 0.1
-    """Time between two looks [s]."""
+    """Time between two tests [s]."""
     still: float = 1e-4
-    """Mean displacement between two looks below which the cloth rests [m]; 0, and it never does."""
+    """Mean displacement between two tests below which the cloth is at rest [m]. With 0, cloth is never at rest."""
 
 
 class LimitOptions(NamedTuple):
-    """Limits at which a rollout is refused or ended."""
+    """Limits at which a rollout is refused or stopped."""
 
     largest_stretch: float = 1.5
-    """Largest stretch of an edge [-]; beyond it the rollout ends, because the membrane model is not valid."""
+    """Largest stretch of an edge, as a ratio of lengths [-]. Above it, the membrane model is not valid and a rollout
+    stops."""
     farthest: float = 1e4
-    """Distance from the origin at which the rollout ends [m]."""
+    """Distance from the origin at which a rollout stops [m]."""
     thickest: float = 0.9
-    """Largest thickness, as a part of the shortest edge [-]."""
+    """Largest thickness of the cloth, as a fraction of the shortest edge [-]."""
     most_work: float = 1e12
-    """Steps of a vertex that a rollout may need: about two hours."""
+    """Largest product of steps and vertices that a rollout may need. It corresponds to about two hours."""
     fastest_hand: float = 10.0
-    """A target that a hand would have to reach at a higher speed is refused [m/s]: arms move at 2, a throw at 10."""
+    """Highest speed of a hand [m/s]. Targets that need a higher speed are refused.
+
+    Arms move at 2 m/s, and a throw reaches 10 m/s."""
     most_bytes_in_double: float = 64e6
-    """Frames that take more bytes are kept in single precision, which rounds a meter by 0.06 micrometers."""
+    """Size of all frames above which they are kept in single precision [bytes].
+
+    Single precision rounds one metre by 0.06 micrometres."""
 
 
 _POSITIVE = {
@@ -178,11 +222,11 @@ _POSITIVE = {
 
 @dataclass(frozen=True)
 class Options:
-    """Everything that a study may vary of the embedded simulator.
+    """All settings of this simulator that a study may vary.
 
     Raises:
-        InputError: If a number is negative or not finite, a number that must be positive is zero, or the first sweep
-            does not restore everything.
+        InputError: If a number is negative or not finite, a number that must be positive is zero, or the first sweep of
+            contact does not restore the whole distance.
     """
 
     step: StepOptions = field(default_factory=StepOptions)
@@ -193,7 +237,7 @@ class Options:
     limits: LimitOptions = field(default_factory=LimitOptions)
 
     def __post_init__(self) -> None:
-        """Check, and make every number of the type that its default has: kernels are compiled for types."""
+        """Check all numbers, and convert each to the type of its default, because kernels are compiled for types."""
         for part in ("step", "elastic", "contact", "untangle", "rest", "limits"):
             given = getattr(self, part)
             defaults = type(given)._field_defaults

@@ -1,8 +1,8 @@
-"""Compilation of kernels in two processes side by side, the first time, when there are none on disk.
+"""Compilation of kernels in two processes at the same time, if no compiled kernels are on disk.
 
-The compiler holds a lock: threads would wait for one another. So a second process compiles the functions of time
-stepping, except the search of candidates, and keeps them on disk. Meanwhile this process compiles that search. Then it
-waits, and compiles the outermost loop and anything that the other process did not finish.
+The compiler has a lock, so threads would wait for each other. Therefore a second process compiles the functions of the
+time steps and writes them to disk. Meanwhile this process compiles the search for contact candidates. Then it waits for
+the second process. At last it compiles the outermost loop, and everything that the second process did not finish.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from tatamu.simulators.native.step import advance
 from tatamu.simulators.native.system import System
 
 LONGEST = 300.0
-"""Largest time of the second process [s]."""
+"""Longest time to wait for the second process [s]."""
 COMMAND = f"from {__name__} import compile_but_search; compile_but_search()"
 
 
 def smallest_scene() -> Scene:
-    """A short scene of two triangles; kernels that are compiled for it serve every scene."""
+    """Return a short scene of two triangles. Kernels that are compiled for it can be used for every scene."""
     corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]]
     material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5)
     hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.01)
@@ -43,20 +43,20 @@ def smallest_scene() -> Scene:
 
 
 class Unsearched(Simulation):
-    """A simulation without the search of candidates, which another process compiles."""
+    """A simulation without the search for contact candidates. The search is compiled by another process."""
 
     def search(self) -> None:
-        """Search nothing."""
+        """Do nothing instead of searching for candidates."""
 
 
 @contextmanager
 def compiling_beside(folder: str | None = advance.stats.cache_path) -> Iterator[None]:
-    """Let a second process run `compile_but_search` while the body of this context runs, and wait for it.
+    """Run `compile_but_search` in a second process while the body of this context runs, and wait for its end.
 
-    There is none if kernels are on disk, or if there is only one processor.
+    No second process is started if kernels are on disk, or if there is only one processor.
 
     Args:
-        folder: Folder of the compiled time stepping; None if nothing is kept.
+        folder: Folder of the compiled time stepping; None if compiled functions are not kept on disk.
     """
     if folder is None or any(Path(folder).glob("*.advance-*.nbi")) or processors() < 2:
         yield
@@ -73,13 +73,13 @@ def compiling_beside(folder: str | None = advance.stats.cache_path) -> Iterator[
 
 
 def compile_but_search() -> None:
-    """Compile time stepping without the search of candidates, or read it from disk."""
+    """Compile the time steps without the search for contact candidates, or load them from disk."""
     for kernel, arguments in calls(Unsearched(smallest_scene()).system):
         kernel.compile(tuple(map(typeof, arguments)))
 
 
 def calls(system: System) -> list[tuple[Any, tuple[Any, ...]]]:
-    """Kernels that time stepping calls, with arguments of the types that it hands to them."""
+    """Return the kernels that the time steps call, each with arguments of the right types."""
     state = system.state
     elastic = system.elastic
     contact = (state.positions, system.mesh, system.contact, system.options)

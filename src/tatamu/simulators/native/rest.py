@@ -1,4 +1,7 @@
-"""The test whether released cloth is at rest, by displacement, because kinetic energy only shows jitter."""
+"""The test whether released cloth is at rest.
+
+The test uses displacements, because kinetic energy only shows jitter.
+"""
 
 from __future__ import annotations
 
@@ -9,23 +12,25 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Rest:
-    """The state of the test whether the cloth is at rest."""
+    """State of the test that decides whether the cloth is at rest."""
 
     look_at: int = -1
-    """Outer step of the next look; -1 while a hand holds the cloth, will take it again, or nothing is left to see."""
+    """Number of the outer step of the next test; -1 if no test is necessary.
+
+    No test is necessary while a hand holds the cloth or will hold it later, and when the cloth is at rest."""
     before: np.ndarray | None = None
-    """Positions at the last look [m], shape (n, 3)."""
+    """Positions at the previous test [m], shape (n, 3)."""
     reached: bool = False
-    """Whether the cloth rests."""
+    """Whether the cloth is at rest."""
 
     def looked(self, number: int, x: np.ndarray, wait: int, still: float) -> Rest:
         """Return the state after a test.
 
         Args:
-            number: The present outer step.
+            number: Number of the present outer step.
             x: Positions [m], shape (n, 3).
-            wait: Outer steps between two looks.
-            still: Mean displacement between two looks below which cloth rests [m].
+            wait: Number of outer steps between two tests.
+            still: Mean displacement between two tests below which the cloth is at rest [m].
         """
         if self.before is not None and np.linalg.norm(x - self.before, axis=1).mean() < still:
             return Rest(reached=True)

@@ -1,7 +1,8 @@
-"""One running scene, which `simulate` runs to the end and a controller advances step by step.
+"""A running scene. `simulate` runs it to the end, or a controller advances it step by step.
 
-Time advances in outer steps of H, a whole fraction of a frame. Nothing depends on where a run is cut: a scene that is
-advanced in pieces, or continued from a state, passes through the same bytes as one that is simulated in one go.
+Time advances in outer steps of length H, and a whole number of outer steps makes a frame. The result does not depend on
+how a run is divided. A scene may be advanced in pieces, or continued from a saved state. It gives exactly the same
+bytes as without interruption.
 """
 
 from __future__ import annotations
@@ -37,19 +38,21 @@ from tatamu.simulators.native.targets import HandTarget
 from tatamu.topology import Topology, edge_lengths, principal_stretches
 
 FRAMES_AT_ONCE = 8
-"""Number of frames between two checks for interrupts, which compiled loops do not notice."""
+"""Number of frames between two checks for interrupts. Compiled loops do not notice interrupts."""
 RECENT = 0.1
-"""Time after a too fast motion of a hand within which it is named as the cause of an error [s]."""
+"""Time after a too fast motion of a hand during which this hand is named as the cause of an error [s]."""
 LOCKED = 3000.0
-"""Y h^2 / B above which cells may drape too stiffly, so that a warning is given [-]."""
+"""Value of Y h^2 / B above which a warning says that cells may be too stiff for natural folds [-].
+
+Y is the stiffness, h the mean edge, and B the bending rigidity."""
 THICK = 0.5
-"""Thickness, as a part of the shortest edge, above which a warning is printed."""
+"""Thickness above which a warning is printed, as a fraction of the shortest edge."""
 
 
 class Simulation:
     """A scene that is advanced step by step.
 
-    For instance::
+    For example:
 
         simulation = Simulation(scene)
         while not simulation.done:
@@ -57,19 +60,19 @@ class Simulation:
 
     Attributes:
         scene: The scene.
-        number: Number of outer steps that were made.
-        mesh, contact, system: What the compiled loops read and write.
+        number: Number of outer steps that have been simulated.
+        mesh, contact, system: Data that the compiled loops read and write.
     """
 
     def __init__(self, scene: Scene, options: Options | None = None) -> None:
-        """Make everything ready.
+        """Prepare the scene for simulation.
 
         Args:
-            scene: The scene. Grippers follow its motions until `advance` is given targets for them.
+            scene: The scene. Grippers follow its motions until `advance` receives targets for them.
             options: Settings of the simulator; None for the defaults.
 
         Raises:
-            SceneError: If the cloth is too thick for its mesh, or the scene would take hours.
+            SceneError: If the cloth is too thick for its mesh, or the simulation of the scene would take hours.
         """
         self.scene = scene
         self.options = options or Options()
@@ -102,7 +105,7 @@ class Simulation:
         self._requested = 0.0
         self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
         self._bodies = LedBodies(scene, self.system.bodies, self.sizes.outer_step)
-        self._untangle_at = 0  # what begins within itself, as a state that was read off another mesh may
+        self._untangle_at = 0  # the initial state may pass through itself, for example if it comes from another mesh
         self._rest = Rest()
         self.search()
 
@@ -118,12 +121,12 @@ class Simulation:
 
     @property
     def positions(self) -> np.ndarray:
-        """Positions of the vertices [m], shape (n, 3): a view, read-only, which `advance` changes."""
+        """Positions of the vertices [m], shape (n, 3). The array is a read-only view, which `advance` changes."""
         return self._positions
 
     @property
     def velocities(self) -> np.ndarray:
-        """Velocities of the vertices [m/s], shape (n, 3): read-only; gathered into one array, which each use fills."""
+        """Velocities of the vertices [m/s], shape (n, 3). The array is read-only and is filled again at each use."""
         np.take(self.system.state.V, self.model.slot, axis=1, out=self._velocities)
         return _read_only(self._velocities.T)
 
@@ -134,12 +137,12 @@ class Simulation:
 
     @property
     def displacements(self) -> np.ndarray:
-        """Displacement of each gripper from where it closed [m], shape (grippers, 3); zero while it is open."""
+        """Displacement of each gripper from where it closed [m], shape (grippers, 3). Open grippers have zero."""
         return self._grippers.displacements(self.number)
 
     @property
     def substeps(self) -> int:
-        """Membrane steps made."""
+        """Number of membrane steps that have been simulated."""
         return self.number * self.sizes.kicks * self.sizes.substeps_per_kick
 
     def advance(
@@ -148,21 +151,21 @@ class Simulation:
         hands: Sequence[HandTarget | None] | None = None,
         bodies: Sequence[BodyTarget | None] | None = None,
     ) -> None:
-        """Simulate that much longer, to the outer step that is nearest to all the time requested so far.
+        """Simulate for some time. The end is the outer step nearest to the total time that was requested so far.
 
         Args:
-            seconds: Time to simulate [s], at least one outer step, and not beyond the end of the scene.
-            hands: Target of each gripper, in the order of the scene; None, for one or for all, if there is no new one.
-                A gripper follows the motion of the scene until its first target, and its targets from then on: it
-                opens or closes at once, moves to the displacement at constant velocity until the end of this call, and
-                then stays there.
-            bodies: Target of each rigid body, such as a finger, in the order of the scene; None as for hands. A body
-                follows the motion of the scene until its first target; then it moves and turns at constant velocity
-                until the end of the call, and stays there.
+            seconds: Time to simulate [s]. It must be at least one outer step, and must not exceed the end of the scene.
+            hands: Target of each gripper, in the order of the scene. None for one gripper, or for all, means no new
+                target. A gripper follows the motion of the scene until its first target. At a target, it opens or
+                closes immediately. Then it moves at constant velocity, reaches the displacement at the end of this
+                call, and stays there.
+            bodies: Target of each rigid body, such as a finger, in the order of the scene. None means no new target. A
+                body follows the motion of the scene until its first target. Then it moves and turns at constant
+                velocity, reaches the target at the end of the call, and stays there.
 
         Raises:
-            InputError: If an argument is wrong; the message names it, and nothing was done.
-            SimulationError: If the cloth went beyond one of `LimitOptions`.
+            InputError: If an argument is wrong. The message names the argument, and nothing is simulated.
+            SimulationError: If the cloth exceeded one of the limits in `LimitOptions`.
         """
         self._check_seconds(seconds)
         requested = min(self._requested + seconds, self.scene.duration)
@@ -180,7 +183,7 @@ class Simulation:
             self._advance_to(stop)
 
     def state(self) -> SimulationState:
-        """Copy everything that the rest of the rollout depends on; the copy can be pickled."""
+        """Return a copy of everything on which the rest of the rollout depends. The copy can be pickled."""
         return SimulationState(
             digest=self._digest,
             number=self.number,
@@ -193,10 +196,10 @@ class Simulation:
         )
 
     def restore(self, state: SimulationState) -> None:
-        """Return to a state of this scene, from this simulation or from another one of the same scene and options.
+        """Set the simulation to a saved state. It may come from another simulation with this scene and these options.
 
         Raises:
-            InputError: If the state is of another scene, of other options or of another version of the simulator.
+            InputError: If the state belongs to another scene, other options, or another version of the simulator.
         """
         if state.digest != self._digest:
             raise InputError("state: must be of the same scene, options and version of tatamu, given that of others")
@@ -209,10 +212,10 @@ class Simulation:
         set_arrays(self.system, state.arrays)
 
     def frames(self) -> np.ndarray:
-        """Run from the start to the end; positions in all frames [m], shape (f, n, 3).
+        """Simulate the scene from start to end, and return the positions in all frames [m], shape (f, n, 3).
 
         Raises:
-            SimulationError: If the cloth went beyond one of `LimitOptions`.
+            SimulationError: If the cloth exceeded one of the limits in `LimitOptions`.
         """
         x = self.system.state.positions.x
         size = self.scene.frames * x.nbytes
@@ -244,7 +247,7 @@ class Simulation:
         return floor(time / self.sizes.outer_step + 0.5)
 
     def _advance_to(self, last: int) -> None:
-        """Advance to the next event, by a few frames, or to step `last`; `_latest` has the frames passed."""
+        """Advance to step `last`, or only to the next event or by a few frames. `_latest` has the frames on the way."""
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
         if self._rest.reached:
@@ -259,11 +262,14 @@ class Simulation:
         self._check(stretch, self.number < stop)
 
     def search(self) -> None:
-        """Search candidates of contact at the present positions, which must be legal."""
+        """Search for candidates for contact at the present positions.
+
+        Layers must not have passed through each other.
+        """
         broad_phase.search(self.system.state.positions.x, self.mesh, self.contact, self.system.options)
 
     def warnings(self) -> list[str]:
-        """Lines that a user should read with this rollout."""
+        """Return warnings about this rollout for the user, one per line."""
         lines = []
         if self.model.thickness > THICK * self.model.shortest:
             lines.append("the cloth is thicker than half its shortest edge: neighbouring triangles may push each other")
@@ -277,7 +283,10 @@ class Simulation:
         return lines
 
     def _work_grippers(self) -> None:
-        """Open, then close grippers that are due, so that one can take at once the cloth that another releases."""
+        """Open the grippers that are due, and then close those that are due.
+
+        In this order, a gripper can grasp cloth in the same step in which another gripper releases it.
+        """
         if not self._grippers.is_due(self.number) and self.number not in (self._untangle_at, self._rest.look_at):
             return
         opened = self._grippers.open_due(self.number)
@@ -294,7 +303,7 @@ class Simulation:
             self._look_for_rest()
 
     def _look_for_rest(self) -> None:
-        """Let the cloth rest if it does: it then keeps its place until a hand takes it."""
+        """Test whether the cloth is at rest. Cloth at rest does not move until a hand grasps it."""
         later = any(number > self.number for number in self._grippers.events())
         if later or any(self.closed) or self.scene.bodies:
             self._rest = Rest()
@@ -306,9 +315,9 @@ class Simulation:
             self.system.state.V[:] = 0.0
 
     def _untangle(self) -> None:
-        """Untangle layers, for example after a pinch; candidates are then searched again.
+        """Separate layers that have passed through each other, for example after a pinch, and search candidates again.
 
-        Crossings that remain may disappear later when the cloth has moved; others may have come back.
+        Layers that are still crossed may separate later, when the cloth has moved. Other layers may have crossed again.
         """
         x = self.system.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
@@ -347,7 +356,10 @@ class Simulation:
         raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
 
     def _refuse_stretched_start(self) -> None:
-        """Refuse a stretched start, because explicit steps are stable only near the unstrained shape."""
+        """Raise an error if the cloth is stretched at the start.
+
+        Explicit steps are stable only near the unstrained shape.
+        """
         cloth = self.scene.cloth
         limit = self.options.limits.largest_stretch
         stretches = principal_stretches(cloth.vertices, cloth.rest, cloth.faces)
@@ -359,7 +371,7 @@ class Simulation:
             )
 
     def _refuse(self) -> None:
-        """Refuse scenes that cannot be simulated."""
+        """Raise an error if the scene cannot be simulated."""
         thickness = self.model.thickness
         shortest = self.model.shortest
         limits = self.options.limits
@@ -377,7 +389,10 @@ class Simulation:
 
 
 def locking(cloth: Cloth, material: Material) -> float:
-    """Return Y h^2 / B with the mean edge h, the ratio of stretching to bending [-]; infinite without B."""
+    """Return the ratio of stretching to bending, Y h^2 / B [-], which is infinite if B is zero.
+
+    Y is the stiffness of the cloth, B its bending rigidity, and h the mean edge of its mesh.
+    """
     edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
     stiffness = max(material.stretch_stiffness, material.weft_stiffness)
     rigidity = min(material.bending_rigidity, material.weft_rigidity)

@@ -1,4 +1,4 @@
-"""The functions from a Scene to a Rollout."""
+"""Functions that simulate a `Scene` and return a `Rollout`."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _LOADING = Lock()
 
 
 def simulate(scene: Scene, options: Options | None = None) -> Rollout:
-    """Run one scene.
+    """Simulate one scene.
 
     Args:
         scene: The scene.
-        options: Options that a study varies; None for the defaults.
+        options: Settings of the simulator that a study varies; None for the defaults.
 
     Raises:
-        SimulationError: If the cloth was stretched too far or flew away, or the scene cannot end well.
+        SimulationError: If the cloth was stretched too far or flew away, or the scene cannot be simulated.
     """
     started = perf_counter()
     load_kernels()
@@ -48,16 +48,16 @@ def simulate(scene: Scene, options: Options | None = None) -> Rollout:
 
 
 def simulate_many(scenes: Sequence[Scene], options: Options | None = None) -> list[Rollout]:
-    """Run several scenes in parallel, one per processor; the compiled loops hold no lock.
+    """Simulate several scenes in parallel, one per processor. Compiled loops do not hold Python's lock.
 
     Raises:
-        SimulationError: If a scene fails; the error is that of the first one in the given order.
+        SimulationError: If a scene fails. If several scenes fail, the error of the first of them is raised.
     """
     return side_by_side(partial(simulate, options=options), scenes)
 
 
 def load_kernels() -> None:
-    """Compile the kernels or read them from disk, once per process; the other threads wait."""
+    """Compile the kernels, or load them from disk, once per process. Other threads wait."""
     with _LOADING:
         _loaded()
 

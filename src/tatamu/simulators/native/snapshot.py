@@ -1,4 +1,4 @@
-"""The state of a running scene, copied out of the arrays of the compiled loops and back into them."""
+"""The saved state of a running scene, and the functions that copy it from and to the arrays of the compiled loops."""
 
 from __future__ import annotations
 
@@ -20,55 +20,55 @@ from tatamu.simulators.source import source_digest
 
 @dataclass(frozen=True)
 class SimulationState:
-    """Everything that the rest of a rollout depends on, except its scene. It can be pickled."""
+    """Everything on which the rest of a rollout depends, except its scene. The record can be pickled."""
 
     digest: str
     """Digest of the scene, the options and the source of the simulator."""
     number: int
-    """Outer steps made."""
+    """Number of outer steps that have been simulated."""
     requested: float
-    """Time requested so far [s]."""
+    """Simulated time that was requested so far [s]."""
     untangle_at: int
-    """Outer step at which layers are taken apart again."""
+    """Outer step in which crossed layers are separated again."""
     rest: Rest
-    """Whether the cloth rests."""
+    """State of the test whether the cloth is at rest."""
     grippers: GripperState
     bodies: dict[int, BodyPose]
-    """The bodies that targets lead, and where the last targets are."""
+    """Poses from the last targets, for bodies that follow targets of a controller."""
     arrays: tuple[np.ndarray, ...]
-    """Copies of the arrays that steps change, in the order of `_changing`."""
+    """Copies of the arrays that change during the simulation, in the order of `_changing`."""
 
 
 def digest(scene: Scene, options: Options) -> str:
-    """Return a hexadecimal hash of everything that determines a rollout: scene, options and source."""
+    """Return a hexadecimal hash of everything that determines a rollout: scene, options and source code."""
     text = f"{scene.model_dump_json()}{options!r}{source_digest()}"
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def copy_arrays(system: System) -> tuple[np.ndarray, ...]:
-    """Copy everything that outer steps change and later ones read, without scratch and unused memory."""
+    """Copy all arrays that outer steps change and later steps read. Temporary and unused memory is not copied."""
     return tuple(array.copy() for array in _changing(system))
 
 
 def set_arrays(system: System, arrays: tuple[np.ndarray, ...]) -> None:
-    """Copy arrays of `copy_arrays` back."""
+    """Copy the arrays from `copy_arrays` back into the system."""
     for array, saved in zip(_changing(system, arrays[0]), arrays, strict=True):
         array[...] = saved
 
 
 def _changing(system: System, counters: np.ndarray | None = None) -> Iterator[np.ndarray]:
-    """The arrays that outer steps change and later ones read, the counters first.
+    """Yield the arrays that outer steps change and later steps read. The counters come first.
 
     Args:
         system: The running scene.
-        counters: Counters of the pairs of edges in use; None for those of the system.
+        counters: Counters for the number of edge pairs in use; None for the counters of the system.
     """
     state, contact = system.state, system.contact
     own = np.asarray(contact.counters)
     used: Any = own if counters is None else counters
     yield own
     yield from (state.X, state.V, state.inverse_mass, state.free, system.mesh.inverse_mass)
-    yield from (state.positions.x, state.positions.predicted)  # air asks what contact moved in the step before
+    yield from (state.positions.x, state.positions.predicted)  # air uses them to see what contact moved before
     yield from (state.hinges.slip.plastic, state.surface.normals, state.surface.carried, state.surface.path)
     yield from contact.vertex_face
     yield from contact.activity

@@ -1,4 +1,4 @@
-"""Records that time stepping reads and writes: arrays and numbers, which compiled loops take as they are."""
+"""Records of arrays and numbers that the time steps read and write. Compiled loops receive them directly."""
 
 from __future__ import annotations
 
@@ -17,64 +17,67 @@ from tatamu.simulators.native.options import ContactOptions, LimitOptions
 
 
 class State(NamedTuple):
-    """Positions and velocities, by slot for the elastic forces and by vertex for contact; and scratch memory."""
+    """Positions and velocities of the cloth, and temporary memory.
+
+    Elastic forces use them by slot (the memory position of a vertex), and contact uses them by vertex.
+    """
 
     X: np.ndarray
-    """Positions in slots and copies [m], shape (3, width)."""
+    """Positions in slots (memory positions of vertices) and copies of slots [m], shape (3, width)."""
     V: np.ndarray
-    """Velocities in slots [m/s], shape (3, slots)."""
+    """Velocities in slots (memory positions of vertices) [m/s], shape (3, slots)."""
     Y: np.ndarray
-    """Positions that forces are computed at [m], shape (3, width)."""
+    """Positions at which forces are computed [m], shape (3, width)."""
     F: np.ndarray
-    """Forces in slots and copies [N], single, zero before and after each substep, shape (3, width)."""
+    """Forces in slots and copies [N], in single precision, shape (3, width). Between substeps they are zero."""
     inverse_mass: np.ndarray
-    """[1/kg], 0 of held vertices and fillers, shape (slots,)."""
+    """Inverse mass of each slot [1/kg], shape (slots,). It is 0 for held vertices and fillers."""
     free: np.ndarray
-    """1 of vertices that gravity and drag move, 0 of held vertices and fillers, shape (slots,)."""
+    """Whether gravity and drag move the vertex in each slot, shape (slots,): 1, or 0 for held vertices and fillers."""
     slot: np.ndarray
-    """Slot of each vertex, shape (n,)."""
+    """Slot (memory position) of each vertex, shape (n,)."""
     positions: Positions
-    """Positions by vertex; a time step of these is a round of contact."""
+    """Positions by vertex. One time step of these positions is one round of contact."""
     triangle_forces: np.ndarray
-    """Scratch: forces of a block of triangles on their corners [N], single, shape (9 BLOCK,)."""
+    """Temporary memory: forces of a block of triangles on their corners [N], in single precision, shape (9 BLOCK,)."""
     hinges: HingeMeasures
-    """Scratch, single."""
+    """Temporary memory for the hinges of bending, in single precision."""
     surface: AirSurface
-    """The surface as air meets it."""
+    """Normals of the cloth's surface, and the air that it carries."""
 
 
 class Hands(NamedTuple):
-    """Held vertices and their paths."""
+    """Held vertices and the paths of the grippers that hold them."""
 
     vertex: np.ndarray
-    """Shape (k,)."""
+    """Indices of the held vertices, shape (k,)."""
     base: np.ndarray
-    """Positions where the hand closed [m], shape (k, 3)."""
+    """Positions of these vertices when the gripper closed [m], shape (k, 3)."""
     gripper: np.ndarray
     """Number of the gripper that holds each vertex, shape (k,)."""
     path: np.ndarray
-    """Displacements of the grippers at the beginning of each outer step [m], shape (grippers, outer steps + 1, 3)."""
+    """Displacements of the grippers at the start of each outer step [m], shape (grippers, outer steps + 1, 3)."""
 
 
 class StepSizes(NamedTuple):
-    """The step sizes of the three rates."""
+    """Lengths of the three kinds of time steps: outer steps, bending steps and membrane steps."""
 
     outer_step: float
-    """H [s]."""
+    """Length H of an outer step [s]."""
     kick: float
-    """Bending step [s]."""
+    """Length of a bending step [s]."""
     substep: float
-    """Membrane step h [s]."""
+    """Length h of a membrane step [s]."""
     kicks: int
-    """Bending steps per outer step."""
+    """Number of bending steps in an outer step."""
     substeps_per_kick: int
-    """Membrane steps per bending step."""
+    """Number of membrane steps in a bending step."""
     damping: float
     """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
 
 
 class System(NamedTuple):
-    """A running scene without its hands: everything that a step reads and writes."""
+    """A running scene without its hands: all data that a step reads and writes."""
 
     state: State
     elastic: ElasticModel
@@ -89,11 +92,11 @@ class System(NamedTuple):
 
 
 class Span(NamedTuple):
-    """Outer steps to make."""
+    """A range of outer steps to simulate."""
 
     first: int
     """Number of the first step."""
     last: int
-    """Number of the step after the last."""
+    """Number of the step after the last step."""
     per_frame: int
-    """Outer steps per frame."""
+    """Number of outer steps in a frame."""

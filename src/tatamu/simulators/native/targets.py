@@ -1,4 +1,4 @@
-"""Targets that a controller gives the grippers of a running scene, with their checks."""
+"""Targets that a controller gives to the grippers of a running scene, and their checks."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ import numpy as np
 from tatamu.errors import InputError
 
 Place = tuple[float, ...]
-"""x, y, z [m] in plain numbers: of three, these are handled in less time than arrays."""
+"""Coordinates x, y and z [m] as plain numbers. For three numbers, these are faster than arrays."""
 NOWHERE: Place = (0.0, 0.0, 0.0)
-"""The displacement of a gripper that is open, or has just closed [m]."""
+"""Displacement of a gripper that is open or has just closed [m]."""
 
 
 @dataclass(frozen=True)
 class HandTarget:
-    """The target of a gripper in one call of `Simulation.advance`."""
+    """The target of one gripper in one call of `Simulation.advance`."""
 
     displacement: Sequence[float] | np.ndarray | None = None
-    """Displacement from where it closed [m], shape (3,), reached at the end of the call; None if it stays."""
+    """Displacement at the end of the call from where the gripper closed [m], shape (3,); None if it does not move."""
     closed: bool | None = None
-    """Whether it closes or opens at the start of the call; None if it does neither."""
+    """True to close the gripper at the start of the call, False to open it, None to leave it unchanged."""
     vertices: Sequence[int] | np.ndarray | None = None
-    """Vertices on which it closes; None for those of the scene."""
+    """Vertices that the gripper grasps if it closes; None for the vertices that the scene gives."""
 
     def place(self, name: str) -> Place | None:
-        """Return the displacement in plain numbers [m]; None if there is none.
+        """Return the displacement as plain numbers [m]; None if the target has no displacement.
 
         Raises:
-            InputError: If it is not three finite numbers; the message begins with `name`.
+            InputError: If the displacement is not three finite numbers. The message begins with `name`.
         """
         if self.displacement is None:
             return None
@@ -46,16 +46,16 @@ class HandTarget:
     def held(
         self, name: str, before: tuple[int, ...] | None, usual: tuple[int, ...], count: int
     ) -> tuple[int, ...] | None:
-        """The vertices that the gripper holds from the start of the call on; None if it is open.
+        """Return the vertices that the gripper holds from the start of the call on; None if it is open.
 
         Args:
             name: Name of this target in messages.
-            before: The vertices that it holds before; None if it is open.
-            usual: The vertices on which it closes if this target names none.
+            before: Vertices that the gripper holds before the call; None if it is open.
+            usual: Vertices that the gripper grasps if this target names no vertices.
             count: Number of vertices of the cloth.
 
         Raises:
-            InputError: If the vertices are none of the cloth, or others than the gripper holds.
+            InputError: If a vertex does not exist, or the gripper already holds other vertices.
         """
         closed = before is not None if self.closed is None else bool(self.closed)
         if not closed:

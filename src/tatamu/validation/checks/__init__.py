@@ -36,4 +36,4 @@ FAMILIES = (
 )
 
 CHECKS: dict[str, Check] = {check.name: check for family in FAMILIES for check in family.CHECKS}
-"""Name to check."""
+"""The check with each name."""

@@ -1,4 +1,4 @@
-"""Air: a sheet that falls, and a stiff sheet that hangs and swings."""
+"""Checks of air: a sheet that falls, and a stiff sheet that hangs and swings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tatamu.validation.subject import Subject
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 STIFF = Material(areal_density=0.2, stretch_stiffness=1000.0, bending_rigidity=1.0)
-"""A stiff material, whose weight bends it by less than a thousandth of its length."""
+"""A stiff material. Its own weight bends it by less than a thousandth of its length."""
 
 DIRECTED = {
     "air_drag": 0.1,
@@ -49,7 +49,7 @@ RATE = 200.0
 
 
 def fall(subject: Subject, tilt: float) -> Findings:
-    """A sheet falls at a constant tilt, with different drag along its normal and along its surface."""
+    """Check a sheet that falls at a constant tilt. Its drag is different along its normal and along its surface."""
     material = CLOTH.model_copy(update=DIRECTED)
     plan, faces = staggered(0.2, 0.15, 0.02)
     slope = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
@@ -74,7 +74,7 @@ def fall(subject: Subject, tilt: float) -> Findings:
 
 
 def swing(subject: Subject, air: dict[str, float]) -> Findings:
-    """A stiff sheet hangs by its upper edge and is let go at an angle."""
+    """Check a stiff sheet that hangs from its upper edge and is released at an angle."""
     material = STIFF.model_copy(update=air)
     plan, faces = staggered(LENGTH, 0.1, 0.03)
     tilted = np.column_stack([np.sin(ANGLE) * plan[:, 0], plan[:, 1], -np.cos(ANGLE) * plan[:, 0]])

@@ -1,11 +1,13 @@
-"""Bending: cantilevers against the heavy elastica, and the crease of a fold against a heavy chain.
+"""Checks of bending: cantilevers against the heavy elastica, and the crease of a fold against a heavy chain.
 
-Cantilever: a strip twice the length is held by one row of vertices across its middle and droops on both
-sides. By symmetry its slope there is zero, so the reference has exactly the length from that row to the
-tip. The check `clamp` holds a whole end instead, as a robot or a ruler does; the bend of the triangles
-behind the last held row then belongs to the free part, and the clamp sits half a cell behind that row.
+In a cantilever check, a strip of twice the length droops on both sides of its middle. One row of vertices across the
+middle is held. Its slope at this row is zero by symmetry, so the reference has exactly the length from this row to the
+tip.
 
-Strips settle with air drag near critical damping, which does not change where they come to rest.
+The check `clamp` holds a whole end instead, as a robot or a ruler does. The triangles next to the last held row can
+then bend on its held side too. Therefore the clamp of the reference is half a cell behind this row.
+
+Strips come to rest with air drag near critical damping. The drag does not change where they come to rest.
 """
 
 from __future__ import annotations
@@ -32,7 +34,11 @@ DENSITY = 0.2
 
 
 def strip_material(gamma: float, length: float) -> tuple[Material, float]:
-    """A fabric with w L^3 / B = gamma and drag near critical, and the time to settle [s]."""
+    """Return a fabric and the time in which its strip comes to rest [s].
+
+    The fabric has w L^3 / B = gamma, with the weight per area w, the length L and the bending rigidity B. Its drag is
+    nearly critical.
+    """
     slowest = slowest_frequency(gamma, length, GRAVITY)
     rigidity = DENSITY * GRAVITY * length**3 / gamma
     material = Material(
@@ -53,11 +59,11 @@ def droop(
         subject: The simulator.
         mesh: Mesh that is symmetric about x = 0.
         material: Material of the strip.
-        duration: Time to settle [s].
+        duration: Time in which the strip comes to rest [s].
         fibre: Direction of the warp; None if the material is isotropic.
 
     Returns:
-        Plan distance from the middle row [m], shape (n,), and (reach, drop) [m], shape (n, 2).
+        Unstrained distance from the middle row [m], shape (n,), and reach and drop of each vertex [m], shape (n, 2).
     """
     plan, faces = mesh
     cloth = Cloth(vertices=raised(plan), faces=faces, fibre=fibre)
@@ -66,17 +72,17 @@ def droop(
 
 
 def tip_of(along: np.ndarray, shape: np.ndarray, length: float) -> np.ndarray:
-    """Return the mean position of the end row, shape (2,)."""
+    """Return the mean position of the end row of a strip (reach, drop), shape (2,)."""
     return shape[along > length - 1e-9].mean(axis=0)
 
 
 def chord_of(tip: np.ndarray) -> float:
-    """Return the angle below the horizontal of a line from the clamp to a tip (reach, drop) [degrees]."""
+    """Return the angle [degrees] between the horizontal and the line from the clamp down to a tip (reach, drop)."""
     return float(np.degrees(np.arctan2(tip[1], tip[0])))
 
 
 def both_sides(subject: Subject, gamma: float, layout: str) -> Findings:
-    """Droop of one strip on three meshes, and the order with which its tip converges."""
+    """Check the droop of one strip on three meshes, and the order of convergence of its tip."""
     wanted = cantilever(gamma)[-1] * LENGTH
     angle = np.degrees(chord(gamma))
     material, duration = strip_material(gamma, LENGTH)
@@ -118,7 +124,7 @@ def _order(subject: Subject, layout: str, misses: list[float]) -> Findings:
 
 
 def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
-    """A strip held over a whole end; the reference begins half a cell behind the last held row."""
+    """Check a strip that is held over a whole end. The reference begins half a cell behind the last held row."""
     back = 2 * spacing
     plan, faces = right(LENGTH + back, WIDTH, spacing)
     plan = plan - [back, 0.0]
@@ -139,7 +145,7 @@ def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
 
 
 def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
-    """A strip folded over itself on the table, its upper end held a little over its lower one."""
+    """Check a strip that is folded over itself on the table. Its upper end is held a little above its lower end."""
     length = 0.4
     width = 0.06
     rise = 0.004

@@ -1,11 +1,12 @@
-"""Cloth on rigid bodies: friction on bodies at rest and in motion, penetration, symmetry and energy.
+"""Checks of cloth on rigid bodies: friction on bodies at rest and in motion, penetration, symmetry and energy.
 
-Capstan: around a cylinder that a strip touches over an angle theta, tensions per width on both sides differ by
+The capstan check has a strip around a cylinder. The strip touches the cylinder over an angle theta. T0 and T1 are the
+tensions per width on both sides, and mu is the friction coefficient. When the strip slips:
 
     T1 / T0 = e^(mu theta)
 
-once it slips (Euler and Eytelwein), whatever the radius. Both ends are held and moved along at one speed; tensions are
-read off the strains of the straight parts.
+This is the formula of Euler and Eytelwein, which holds for any radius. Both ends of the strip are held and moved with
+one speed. The tensions follow from the strains of the straight parts.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from tatamu.validation.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
 DRAPED = FABRIC.model_copy(update={"bending_rigidity": 1e-4, "air_drag": 2.0})
-"""Cloth that is damped, so that it is soon at rest."""
+"""Cloth with damping, so that it soon comes to rest."""
 HALF = 0.5 * FABRIC.thickness
 RADIUS = 0.03
 """Radius of the cylinder [m]."""
@@ -40,27 +41,31 @@ FREE = 0.1
 """Length of each straight part of the strip around the cylinder [m]."""
 ROW = 0.005
 STRAIN = 0.02
-"""Strain of the strip before it is moved [-]."""
+"""Strain of the strip before the strip is moved around the cylinder [-]."""
 PULL = 0.1
-"""Time until which the strip is stretched [s]."""
+"""Time at which the strip is fully stretched [s]."""
 SPEED = 0.05
 """Speed of the strip along the cylinder [m/s]."""
 ALONG_Y = [np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0]
-"""Orientation that turns z to y."""
+"""Orientation that rotates the z axis to the y axis."""
 TIPPED = 0.5 * np.arccos(np.sqrt(1.0 / 3.0))
 ON_A_CORNER = [np.cos(TIPPED), np.sin(TIPPED) * np.sqrt(0.5), -np.sin(TIPPED) * np.sqrt(0.5), 0.0]
 """Orientation in which the corner (1, 1, 1) of a cube is its highest point."""
 SMALL = 0.06
-"""Half the side of a cloth that hangs down a sphere on all sides without buckling, in which it could not be symmetric
-for long [m]."""
+"""Half the side of a cloth that hangs down on all sides of a sphere without buckling [m].
+
+A cloth that buckles would not stay symmetric for long."""
 POKE = 0.6
 """Speed of a finger that is pushed into cloth [m/s]."""
 SLIPPED = 1e-3
-"""Displacement relative to the box after which a strip counts as left behind [m]."""
+"""Displacement relative to the box above which a strip counts as left behind [m]."""
 
 
 def strip_around(mu: float, angle: float) -> Scene:
-    """A strip around a cylinder along y, over an angle [rad], stretched and then pulled around it."""
+    """Return a scene in which a strip is stretched around a cylinder and then pulled around the cylinder.
+
+    The cylinder lies along y, and the strip touches it over an angle [rad].
+    """
     radius = RADIUS + HALF
     length = radius * angle + 2 * FREE
     plan, faces = right(length, 0.02, ROW)
@@ -102,7 +107,7 @@ def strip_around(mu: float, angle: float) -> Scene:
 
 
 def tensions(scene: Scene, rollout: Rollout) -> np.ndarray:
-    """Tension per width of both straight parts in every frame [N/m], shape (f, 2)."""
+    """Return the tension per width of both straight parts in every frame [N/m], shape (f, 2)."""
     along = scene.cloth.rest[:, 0]
     length = along.max()
     found = []
@@ -115,7 +120,7 @@ def tensions(scene: Scene, rollout: Rollout) -> np.ndarray:
 
 
 def capstan(subject: Subject, mu: float, degrees: float) -> Findings:
-    """Ratio of the tensions on both sides of a cylinder that a strip slips around."""
+    """Check the ratio of the tensions on both sides of a cylinder around which a strip slips."""
     scene = strip_around(mu, np.radians(degrees))
     rollout = subject.simulate(scene)
     pulled = tensions(scene, rollout)
@@ -129,7 +134,7 @@ def capstan(subject: Subject, mu: float, degrees: float) -> Findings:
 
 
 def on_moving_box(mu: float, acceleration: float) -> Scene:
-    """A strip on a box that moves off with an acceleration [m/s^2]."""
+    """Return a scene with a strip on a box that starts to move with an acceleration [m/s^2]."""
     mesh = right(0.1, 0.04, 0.02)
     times = np.arange(501) * 1e-3
     way = 0.5 * acceleration * times**2
@@ -139,14 +144,17 @@ def on_moving_box(mu: float, acceleration: float) -> Scene:
 
 
 def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
-    """Return how far a strip has stayed behind a box after half a second [m]."""
+    """Return how far a strip has stayed behind its box after half a second [m]."""
     scene = on_moving_box(mu, acceleration)
     moved = subject.simulate(scene).positions[-1] - scene.cloth.vertices
     return float(scene.bodies[0].path(np.array([0.5]))[0][0, 0] - 0.05 - moved[:, 0].mean())
 
 
 def carried(subject: Subject, mu: float) -> Findings:
-    """A box carries a strip: the acceleration at which the strip slips, and its slip at 1.1 times that acceleration."""
+    """Check a strip on an accelerated box.
+
+    Measured are the acceleration at which the strip starts to slip, and its slip at 1.1 times this acceleration.
+    """
     wanted = mu * GRAVITY
     found = threshold(lambda a: left_behind(subject, mu, a) > SLIPPED, wanted, 0.1 * wanted, 0.002 * wanted)
     yield relative("acceleration at which it is left behind [m/s²]", wanted, found, subject.limit("carried"))
@@ -155,7 +163,7 @@ def carried(subject: Subject, mu: float) -> Findings:
 
 
 def drawn_out(mu: float, table: float) -> Scene:
-    """Return a cloth on three boxes with level tops; the middle one, a long finger, is drawn away along y."""
+    """Return a scene with a cloth on three boxes with level tops. The middle box, a long finger, is moved along y."""
     mesh = right(0.2, 0.1, 0.02)
     fixed = [
         Body(name=side, shape="box", size=[0.2, 0.5, 0.01], friction=table, positions=[[x, 0.05, -0.01]])
@@ -173,7 +181,10 @@ def drawn_out(mu: float, table: float) -> Scene:
 
 
 def dragged(subject: Subject, mu: float, table: float) -> Findings:
-    """A finger drawn out from under a cloth drags it along: a = g (phi mu - (1 - phi) mu_table)."""
+    """Check how far a finger that is pulled out from under a cloth drags the cloth along.
+
+    The acceleration is a = g (phi mu - (1 - phi) mu_table). phi is the fraction of the cloth's mass over the finger.
+    """
     scene = drawn_out(mu, table)
     under = np.abs(scene.cloth.vertices[:, 0] - 0.1) < 0.03
     share = masses(scene)[under].sum() / masses(scene).sum()
@@ -201,7 +212,10 @@ OBSTACLES = {
 
 
 def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Scene:
-    """Return a square cloth, symmetric in x and y, that falls over an obstacle; `side` is half of its side [m]."""
+    """Return a scene with a square cloth that falls on an obstacle. The cloth is symmetric in x and y.
+
+    `side` is half of the length of the cloth's sides [m].
+    """
     quarter = right(side, side, 0.2 * side)
     half = mirrored(quarter)
     plan, faces = mirrored((half[0][:, ::-1], half[1][:, ::-1]))
@@ -210,7 +224,7 @@ def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Sc
 
 
 def penetration(scene: Scene, points: np.ndarray) -> float:
-    """Return the depth of a cloth in a body over its thickness [-]; 0 at its distance of rest, or beyond."""
+    """Return how deep a cloth is in a body, in thicknesses [-]. It is 0 at the distance of rest, or farther away."""
     gap = distances(
         scene.bodies[0], points, scene.cloth.faces, scene.duration, below=0.45 * scene.material.thickness
     ).min()
@@ -218,7 +232,7 @@ def penetration(scene: Scene, points: np.ndarray) -> float:
 
 
 def draped(subject: Subject, obstacle: str) -> Findings:
-    """Penetration of a cloth at rest on an obstacle, and during its motion there."""
+    """Check the penetration of a cloth into an obstacle, at rest and during the motion."""
     scene = over(obstacle, 0.0, 1.5, SMALL if obstacle == "sphere" else 0.1)
     rollout = subject.simulate(scene)
     limit = subject.limit("penetration")
@@ -230,7 +244,10 @@ def draped(subject: Subject, obstacle: str) -> Findings:
 
 
 def asymmetry(scene: Scene, points: np.ndarray) -> float:
-    """Return the largest distance of a vertex from the mirror image of its partner in x = 0 and in y = 0 [m]."""
+    """Return the largest distance of a vertex from the mirror image of its partner [m].
+
+    The mirror planes are x = 0 and y = 0.
+    """
     start = scene.cloth.vertices
     worst = 0.0
     for mirror in ([-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]):
@@ -241,7 +258,7 @@ def asymmetry(scene: Scene, points: np.ndarray) -> float:
 
 
 def dropped(subject: Subject, obstacle: str) -> Findings:
-    """Energy of a cloth that falls on an obstacle."""
+    """Check the energy of a cloth that falls on an obstacle."""
     scene = over(obstacle, 0.05, 0.6)
     undamped = scene.material.model_copy(update={"air_drag": 0.0})
     scene = scene.model_copy(update={"material": undamped})
@@ -251,7 +268,10 @@ def dropped(subject: Subject, obstacle: str) -> Findings:
 
 
 def poked(seed: int) -> Scene:
-    """A limp cloth held at two sides, and a thin finger that flies about, over and under it and into it, at 0.6 m/s."""
+    """Return a scene with a limp cloth and a thin finger, which moves around and into the cloth at 0.6 m/s.
+
+    The cloth is held at two sides.
+    """
     random = np.random.default_rng(seed)
     plan, faces = staggered(0.16, 0.16, float(random.choice([0.013, 0.026])))
     sides = np.flatnonzero((plan[:, 0] < 1e-9) | (plan[:, 0] > plan[:, 0].max() - 1e-9))
@@ -278,7 +298,7 @@ def poked(seed: int) -> Scene:
 
 
 def deepest_poke(simulate: Callable[[Scene], Rollout], seed: int) -> float | None:
-    """Return the largest depth of the finger of `poked` in the cloth, in thicknesses; None after an error."""
+    """Return how deep the finger of `poked` goes into the cloth at most, in thicknesses; None after an error."""
     scene = poked(seed)
     try:
         rollout = simulate(scene)

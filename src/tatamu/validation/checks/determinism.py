@@ -1,4 +1,4 @@
-"""Determinism: the same scene gives the same bytes, again, in another process and in a batch."""
+"""Checks of determinism: a scene gives the same bytes when it is repeated, in another process, and in a batch."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tatamu.validation.subject import Subject
 
 
 def different(first: Rollout, second: Rollout) -> float:
-    """Return the number of different bytes of the positions; all if their numbers differ."""
+    """Return the number of different bytes in the positions; all bytes if the sizes of the positions differ."""
     a = first.positions.tobytes()
     b = second.positions.tobytes()
     if len(a) != len(b):
@@ -29,7 +29,7 @@ def different(first: Rollout, second: Rollout) -> float:
 
 
 def again(subject: Subject) -> Findings:
-    """Compare two rollouts in this process, with another scene in between."""
+    """Compare two rollouts of a scene in this process. Another scene is simulated between these two."""
     scene = folded()
     first = subject.simulate(scene)
     subject.simulate(carried())
@@ -38,7 +38,7 @@ def again(subject: Subject) -> Findings:
 
 
 def elsewhere(subject: Subject) -> Findings:
-    """Compare a rollout here with one in another process."""
+    """Compare a rollout in this process with a rollout in another process."""
     if subject.name not in SIMULATORS:
         return
     scene = folded()
@@ -48,7 +48,7 @@ def elsewhere(subject: Subject) -> Findings:
 
 
 def in_another_process(scene: Scene, simulator: str) -> Rollout:
-    """Simulate by the command line."""
+    """Simulate a scene in another process, with the command line, and return the rollout."""
     with TemporaryDirectory() as folder:
         given = Path(folder) / "scene.json"
         made = Path(folder) / "rollout.npz"
@@ -62,7 +62,7 @@ def in_another_process(scene: Scene, simulator: str) -> Rollout:
 
 
 def batch(subject: Subject) -> Findings:
-    """Compare rollouts one by one with those of `simulate_many`."""
+    """Compare single rollouts with the rollouts of `simulate_many`."""
     scenes = [folded(), carried(), folded()]
     together = subject.simulate_many(scenes)
     alone = [subject.simulate(scene) for scene in scenes[:2]]

@@ -1,7 +1,8 @@
-"""Coulomb friction: a cloth on an incline, and cloths on cloths.
+"""Checks of Coulomb friction: cloth on an inclined table, and cloth on cloth.
 
-The threshold is found by halving an interval of tilts; a cloth counts as sliding when its middle moves
-faster than `SLIDING` at the end of a second, which at 0.01 degrees over the threshold it does.
+The threshold is the tilt at which a cloth starts to slide. It is found by bisection of an interval of tilts. A cloth
+counts as sliding if its middle moves faster than `SLIDING` after one second. This is the case at 0.01 degrees above the
+threshold.
 """
 
 from __future__ import annotations
@@ -26,13 +27,14 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 SLIDING = 1e-3
 """Speed above which a cloth slides [m/s]."""
 SHIFTED = 1e-3
-"""Distance in 0.4 s above which a layer slides [m]; 0.1 degrees over the threshold it moves further."""
+"""Distance in 0.4 s above which a layer counts as sliding [m]. Layers move farther at 0.1 degrees above the
+threshold."""
 GRIP = 3.0
-"""Friction of the table under stacks: the lowest layer stays."""
+"""Friction coefficient of the table under stacks. It is so large that the lowest layer does not slide."""
 
 
 def incline(mu: float, tilt: float, duration: float) -> Scene:
-    """A square of cloth at rest on a tilted table."""
+    """Return a scene with a square cloth at rest on a tilted table."""
     plan, faces = right(0.1, 0.1, 0.02)
     material = FABRIC.model_copy(update={"friction_table": mu})
     cloth = Cloth(vertices=on_incline(plan, material.thickness / 2, tilt), faces=faces)
@@ -40,7 +42,10 @@ def incline(mu: float, tilt: float, duration: float) -> Scene:
 
 
 def layers(count: int, mu: float, tilt: float, duration: float) -> tuple[Scene, list[np.ndarray]]:
-    """Squares of cloth on one another, each smaller than the one below, and the vertices of each."""
+    """Return a scene with a stack of square cloths, and the vertices of each cloth.
+
+    Each cloth is smaller than the cloth below it.
+    """
     material = FABRIC.model_copy(update={"friction_table": GRIP, "friction_cloth": mu})
     parts = []
     for layer in range(count):
@@ -59,7 +64,7 @@ def layers(count: int, mu: float, tilt: float, duration: float) -> tuple[Scene, 
 
 
 def travel(subject: Subject, scene: Scene, members: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s], and how far the middle of a part has come down the incline [m]."""
+    """Return times [s], and how far the middle of some vertices has moved down the incline [m]."""
     rollout = subject.simulate(scene)
     tilt = scene.table.tilt if scene.table else 0.0
     middle = rollout.positions[:, slice(None) if members is None else members].mean(axis=1)
@@ -67,13 +72,16 @@ def travel(subject: Subject, scene: Scene, members: np.ndarray | None = None) ->
 
 
 def final_speed(times: np.ndarray, distance: np.ndarray) -> float:
-    """Mean speed over the last fifth [m/s]."""
+    """Return the mean speed during the last fifth of the time [m/s]."""
     late = len(times) * 4 // 5
     return float((distance[-1] - distance[late]) / (times[-1] - times[late]))
 
 
 def threshold(slides: Callable[[float], bool], guess: float, within: float, to: float) -> float:
-    """Bisect the tilt between sticking and sliding [rad], from guess - within to guess + within, down to `to`."""
+    """Return the tilt between sticking and sliding [rad], found by bisection.
+
+    The first interval is from guess - within to guess + within. The last interval is not longer than `to`.
+    """
     low = guess - within
     high = guess + within
     while high - low > to:
@@ -83,7 +91,7 @@ def threshold(slides: Callable[[float], bool], guess: float, within: float, to: 
 
 
 def on_table(subject: Subject, mu: float) -> Findings:
-    """Threshold, creep below it and acceleration above it for one coefficient."""
+    """Check the threshold of sliding, the creep below it and the acceleration above it, for one coefficient."""
     wanted = incline_threshold(mu)
 
     def slides(tilt: float) -> bool:
@@ -116,17 +124,20 @@ def on_table(subject: Subject, mu: float) -> Findings:
 
 
 def _acceleration(times: np.ndarray, distance: np.ndarray) -> float:
-    """Twice the leading coefficient of a parabola through the second half of the distance [m/s^2]."""
+    """Return the acceleration [m/s^2].
+
+    It is twice the leading coefficient of a parabola through the second half of the motion.
+    """
     half = len(times) // 2
     return float(2 * np.polyfit(times[half:], distance[half:], 2)[0])
 
 
 def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
-    """Threshold and creep of the layers that lie on a lowest layer."""
+    """Check the threshold of sliding and the creep of the layers that lie on a lowest layer."""
     wanted = incline_threshold(mu)
 
     def slides(tilt: float) -> bool:
-        scene, members = layers(count, mu, tilt, 0.4)  # short: it must not slide off the layer below
+        scene, members = layers(count, mu, tilt, 0.4)  # so short that no layer slides off the layer below
         _, distance = travel(subject, scene, members[-1])
         return float(distance.max()) > SHIFTED
 

@@ -1,4 +1,4 @@
-"""Hysteresis of bending: a roll that is released, and a heavy strip loaded and unloaded by turning its clamp."""
+"""Checks of bending hysteresis: a roll that is released, and a heavy strip that is bent by turning its clamp."""
 
 from __future__ import annotations
 
@@ -18,29 +18,31 @@ from tatamu.validation.scenes import hanging, raised
 from tatamu.validation.subject import Subject
 
 FRICTION = 10.0
-"""HB / B of the strips [1/m]; cotton has about 50, worsteds 20 (Matsudaira et al. 2015)."""
+"""Ratio HB / B of frictional moment to bending rigidity of the strips [1/m].
+
+Cotton has about 50, and worsteds have 20 (Matsudaira et al. 2015)."""
 SPACING = 0.01
 ROLLS = (1.0, 30.0)
-"""Initial curvatures of rolls [1/m]: within the first yield curvature, and far beyond the last.
+"""Initial curvatures of rolls [1/m]. The first is below all yield curvatures, and the second far above all of them.
 
-In between, the remaining curvature depends on the order in which ends and middle open."""
+Between these, the remaining curvature depends on whether the ends or the middle open first."""
 ROLL_DRAG = 60.0
-"""Above critical [N s/m^3]."""
+"""Drag of the roll [N s/m^3]. It is above critical damping."""
 TURNING_DRAG = 1.0
-"""Drag of the turning strip [N s/m^3], which moves so slowly that drag is a hundredth of its weight."""
+"""Drag of the strip whose clamp turns [N s/m^3]. The strip is so slow that drag is a hundredth of its weight."""
 CLAMPS = ((5.0, 45.0), (11.0, 0.0), (17.0, 45.0))
-"""Times at which the clamp stops [s], and its angles below the horizontal [degrees]; it starts at 90 degrees."""
+"""Times at which the clamp stops [s], and its angles below the horizontal [degrees]. It starts at 90 degrees."""
 REST = 1.0
-"""Time for which the clamp rests [s]."""
+"""Time for which the clamp rests after each turn [s]."""
 
 
 def frictional(plain: Material) -> Material:
-    """The material with hysteresis."""
+    """Return a material with added hysteresis."""
     return Material.model_validate(plain.model_dump() | {"bending_hysteresis": FRICTION * plain.bending_rigidity})
 
 
 def unroll(subject: Subject, curvature: float) -> Findings:
-    """Let a rolled sheet go without gravity; it opens until its friction stops it."""
+    """Check a rolled sheet that is released without gravity. It opens until its friction stops it."""
     fabric = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4, air_drag=ROLL_DRAG)
     material = frictional(fabric)
     cloth, _ = rolled(0.1, 0.04, SPACING / 2, curvature)
@@ -56,7 +58,7 @@ def unroll(subject: Subject, curvature: float) -> Findings:
 
 
 def _mean_curvature(along: np.ndarray, points: np.ndarray) -> float:
-    """Return the mean curvature of the middle of a strip [1/m]; `along` is the unstrained distance from its end [m]."""
+    """Return the mean curvature of the middle of a strip [1/m]. `along` is the unstrained distance from its end [m]."""
     rows = np.unique(along)
     centres = np.array([points[along == row].mean(axis=0) for row in rows])
     links = np.diff(centres, axis=0)
@@ -67,17 +69,17 @@ def _mean_curvature(along: np.ndarray, points: np.ndarray) -> float:
 
 
 def turn(subject: Subject, gamma: float) -> Findings:
-    """Turn the clamp of a hanging strip slowly up until it is level, and down again."""
+    """Check a hanging strip whose clamp turns slowly up until it is level, and down again."""
     plain = strip_material(gamma, LENGTH)[0]
     material = frictional(plain).model_copy(update={"air_drag": TURNING_DRAG})
     plan, faces = staggered(LENGTH + 2 * ROW * SPACING, WIDTH, SPACING)
     rows = np.unique(plan[:, 0])
-    along = plan[:, 0] - rows[2]  # three rows are held
+    along = plan[:, 0] - rows[2]  # three rows of vertices are held
     hands = [_turning(np.flatnonzero(plan[:, 0] == row), row - rows[2]) for row in rows[:3]]
     cloth = Cloth(vertices=hanging(np.column_stack([along, plan[:, 1]])), faces=faces, rest_vertices=raised(plan))
     scene = Scene(cloth=cloth, material=material, grippers=hands, duration=CLAMPS[-1][0] + REST, frame_rate=20)
     rollout = subject.simulate(scene)
-    behind = 0.5 * (rows[1] - rows[0])  # a clamp is half a cell behind the last row that is held
+    behind = 0.5 * (rows[1] - rows[0])  # the clamp is half a cell behind the last held row
     free = float(along.max()) + behind
     wanted = turned_strip(material, free, [np.radians(angle) for _, angle in CLAMPS], GRAVITY)
     without = turned_strip(plain, free, [np.radians(angle) for _, angle in CLAMPS], GRAVITY)
@@ -92,7 +94,10 @@ def turn(subject: Subject, gamma: float) -> Findings:
 
 
 def _turning(vertices: np.ndarray, distance: float) -> Gripper:
-    """Return a hand that holds a row at a distance [m] before the last held row, and turns about that row."""
+    """Return a hand that holds one row of vertices.
+
+    The row is `distance` [m] from the last held row and turns about it.
+    """
     knots = np.linspace(0.0, CLAMPS[-1][0] + REST, 401)
     turns = [0.0] + [time + rest for time, _ in CLAMPS for rest in (0.0, REST)]
     angles = [90.0] + [angle for _, angle in CLAMPS for _ in (0, 1)]

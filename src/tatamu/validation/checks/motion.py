@@ -1,4 +1,4 @@
-"""Free motion: the clock, momentum and energy of a cloth that touches nothing or only a table."""
+"""Checks of free motion: time, momentum and energy of a cloth that touches nothing, or only a table."""
 
 from __future__ import annotations
 
@@ -21,28 +21,34 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 
 
 def masses(scene: Scene) -> np.ndarray:
-    """Mass of each vertex, a third of its triangles' [kg], shape (n,)."""
+    """Return the mass of each vertex [kg], shape (n,): a third of the mass of each triangle around it."""
     return scene.material.areal_density * vertex_areas(scene.cloth.rest, scene.cloth.faces)
 
 
 def velocities(rollout: Rollout) -> np.ndarray:
-    """Mean velocity between frames [m/s], shape (f - 1, n, 3)."""
+    """Return the mean velocities between frames [m/s], shape (f - 1, n, 3)."""
     return np.diff(rollout.positions, axis=0) / np.diff(rollout.times)[:, None, None]
 
 
 def kinetic(scene: Scene, rollout: Rollout) -> np.ndarray:
-    """Kinetic energy between frames [J], shape (f - 1,); never above the mean of the true one."""
+    """Return the kinetic energy of the mean velocities between frames [J], shape (f - 1,).
+
+    It is never larger than the mean of the true kinetic energy.
+    """
     return 0.5 * np.einsum("fnk,fnk,n->f", *[velocities(rollout)] * 2, masses(scene))
 
 
 def mechanical(scene: Scene, rollout: Rollout) -> np.ndarray:
-    """Kinetic and gravitational energy between frames [J], shape (f - 1,), from zero at the start."""
+    """Return the sum of kinetic and gravitational energy between frames [J], shape (f - 1,).
+
+    It is zero at the start.
+    """
     height = scene.gravity * (rollout.positions[:, :, 2] - rollout.positions[0, :, 2]) @ masses(scene)
     return kinetic(scene, rollout) + 0.5 * (height[1:] + height[:-1])
 
 
 def rolled(length: float, width: float, spacing: float, curvature: float) -> tuple[Cloth, float]:
-    """Return a sheet rolled along x without stretch, and the area that is bent [m^2]."""
+    """Return a sheet that is rolled along x without stretch, and its bent area [m^2]."""
     plan, faces = right(length, width, spacing)
     rows = np.unique(plan[:, 0])
     heading = curvature * (rows[:-1] + 0.5 * np.diff(rows))
@@ -54,7 +60,7 @@ def rolled(length: float, width: float, spacing: float, curvature: float) -> tup
 
 
 def free_fall(subject: Subject) -> Findings:
-    """A level cloth falls for half a second."""
+    """Check a level cloth that falls for half a second."""
     scene = Scene(cloth=flat(staggered(0.2, 0.15, 0.02)), material=FABRIC, duration=0.5, frame_rate=100)
     rollout = subject.simulate(scene)
     height = rollout.positions[:, :, 2]
@@ -68,7 +74,7 @@ def free_fall(subject: Subject) -> Findings:
 
 
 def momentum(subject: Subject) -> Findings:
-    """Let a bent, stretched and twisted strip go without gravity."""
+    """Check a bent, stretched and twisted strip that is released without gravity."""
     plan, faces = right(0.2, 0.1, 0.02)
     bent = rolled(0.2, 0.1, 0.02, 6.0)[0].vertices * [1.01, 1.02, 1.0]
     twisted = bent + np.column_stack([0 * plan, 2.0 * plan[:, 0] * (plan[:, 1] - 0.03)])
@@ -94,7 +100,7 @@ def momentum(subject: Subject) -> Findings:
 
 
 def spring(subject: Subject) -> Findings:
-    """Let a rolled sheet spring open without gravity: at most its bending energy comes free."""
+    """Check a rolled sheet that opens without gravity. Its kinetic energy must not exceed its bending energy."""
     cloth, area = rolled(0.2, 0.1, 0.02, 8.0)
     scene = Scene(cloth=cloth, material=FABRIC, gravity=0.0, duration=4.0, frame_rate=200)
     energy = kinetic(scene, subject.simulate(scene)) / arc_energy(FABRIC, 8.0, area)
@@ -113,7 +119,7 @@ def spring(subject: Subject) -> Findings:
 
 
 def swing(subject: Subject) -> Findings:
-    """A level strip, held by one edge, swings down."""
+    """Check a level strip that is held at one edge and swings down."""
     mesh = staggered(0.3, 0.1, 0.02)
     grippers = [held(np.flatnonzero(mesh[0][:, 0] == 0))]
     scene = Scene(cloth=flat(mesh), material=FABRIC, grippers=grippers, duration=2.0, frame_rate=200)
@@ -121,7 +127,7 @@ def swing(subject: Subject) -> Findings:
 
 
 def drop(subject: Subject) -> Findings:
-    """A slanting cloth falls on a table."""
+    """Check a slanting cloth that falls on a table."""
     plan, faces = staggered(0.2, 0.15, 0.02)
     slanting = np.column_stack([0.95 * plan[:, 0], plan[:, 1], 0.05 + np.sqrt(1 - 0.95**2) * plan[:, 0]])
     cloth = Cloth(vertices=slanting, faces=faces, rest_vertices=raised(plan))
@@ -130,7 +136,7 @@ def drop(subject: Subject) -> Findings:
 
 
 def _never_up(subject: Subject, scene: Scene, height: float) -> Findings:
-    """Compare kinetic and gravitational energy with their value at the start, when nothing is strained."""
+    """Compare kinetic and gravitational energy with their sum at the start, when the cloth is unstrained."""
     energy = mechanical(scene, subject.simulate(scene))
     scale = float(masses(scene).sum()) * scene.gravity * height
     over = max(0.0, float(energy.max()) / scale)

@@ -1,4 +1,7 @@
-"""Woven cloth: separate shear stiffness, and stretching and bending that depend on the angle to the warp."""
+"""Checks of woven cloth.
+
+Its shear stiffness is independent, and its stretching and bending depend on the angle to the warp.
+"""
 
 from __future__ import annotations
 
@@ -27,28 +30,28 @@ WOVEN = Material(
     poisson_ratio=0.2,
     bending_rigidity=2e-5,
 )
-"""A shear stiffness of 30 N/m is 0.5 gf/cm/degree in Kawabata's units."""
+"""Material of the checks. Its shear stiffness of 30 N/m is 0.5 gf/cm/degree in Kawabata's units."""
 ANGLES = (0, 15, 30, 45, 60, 90)
-"""Angles of strips to the warp [degrees]."""
+"""Angles between strips and the warp [degrees]."""
 LENGTH = 0.10
 BENT = {"bending_rigidity_weft": 0.5, "bending_rigidity_bias": 0.6}
-"""Bending rigidities along the weft and on the bias, as fractions of the rigidity along the warp."""
+"""Bending rigidities along the weft and at 45 degrees, as fractions of the rigidity along the warp."""
 
 
 def direction(degrees: float) -> list[list[float]]:
-    """The warp of all triangles of a strip along x that was cut at an angle to it."""
+    """Return the direction of the warp in a strip along x that was cut at an angle to the warp."""
     angle = np.radians(degrees)
     return [[float(np.cos(angle)), float(-np.sin(angle)), 0.0]]
 
 
 def pull(subject: Subject, degrees: float) -> Findings:
-    """A strip, cut at an angle to the warp, hangs from one end by its own weight."""
+    """Check a strip, cut at an angle to the warp, that hangs from one end."""
     length = 0.3
     plan, faces = LAYOUTS["staggered"](length, 0.02, 0.01)
     stiffness = off_axis_stiffness(WOVEN, np.radians(degrees))
     material, duration = settled(WOVEN, np.pi / (2 * length) * np.sqrt(stiffness / WOVEN.areal_density))
     cloth = Cloth(vertices=hanging(plan), rest_vertices=raised(plan), faces=faces, fibre=direction(degrees))
-    end = subject.end(cloth, material, np.flatnonzero(plan[:, 0] == 0), 3 * duration)  # it sways as well
+    end = subject.end(cloth, material, np.flatnonzero(plan[:, 0] == 0), 3 * duration)  # longer, because it also sways
     middle = np.abs(plan[:, 0] - length / 2) < length / 4
     strain = float(np.polyfit(plan[middle, 0], -end[middle, 2], 1)[0]) - 1.0
     tension = WOVEN.areal_density * GRAVITY * (length - float(plan[middle, 0].mean()))
@@ -61,7 +64,7 @@ def pull(subject: Subject, degrees: float) -> Findings:
 
 
 def droop(subject: Subject, degrees: float, gamma: float = 10.0) -> Findings:
-    """A wide sheet, cut at an angle to the warp, droops on both sides of the row that holds it."""
+    """Check a wide sheet, cut at an angle to the warp, that droops on both sides of the row that is held."""
     plain, duration = strip_material(gamma, LENGTH)
     parts = {name: part * plain.bending_rigidity for name, part in BENT.items()}
     material = Material.model_validate(plain.model_dump() | parts)

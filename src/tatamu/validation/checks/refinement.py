@@ -1,9 +1,11 @@
-"""Refinement: does half the mesh spacing change which manipulation is best?
+"""Check of refinement: whether a mesh of half the spacing changes which manipulation is best.
 
-Thirty random folds of one towel are scored by their mean vertex distance to the half fold, on a mesh and on a mesh of
-half its spacing; a search depends on the order of the scores. Hands hold the edge, as tatamu's own do, and cloth turns
-about it. Hands that hold several rows also fix the slope of the corner. They lay it down with its hem turned up, and it
-jumps when they open. This differs between any two meshes, so it is a separate case. Half the time step is not compared,
+Thirty random folds of one towel are simulated on a mesh and on a mesh of half its spacing. They are scored by their
+mean vertex distance to the half fold. A search depends on the order of these scores.
+
+In the first case, hands hold only the edge, as in tatamu's own folds, and the cloth turns about the edge. Hands that
+hold several rows also fix the slope of the corner. They lay the corner down with its hem turned up, and it jumps when
+they open. The jump differs between any two meshes, so this is a separate case. Half the time step is not compared,
 because a scene has no time step: every simulator chooses its own.
 """
 
@@ -28,7 +30,10 @@ COUNT = 30
 
 
 def score(subject: Subject, scene: Scene) -> float:
-    """Area-weighted mean distance of the cloth to the half fold at the end [m]; failed: half the towel."""
+    """Return the area-weighted mean distance between the final cloth and the half fold [m].
+
+    It is half the towel's length if the simulation fails.
+    """
     try:
         end = subject.simulate(scene).positions[-1]
     except SimulationError:
@@ -39,7 +44,7 @@ def score(subject: Subject, scene: Scene) -> float:
 
 
 def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: int = COUNT) -> Findings:
-    """Order and best of random folds on two meshes, by hands that reach `depth` metres in from the edge."""
+    """Compare the order of random folds and the best fold on two meshes. Hands hold `depth` metres from the edge."""
     folds = [RandomFold.random(100 + seed, fast=False) for seed in range(count)]
     coarse, fine = (
         np.array([score(subject, scene_of(fold, TOWEL, s, depth)) for fold in folds]) for s in (spacing, spacing / 2)

@@ -1,4 +1,4 @@
-"""Stacks: layers at rest carry each other's weight a thickness apart, and stay where they are."""
+"""Check of stacks: each layer must rest one thickness above the next, carry the layers above, and not move."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ SIDE = 0.16
 
 
 def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
-    """Return equal squares of cloth on a level table, turned alternately so that no vertex lies on another."""
+    """Return a scene with equal square cloths on a level table, and the vertices of each cloth.
+
+    Every second cloth is rotated, so that no vertex lies on another.
+    """
     layouts = (staggered, staggered_across)
     parts = []
     for layer in range(count):
@@ -33,7 +36,7 @@ def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
 
 
 def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
-    """Measure gaps and creep of a stack at rest."""
+    """Check the gaps and the creep of a stack at rest."""
     scene, members = stack(count, duration)
     positions = subject.simulate(scene).positions
     inner = [part[(np.abs(scene.cloth.vertices[part, :2]) < 0.4 * SIDE).all(axis=1)] for part in members]

@@ -1,7 +1,7 @@
-"""Stretch: hanging strain, shear, contraction and the catenary.
+"""Checks of stretch: strain of a hanging sheet, shear, contraction, and the catenary.
 
-Waves in a membrane die slowly by themselves, so these static scenes have air drag near critical damping of their
-slowest wave. The drag does not change where the cloth comes to rest.
+Without drag, waves in a membrane decay slowly. These static scenes therefore have air drag near critical damping of
+their slowest wave. The drag does not change where the cloth comes to rest.
 """
 
 from __future__ import annotations
@@ -24,20 +24,23 @@ FABRICS = {
     "woven": Material(areal_density=0.2, stretch_stiffness=1000.0, poisson_ratio=0.0, bending_rigidity=2e-5),
     "jersey": Material(areal_density=0.15, stretch_stiffness=150.0, poisson_ratio=0.0, bending_rigidity=5e-6),
 }
-"""A material without Poisson ratio, so that the held edge does not disturb the uniaxial reference."""
+"""Materials without Poisson effect. Their held edge does not disturb the uniaxial reference."""
 PLANE = Material(areal_density=0.2, stretch_stiffness=100.0, poisson_ratio=0.3, bending_rigidity=2e-5)
 MESHES = ("right triangles", "staggered", "irregular")
 
 
 def settled(material: Material, slowest: float) -> tuple[Material, float]:
-    """The material with critical drag for a slowest angular frequency [rad/s], and the time to settle [s]."""
+    """Return a material with critical drag, and the time in which it comes to rest [s].
+
+    The drag is critical for the slowest angular frequency [rad/s].
+    """
     damped = settling(material, slowest)
     rate = min(slowest, damped.air_drag / material.areal_density / 2)
     return damped, 18.0 / rate
 
 
 def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> Findings:
-    """A sheet hangs from one edge."""
+    """Check a sheet that hangs from one edge."""
     length = 0.3
     plan, faces = LAYOUTS[layout](length, 0.1, spacing)
     plain = FABRICS[fabric]
@@ -67,7 +70,7 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
 
 
 def shear(subject: Subject, layout: str, plain: Material = PLANE) -> Findings:
-    """A tall panel, held along its upright sides, sags in its plane by shear."""
+    """Check a tall panel that is held along its upright sides and sags in its plane by shear."""
     span = 0.1
     height = 0.4
     mesh = LAYOUTS[layout](span, height, 0.01)
@@ -92,7 +95,7 @@ def shear(subject: Subject, layout: str, plain: Material = PLANE) -> Findings:
 
 
 def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
-    """A weightless sheet is pulled by its ends; far from them its sides come in freely."""
+    """Check a weightless sheet that is pulled at its ends. Far from the ends, its sides move inwards freely."""
     length = 0.4
     width = 0.1
     ramp = 0.05
@@ -122,7 +125,7 @@ def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
 
 
 def hands(subject: Subject, length: float = 0.5, span: float = 0.4) -> Findings:
-    """Two hands hold a limp strip by its ends and bring them together."""
+    """Check a limp strip whose ends are held by two hands, which move towards each other."""
     mesh = right(length, 0.06, 0.01)
     plan = mesh[0]
     shift = (length - span) / 2

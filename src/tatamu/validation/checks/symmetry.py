@@ -1,8 +1,8 @@
-"""Symmetry: a scene turned and shifted, mirrored or renumbered has a rollout turned, mirrored or renumbered.
+"""Checks of symmetry: a scene that is rotated and shifted, mirrored or renumbered must have the same motion.
 
-Before contact the results must agree to rounding. After contact, rounding errors grow with every impact. The difference
-is then only stated, next to that of a scene that is a billionth larger. The scene is a towel carried up by two hands of
-one side, and the same towel carried over a table.
+Before contact, the results must agree within rounding errors. In contact, rounding errors grow with every impact. The
+difference is then only stated, next to the difference for a scene that is larger by a billionth. In the first scene,
+two hands lift a towel at one side. In the second scene, the hands carry the towel over a table.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 
 @dataclass(frozen=True)
 class Change:
-    """A scene that must have the same answer in other words."""
+    """A change of a scene that must not change the motion, except by the same change of its coordinates."""
 
     points: Callable[[np.ndarray], np.ndarray]
-    """Function from points of the first scene to those of the second, shape (.., 3)."""
+    """Function from points of the original scene to points of the changed scene, shape (.., 3)."""
     order: np.ndarray
-    """Vertex of the first scene at each place of the second, shape (n,)."""
+    """For each vertex of the changed scene, the vertex of the original scene, shape (n,)."""
     flips: bool = False
-    """Whether triangles turn over."""
+    """Whether the change turns triangles over."""
 
     def vectors(self, values: np.ndarray) -> np.ndarray:
-        """Displacements of the first scene as displacements of the second."""
+        """Return displacements of the original scene as displacements of the changed scene."""
         return self.points(values) - self.points(np.zeros(3))
 
     def scene(self, scene: Scene) -> Scene:
-        """The changed scene."""
+        """Return the changed scene."""
         place = np.argsort(self.order)
         faces = place[scene.cloth.faces]
         vertices = self.points(scene.cloth.vertices)[self.order]
@@ -60,7 +60,7 @@ class Change:
 
 
 def turn(count: int) -> Change:
-    """Return the scene turned about z by 30 degrees and shifted."""
+    """Return the change that rotates a scene about z by 30 degrees and shifts it."""
     cosine = np.cos(np.pi / 6)
     sine = np.sin(np.pi / 6)
     matrix = np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1.0]])
@@ -68,17 +68,17 @@ def turn(count: int) -> Change:
 
 
 def mirror(count: int) -> Change:
-    """Return the scene mirrored in y = 0."""
+    """Return the change that mirrors a scene in y = 0."""
     return Change(lambda points: points * [1, -1, 1], np.arange(count), flips=True)
 
 
 def renumber(count: int) -> Change:
-    """Return the scene with its vertices in another order."""
+    """Return the change that numbers the vertices of a scene in another order."""
     return Change(lambda points: points + 0.0, np.random.default_rng(3).permutation(count))
 
 
 def enlarge(count: int) -> Change:
-    """Return the scene a billionth larger, which shows the effect of rounding alone."""
+    """Return the change that enlarges a scene by a billionth. It shows the effect of rounding alone."""
     return Change(lambda points: points * (1.0 + 1e-9), np.arange(count))
 
 
@@ -91,7 +91,7 @@ CHANGES = {
 
 
 def carried() -> Scene:
-    """A towel in the air, lifted by the corners of one side."""
+    """Return a scene in which a towel in the air is lifted at the corners of one side."""
     mesh = staggered(0.3, 0.2, 0.02)
     plan = mesh[0]
     corners = ((plan[:, 0] < 0.03) & (plan[:, 1] < 0.03), (plan[:, 0] < 0.03) & (plan[:, 1] > 0.17))
@@ -107,12 +107,12 @@ def carried() -> Scene:
 
 
 def folded() -> Scene:
-    """A towel folded on a table."""
+    """Return a scene in which a towel is folded on a table."""
     return scene_of(RandomFold.random(7, fast=False), FABRIC, 0.02).model_copy(update={"table": Table()})
 
 
 def changed(subject: Subject, change: Callable[[int], Change]) -> Findings:
-    """Largest distance between the two answers, in the air and after contact."""
+    """Check the largest distance between the original and the changed motion, in the air and after contact."""
     for what, scene, limit in (
         ("in the air", carried(), subject.limit("symmetry")),
         ("after a fold on the table", folded(), None),
@@ -131,7 +131,7 @@ def changed(subject: Subject, change: Callable[[int], Change]) -> Findings:
 
 
 def _explained(apart: np.ndarray, frame_rate: float) -> str:
-    """Return the stated distance from those of each vertex in each frame [m], shape (f, n)."""
+    """Return a text on the largest distance, from the distances of each vertex in each frame [m], shape (f, n)."""
     worst = int(apart.max(axis=1).argmax())
     return (
         f"one vertex, after {worst / frame_rate:.2g} s; all of them then {apart[worst].mean():.2g} m on average, at "

@@ -1,8 +1,8 @@
-"""Tangles: limp cloth pressed, dragged and folded must never pass through itself.
+"""Checks of tangles: limp cloth that is pressed, dragged and folded must never pass through itself.
 
-Crossings are pairs of an edge and a triangle that pass through each other, counted in every frame. For
-two separate layers, vertices on the wrong side are counted as well: a vertex of the upper layer under the
-lower layer has passed through it, even if no edge crosses any more.
+A crossing is a pair of an edge and a triangle that pass through each other. Crossings are counted in every frame. For
+two separate layers, vertices on the wrong side are counted as well. A vertex of the upper layer under the lower layer
+has passed through the lower layer, even if no edge crosses it any more.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ BATCH = 8
 
 
 def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
-    """Build a scene in which a hand presses the middle of a sheet on another sheet and drags it.
+    """Return a scene in which a hand presses the middle of a sheet on another sheet and drags it.
 
     Args:
         speed: Speed of the hand [m/s].
@@ -68,15 +68,15 @@ def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
 
 
 def wrong_side(rollout: Rollout, lower: np.ndarray, upper: np.ndarray) -> int:
-    """Vertices of the upper layer at or below the lower layer's surface at the end."""
+    """Return the number of vertices of the upper layer that are at or below the lower layer at the end."""
     end = rollout.positions[-1]
     surface = LinearNDInterpolator(end[lower, :2], end[lower, 2])
     below = surface(end[upper, :2])
-    return int((end[upper, 2] <= below + 1e-6).sum())  # outside the lower layer `below` is NaN
+    return int((end[upper, 2] <= below + 1e-6).sum())  # `below` is NaN outside the lower layer
 
 
 def press_and_drag(subject: Subject, speed: float, press: float) -> Findings:
-    """Crossings while one limp layer is pressed on another and dragged over it."""
+    """Check crossings while one limp layer is pressed on another layer and dragged over it."""
     scene, lower, upper = dragged(speed, press)
     rollout = subject.simulate(scene)
     counts = crossings_over_time(rollout.positions, rollout.faces)
@@ -94,7 +94,10 @@ def press_and_drag(subject: Subject, speed: float, press: float) -> Findings:
 def crossings_of_fold(
     simulate: Callable[[Scene], Rollout], seed: int, fast: bool, spacing: float = SPACING
 ) -> np.ndarray | None:
-    """Return the crossings in every frame of a random fold of limp cloth, shape (f,); None if it failed."""
+    """Return the crossings in every frame of a random fold of limp cloth, shape (f,).
+
+    The result is None if the simulation fails.
+    """
     try:
         rollout = simulate(scene_of(RandomFold.random(seed, fast), LIMP, spacing))
     except SimulationError:
@@ -103,7 +106,7 @@ def crossings_of_fold(
 
 
 def random_folds(subject: Subject, seeds: range, fast: bool, spacing: float = SPACING) -> Findings:
-    """A batch of random folds of limp cloth."""
+    """Check crossings in several random folds of limp cloth."""
     counts = [crossings_of_fold(subject.simulate, seed, fast, spacing) for seed in seeds]
     found = np.array([np.nan if each is None else float(each.max()) for each in counts])
     limit = subject.limit("crossings")

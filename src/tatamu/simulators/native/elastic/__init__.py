@@ -1,1 +1,4 @@
-"""Elastic forces of a sheet: membrane with tension field, bending by dihedral angles, and the steps that they allow."""
+"""Elastic forces of a sheet, and the time steps that they allow.
+
+The membrane forms a tension field when it wrinkles. Bending uses the dihedral angles between triangles.
+"""

@@ -1,11 +1,11 @@
-"""Bending: dihedral angles, combined per triangle into its curvature.
+"""Bending forces. Each triangle combines the dihedral angles at its edges to its curvature.
 
-    g   = 4 tan(theta / 4)                      of the dihedral angle theta, 0 when flat; keeps tight loops open
-    K_T = A_T Q' D Q                            of triangle T, see `curvature`
-    W   = sum_T 1/2 (g - g0)' K_T (g - g0)      over the inner edges of T
+    g   = 4 tan(theta / 4)                      theta: dihedral angle, 0 when flat; g keeps tight loops open
+    K_T = A_T Q' D Q                            stiffness of triangle T, see `curvature`
+    W   = sum_T 1/2 (g - g0)' K_T (g - g0)      energy, over the inner edges of T; g0: g of the unstrained shape
 
-Bending carries no Poisson coupling, so a narrow strip and a wide sheet have the same moment per width per curvature, B.
-Derived in docs/theory/bending.md.
+Bending has no Poisson effect. Therefore a narrow strip and a wide sheet have the same moment per width and curvature,
+which is the bending rigidity B. The derivation is in docs/theory/bending.md.
 """
 
 from __future__ import annotations
@@ -21,64 +21,74 @@ from tatamu.simulators.native.elastic.curvature import CurvatureMaps
 from tatamu.simulators.native.elastic.hysteresis import Friction, Slip
 from tatamu.simulators.native.memory.bands import BLOCK, Bands, bands, blocks
 
-# In single precision: a plain 0.5 would make all that it is multiplied by double.
+# Constants in single precision. A plain 0.5 would convert everything that it is multiplied by to double precision.
 TINY: Any = np.float32(1e-30)
 HALF: Any = np.float32(0.5)
 ONE: Any = np.float32(1.0)
 FOUR: Any = np.float32(4.0)
 WIDE: Any = np.float32(0.4)
-"""Least cosine of a half angle used as a divisor; below it, the other half-angle formula is used."""
+"""Least cosine of a half angle that is used as a divisor. Below it, the other half-angle formula is used."""
 
 
 class Bending(NamedTuple):
-    """Constants of bending per place of its bands; places without a hinge or a triangle have zeros.
+    """Constants of bending, in the order in which forces are computed.
 
-    A hinge is an inner edge with its two triangles: vertices a and b of the edge, apices c and d.
+    A hinge is an inner edge with its two triangles: the vertices a and b of the edge, and the opposite vertices c and
+    d. A band is a run of hinges or triangles that are neighbours in memory. A place is a position in a band. Places
+    without a hinge or a triangle contain zeros.
+
+    A slot is the memory position of a vertex.
     """
 
     hinges: np.ndarray
-    """Band table of hinges over slots."""
+    """Table of the bands of hinges, with slots (memory positions) of vertices."""
     copies: np.ndarray
-    """Slots of vertices that are copied behind the last slot for these bands."""
+    """Slots of vertices that are copied behind the last slot for the bands of hinges."""
     rest_moment: np.ndarray
-    """K g0 [N m], single, shape (hinge places,)."""
+    """Moment K g0 of the unstrained shape at each hinge [N m], in single precision, shape (hinge places,)."""
     couplings: np.ndarray
-    """Band table of triangles over places of hinges: which three angles a triangle couples."""
+    """Table of the bands (runs in memory) of triangles. It contains the positions in memory of each triangle's
+    hinges."""
     coupling_copies: np.ndarray
-    """Places of hinges that are copied behind the last one for these bands."""
+    """Hinges, by their positions in memory, that are copied behind the last hinge for the bands of triangles."""
     friction: Friction
-    """Friction of cloth with hysteresis."""
+    """Constants of the friction of bending, for cloth with hysteresis."""
     K: np.ndarray
-    """K_T of each triangle, packed [N m], single, shape (6, places of couplings)."""
+    """Stiffness K_T of each triangle, packed [N m], in single precision, shape (6, places of triangles)."""
 
 
 class HingeMeasures(NamedTuple):
-    """Scratch arrays of all hinges, per place; g and moment have additional memory for copies."""
+    """Temporary arrays of all hinges, in the order of their places in memory.
+
+    `g` and `moment` have additional memory for copies of hinges.
+    """
 
     gradients: np.ndarray
-    """Per block of a band, eight rows of BLOCK: d theta / d c (0 to 2) and d theta / d d (3 to 5) [1/m], and the feet
-    of both apices as fractions of the edge (6, 7); shape (`blocks(hinges)`, 8 BLOCK)."""
+    """For each block of a band, eight rows of BLOCK numbers, shape (`blocks(hinges)`, 8 BLOCK).
+
+    Rows 0 to 2 are d theta / d c, and rows 3 to 5 are d theta / d d [1/m]. Rows 6 and 7 are the feet of both opposite
+    vertices as fractions of the edge."""
     g: np.ndarray
-    """Measure of the dihedral angle [-]."""
+    """Measure g of the dihedral angle of each hinge [-]."""
     slope: np.ndarray
-    """Its derivative g' = d g / d theta [-]."""
+    """Derivative g' = d g / d theta of this measure [-]."""
     moment: np.ndarray
     """Moment at each hinge [N m]."""
     slip: Slip
-    """Memory of the friction of bending: no scratch, but the state of cloth with hysteresis."""
+    """State of the friction of bending. It is not temporary: cloth with hysteresis keeps it from step to step."""
 
 
 def scratch(
     hinges: np.ndarray, places: int, copies: int, real: type = np.float32, slip: Slip | None = None
 ) -> HingeMeasures:
-    """Return the scratch arrays of hinges.
+    """Return the temporary arrays of hinges.
 
     Args:
-        hinges: Their band table.
+        hinges: Table of the bands of hinges.
         places: Number of places in the bands.
-        copies: Number of places that are copied behind the last one.
+        copies: Number of places that are copied behind the last place.
         real: Precision in which forces are computed.
-        slip: State of the friction of bending; None without friction.
+        slip: State of the friction of bending; None for cloth without friction.
     """
     if slip is None:
         slip = hysteresis.unslipped(hysteresis.none(real), np.zeros(0), np.zeros((0, 5), dtype=np.int64))
@@ -99,14 +109,14 @@ def in_bands(
     material: Material,
     real: type = np.float32,
 ) -> Bending:
-    """Constants in the order in which forces are computed.
+    """Return the constants of bending in the order in which forces are computed.
 
     Args:
-        hinges: Bands of hinges over slots.
-        curved: Which hinges each triangle has, and its curvatures by them.
-        K: K_T of triangles [N m], see `curvature.stiffness`, shape (t, 3, 3).
-        rest_moment: K g0 of each hinge [N m], shape (h,).
-        material: The cloth, for its hysteresis.
+        hinges: Bands of hinges, with slots (memory positions) of vertices.
+        curved: Hinges of each triangle, and the matrices from their angles to its curvatures.
+        K: Stiffness K_T of each triangle [N m], see `curvature.stiffness`, shape (t, 3, 3).
+        rest_moment: Moment K g0 of each hinge in the unstrained shape [N m], shape (h,).
+        material: Material of the cloth, which contains its hysteresis.
         real: Precision in which forces are computed.
     """
     couplings = bands(hinges.place[curved.hinges], hinges.size)
@@ -123,9 +133,9 @@ def in_bands(
 
 @kernel
 def _tan_of_quarter(cosine, sine):  # type: ignore[no-untyped-def]
-    """tan(theta / 4) of an angle."""
+    """Return tan(theta / 4) from the cosine and the sine of theta."""
     half_cos = np.sqrt(max(HALF + HALF * cosine, TINY))
-    wide = np.copysign(np.sqrt(max(HALF - HALF * cosine, TINY)), sine)  # exact where half_cos is small
+    wide = np.copysign(np.sqrt(max(HALF - HALF * cosine, TINY)), sine)  # accurate if half_cos is small
     narrow = HALF * sine / max(half_cos, WIDE)
     return (wide if cosine < -HALF else narrow) / (ONE + half_cos)
 
@@ -142,7 +152,7 @@ def _measure(
     g: np.ndarray,
     slope: np.ndarray,
 ) -> None:
-    """Measure n hinges (a + j, b + j, c + j, d + j): a block of `HingeMeasures`."""
+    """Measure n hinges, a block of `HingeMeasures`. Hinge j has the vertices a + j, b + j, c + j and d + j."""
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
     xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
@@ -180,12 +190,15 @@ def _measure(
 def _add_moments_of_band(
     g: np.ndarray, K: np.ndarray, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
 ) -> None:
-    """Add K_T g of n triangles, at place e, whose hinges are at places a + j, b + j, c + j."""
+    """Add the moments K_T g of the n triangles in memory from e on.
+
+    Triangle j has its hinges at a + j, b + j and c + j.
+    """
     g0, g1, g2 = g[a : a + n], g[b : b + n], g[c : c + n]
     m0, m1, m2 = moment[a : a + n], moment[b : b + n], moment[c : c + n]
     k0, k1, k2 = K[0, e : e + n], K[1, e : e + n], K[2, e : e + n]
     k3, k4, k5 = K[3, e : e + n], K[4, e : e + n], K[5, e : e + n]
-    for j in range(n):  # three loops, as the rows of moment may overlap
+    for j in range(n):  # three separate loops, because the rows of moment may overlap
         m0[j] += k0[j] * g0[j] + k1[j] * g1[j] + k2[j] * g2[j]
     for j in range(n):
         m1[j] += k1[j] * g0[j] + k3[j] * g1[j] + k4[j] * g2[j]
@@ -195,7 +208,7 @@ def _add_moments_of_band(
 
 @kernel
 def _moments(bending: Bending, measures: HingeMeasures) -> None:
-    """Fill in the moment (K g0 - K g - friction) g' of every hinge."""
+    """Compute the moment (K g0 - K g - friction) g' of every hinge."""
     g = measures.g
     slope = measures.slope
     moment = measures.moment
@@ -219,7 +232,7 @@ def _moments(bending: Bending, measures: HingeMeasures) -> None:
 
 @kernel
 def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.ndarray, row: int) -> None:
-    """Add the force on the apex whose gradient is in rows `row` to `row` + 2."""
+    """Add the force on an opposite vertex. The gradient of the vertex is in the rows `row` to `row` + 2."""
     fx, fy, fz = F[0, c : c + n], F[1, c : c + n], F[2, c : c + n]
     d = gradients[row * BLOCK :]
     for j in range(n):
@@ -231,7 +244,10 @@ def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.
 
 @kernel
 def _push_end(F: np.ndarray, a: int, n: int, moment: np.ndarray, gradients: np.ndarray, first: bool) -> None:
-    """Force on an end of the hinge's edge, the first or the other: they balance force and torque of both apices."""
+    """Add the force on the first or the second end of the hinge's edge.
+
+    Both forces on the edge balance the forces and torques of the opposite vertices.
+    """
     fx, fy, fz = F[0, a : a + n], F[1, a : a + n], F[2, a : a + n]
     for j in range(n):
         m = moment[j]
@@ -247,12 +263,12 @@ def _push_end(F: np.ndarray, a: int, n: int, moment: np.ndarray, gradients: np.n
 
 @kernel
 def measure(X: np.ndarray, hinges: np.ndarray, measures: HingeMeasures) -> None:
-    """Measure all hinges: everything but the moments.
+    """Measure the dihedral angles of all hinges. Moments are not computed.
 
     Args:
-        X: Positions in slots and copies [m], shape (3, width).
-        hinges: Band table of hinges.
-        measures: To be filled.
+        X: Positions in slots (memory positions) and copies [m], shape (3, width).
+        hinges: Table of the bands of hinges.
+        measures: Arrays that are filled.
     """
     block = 0
     for r in range(hinges.shape[0]):
@@ -270,13 +286,13 @@ def measure(X: np.ndarray, hinges: np.ndarray, measures: HingeMeasures) -> None:
 
 @kernel
 def add_force(X: np.ndarray, F: np.ndarray, bending: Bending, measures: HingeMeasures) -> None:
-    """Add the bending force at X to F.
+    """Add the bending force at the positions X to F.
 
     Args:
-        X: Positions in slots and copies [m], shape (3, width).
+        X: Positions in slots (memory positions) and copies [m], shape (3, width).
         F: Forces in slots and copies [N], shape (3, width).
-        bending: Constants of the cloth.
-        measures: Scratch.
+        bending: Constants of bending.
+        measures: Temporary arrays.
     """
     table = bending.hinges
     measure(X, table, measures)

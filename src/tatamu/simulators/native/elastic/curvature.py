@@ -1,19 +1,21 @@
-"""Curvatures of a triangle from the dihedral angles of its edges, and the resulting stiffness.
+"""Curvatures of a triangle from the dihedral angles at its edges, and the stiffness of the triangle.
 
     Q   = a C + (1 - a) R^-1                    from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
     K_T = A_T Q' D Q                            D = B diag(1, 1, 2), or diag(B, B_weft, twist) along the fibres
 
-R maps the curvatures of a quadratic deflection to the small dihedral angles of the six-point patch around T. R^-1 is
-exact for such a deflection, but on irregular meshes the forces of a constant moment do not cancel, and cloth is too
-soft.
+a is a weight, A_T the area of the triangle, and D the rigidities with the bending rigidity B. The triangle and its
+three neighbours have six vertices. R maps the curvatures of a quadratic deflection of these vertices to the three
+dihedral angles, if they are small. R^-1 is exact for such a deflection. On irregular meshes, however, the forces of a
+constant moment do not cancel, and cloth is too soft.
 
-C adds up how far the surface has turned at each edge, k = sum_e l_e s_e theta_e n_e n_e' / A (as in the basic shell
-triangle of Onate and Zarate 2000, with s_e = 1/2); of theta_e a triangle of height d has the share s_e = d / (d + d'),
-which is exact for curvature across the edge. Both shares make 1, so the forces of a constant moment cancel on any mesh;
-but the curvature is not exact, and cloth is too stiff.
+C sums the turning of the surface at the three edges, k = sum_e l_e s_e theta_e n_e n_e' / A. l_e is the length of edge
+e, theta_e its dihedral angle, and n_e the direction across it. This is the basic shell triangle of Onate and Zarate
+2000, which has s_e = 1/2. Here, a triangle of height d has the share s_e = d / (d + d') of the angle; d' is the height
+of its neighbour. This is exact for curvature across the edge. Both shares sum to 1, so the forces of a constant moment
+cancel on any mesh. However, the curvature is not exact, and cloth is too stiff.
 
-In regular rows both are equal; elsewhere their mean is more accurate than either. A border or a seam carries no moment,
-so the curvature across it is zero. Derived in docs/theory/bending.md.
+In regular rows, C and R^-1 are equal. Elsewhere, their mean is more accurate than C or R^-1 alone. A border or a seam
+carries no moment, so the curvature across it is zero. The derivation is in docs/theory/bending.md.
 """
 
 from __future__ import annotations
@@ -26,30 +28,36 @@ from tatamu.material import Material
 from tatamu.topology import Topology, areas
 
 LARGEST_CONDITION = 1e6
-"""Largest condition number of R with a useful inverse; garments have less than a thousandth of it."""
+"""Largest condition number at which the inverse of R is used. Garments have less than a thousandth of this number."""
 
 
 class CurvatureMaps(NamedTuple):
-    """Matrices from dihedral angles to curvatures, for all triangles with a hinge."""
+    """Matrices from dihedral angles to curvatures, for all triangles with a hinge (an edge that carries a moment)."""
 
     Q: np.ndarray
-    """Curvatures of each triangle from the measures g of its hinges [1/m], shape (t, 3 curvatures, 3 hinges); zero
-    where an edge carries no moment."""
+    """Matrix from the measures g of its hinges to its curvatures for each triangle [1/m], shape (t, 3 curvatures, 3
+    hinges).
+
+    The matrix is zero for an edge that carries no moment."""
     area: np.ndarray
     """Area of each triangle [m^2], shape (t,)."""
     hinges: np.ndarray
-    """Hinges of each triangle, shape (t, 3); of an edge that carries no moment, another hinge of the triangle."""
+    """Hinges of each triangle, shape (t, 3). For an edge that carries no moment, it is another hinge of the
+    triangle."""
 
 
 def rigidities(material: Material) -> np.ndarray:
-    """D from curvatures (k_uu, k_vv, k_uv), u along the warp, to moments [N m], shape (3, 3)."""
+    """Return the matrix D from curvatures (k_uu, k_vv, k_uv) to moments [N m], shape (3, 3). u is along the warp."""
     if not material.orthotropic_bending:
         return material.bending_rigidity * np.diag([1.0, 1.0, 2.0])
     return np.diag([material.bending_rigidity, material.weft_rigidity, material.twist_rigidity])
 
 
 def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, np.ndarray]:
-    """Foot of the apex, as a fraction of the edge, and its height over the edge [m], each shape (h,)."""
+    """Return the foot of a vertex on the opposite edge and its height over the edge, each of shape (h,).
+
+    The foot is a fraction of the edge, and the height has the unit m.
+    """
     x0, x1, x2 = rest[hinges[:, 0]], rest[hinges[:, 1]], rest[hinges[:, apex]]
     edge = x1 - x0
     t = np.einsum("ij,ij->i", x2 - x0, edge) / np.einsum("ij,ij->i", edge, edge)
@@ -59,9 +67,11 @@ def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, 
 def _operators(
     rest: np.ndarray, faces: np.ndarray, frames: np.ndarray, hinges: np.ndarray, at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """R, shape (m, 3 edges, 3 curvatures), and C, shape (m, 3 curvatures, 3 edges), of every triangle.
+    """Return the matrices R and C of every triangle.
 
-    If an edge is no hinge (at < 0), the row of R is the curvature across it and the column of C is zero.
+    R has the shape (m, 3 edges, 3 curvatures), and C has the shape (m, 3 curvatures, 3 edges).
+
+    If an edge is not a hinge (at < 0), the row of R is the curvature across the edge, and the column of C is zero.
     """
     feet = [_feet(rest, hinges, 2), _feet(rest, hinges, 3)]
     rows = np.zeros((len(faces), 3, 3))
@@ -80,7 +90,7 @@ def _operators(
         rows[none, q] = nn[none] * [1.0, 1.0, 2.0]
         h = at[has, q]
         face = faces[has]
-        own_second = hinges[h, 2] != face[:, k]  # this triangle holds x3 rather than x2
+        own_second = hinges[h, 2] != face[:, k]  # this triangle contains x3 and not x2
         forward = hinges[h, 0] == face[:, i]
         sign = np.where(own_second == forward, -1.0, 1.0)
         t_own, l_own, t_far, l_far = (
@@ -106,10 +116,10 @@ def _operators(
 
 
 def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarray:
-    """Q = a C + (1 - a) R^-1 of every triangle: its curvatures from its dihedral angles, shape (m, 3, 3).
+    """Return the matrix Q = a C + (1 - a) R^-1 of every triangle, from dihedral angles to curvatures, shape (m, 3, 3).
 
-    If the six points of a patch lie on a conic, as on some meshes of few triangles, a deflection exists that turns no
-    edge, and R has no inverse. There Q = C, which always exists.
+    On some meshes of few triangles, the six vertices of a triangle and its neighbours lie on a conic. Then a deflection
+    exists that turns no edge, and R has no inverse. In this case Q = C, because C always exists.
     """
     regular = (np.linalg.cond(R) < LARGEST_CONDITION)[:, None, None]
     inverse = np.linalg.inv(np.where(regular, R, np.eye(3)))
@@ -119,14 +129,14 @@ def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarra
 def maps(
     rest: np.ndarray, topology: Topology, frames: np.ndarray, free: np.ndarray, angle_sum_part: float
 ) -> CurvatureMaps:
-    """Curvatures of every triangle that has a hinge.
+    """Return the curvature maps of all triangles that have a hinge.
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
         topology: Topology of the mesh, with h hinges.
-        frames: Corners of each triangle in its plane [m], shape (m, 3, 2).
-        free: Which hinges carry no moment (seams), shape (h,).
-        angle_sum_part: a [-].
+        frames: Corners of each triangle in its own plane [m], shape (m, 3, 2).
+        free: Whether each hinge carries no moment, as at seams, shape (h,).
+        angle_sum_part: Weight a of the matrix C [-].
     """
     number = np.full(len(topology.edges), -1)
     inner = np.flatnonzero(topology.faces_per_edge == 2)
@@ -141,10 +151,10 @@ def maps(
 
 
 def stiffness(curved: CurvatureMaps, D: np.ndarray) -> np.ndarray:
-    """K_T = A_T Q' D Q of every triangle [N m], shape (t, 3, 3).
+    """Return the stiffness K_T = A_T Q' D Q of every triangle [N m], shape (t, 3, 3).
 
     Args:
         curved: Curvature maps of the mesh.
-        D: Matrix that turns curvatures into moments [N m], shape (3, 3).
+        D: Matrix from curvatures to moments [N m], shape (3, 3).
     """
     return np.asarray(curved.area[:, None, None] * (curved.Q.transpose(0, 2, 1) @ D @ curved.Q))

@@ -1,14 +1,17 @@
-"""Hysteresis of bending: the friction of yarns, as elastoplastic elements of each triangle's curvature.
+"""Hysteresis of bending. The friction of yarns is modelled by elastoplastic elements that act on the curvature.
 
     k   = Q g                                curvatures (k_uu, k_vv, k_uv) of a triangle, see `curvature`
-    q_j = k - p_j,  |q_j| <= y_j             elastic part of element j, p_j its plastic part
+    q_j = k - p_j,  |q_j| <= y_j             elastic part of the curvature in element j, p_j its plastic part
     m   = D k + sum_j s_j E q_j              elastic and frictional moments, E = diag(1, 1, 2), |q|^2 = q' E q
 
-Prandtl's elements side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998): each follows the curvature with the
-stiffness s_j until its elastic part reaches the yield curvature y_j, and slips beyond: p_j moves along q_j, just far
-enough. The sum of s_j y_j is HB, the sum of s_j the slope at which the moment turns around, above B. While an element
-slips, its moment is along its slip, so that every closed cycle of curvature takes work, and none gives any. Derived in
-docs/theory/hysteresis.md.
+g are the measures of the dihedral angles, Q the matrix to curvatures, and D the elastic rigidities. Several elements of
+Prandtl act side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each element follows the curvature with
+the stiffness s_j until its elastic part reaches the yield curvature y_j. Then the element slips: p_j moves along q_j
+just far enough.
+
+The sum of s_j y_j is the hysteresis HB. The sum of s_j is the additional slope of the moment, above B, directly after
+the curvature turns around. While an element slips, its moment points along its slip. Every closed cycle of curvature
+therefore takes work, and no cycle gives work. The derivation is in docs/theory/hysteresis.md.
 """
 
 from __future__ import annotations
@@ -27,43 +30,45 @@ COMPONENTS = 3
 
 
 class Friction(NamedTuple):
-    """Constants of the elements, per place of the triangles' bands; empty without hysteresis."""
+    """Constants of the elements of friction, in the order of the triangles in memory; empty without hysteresis."""
 
     Q: np.ndarray
-    """Curvatures from the measures of three hinges, row by row [1/m], shape (9, places)."""
+    """Matrix from the measures of three hinges to curvatures, row by row [1/m], shape (9, places)."""
     area: np.ndarray
     """Area of each triangle [m^2], shape (places,)."""
     stiffness: np.ndarray
-    """s_j [N m], shape (elements,)."""
+    """Stiffness s_j of each element [N m], shape (elements,)."""
     limit: np.ndarray
-    """y_j [1/m], shape (elements,)."""
+    """Yield curvature y_j of each element [1/m], shape (elements,)."""
     rigidity: np.ndarray
-    """Elastic rigidities, half of that of twist [N m], shape (3,)."""
+    """Elastic rigidities [N m], shape (3,). The third number is half of the rigidity of twist."""
 
 
 class Slip(NamedTuple):
-    """Memory of the friction of bending, and scratch."""
+    """State of the friction of bending, and temporary memory."""
 
     plastic: np.ndarray
-    """p_j: three components of each element in turn [1/m], shape (3 elements, places)."""
+    """Plastic parts p_j: the three components of each element, one element after another [1/m].
+
+    The shape is (3 elements, places)."""
     curvature: np.ndarray
-    """Scratch: k [1/m], shape (3, places)."""
+    """Temporary memory: curvatures k [1/m], shape (3, places)."""
     moment: np.ndarray
-    """Scratch: elastic and frictional moments, half of that of twist [N], shape (3, places)."""
+    """Temporary memory: elastic and frictional moments [N], shape (3, places). The moment of twist is halved."""
 
 
 def none(real: type = np.float32) -> Friction:
-    """The friction of cloth that has none."""
+    """Return empty constants, for cloth without friction."""
     return Friction(*(np.zeros(shape, dtype=real) for shape in ((9, 0), (0,), (0,), (0,), (3,))))
 
 
 def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: type = np.float32) -> Friction:
-    """Constants in the order in which forces are computed.
+    """Return the constants of friction in the order in which forces are computed.
 
     Args:
-        couplings: Bands of triangles over places of hinges.
+        couplings: Bands (runs in memory) of triangles, with the places of their hinges.
         curved: Curvature maps of the mesh.
-        material: The cloth.
+        material: Material of the cloth.
         real: Precision in which forces are computed.
     """
     elements = material.friction_elements
@@ -76,12 +81,12 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
 
 
 def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip:
-    """The state of cloth that was bent from its unstrained shape to where it is, without turning around.
+    """Return the state of cloth that was bent from its unstrained shape to its present shape without turning around.
 
     Args:
-        friction: Constants.
-        g0: Measures of the hinges of the unstrained shape by place [-], copies included.
-        triangles: Band table of triangles over places of hinges.
+        friction: Constants of the friction.
+        g0: Measures of the hinges in the unstrained shape, in the order of memory [-]. Copies are included.
+        triangles: Table of the bands (runs in memory) of triangles, with the places of their hinges.
     """
     places = friction.area.shape[0]
     real = friction.Q.dtype
@@ -94,7 +99,7 @@ def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip
 
 @kernel
 def _curvatures(g: np.ndarray, Q: np.ndarray, triangles: np.ndarray, curvature: np.ndarray) -> None:
-    """Set the curvatures of all triangles [1/m], shape (3, places)."""
+    """Compute the curvatures of all triangles [1/m], shape (3, places)."""
     for r in range(triangles.shape[0]):
         e = triangles[r, 0]
         n = triangles[r, 1]
@@ -111,20 +116,20 @@ def _curvatures(g: np.ndarray, Q: np.ndarray, triangles: np.ndarray, curvature: 
 
 @kernel
 def _slide(plastic: np.ndarray, curvature: np.ndarray, moment: np.ndarray, stiffness: float, limit: float) -> None:
-    """Let one element slip where it must, and add its moment.
+    """Let one element of friction slip where it must, and add its moment.
 
     Args:
-        plastic: p of this element [1/m], shape (3, places).
-        curvature: k [1/m], shape (3, places).
-        moment: Added to [N], shape (3, places).
-        stiffness: s [N m].
-        limit: y [1/m].
+        plastic: Plastic part p of this element [1/m], shape (3, places).
+        curvature: Curvatures k [1/m], shape (3, places).
+        moment: Moments [N], shape (3, places). The moment of the element is added.
+        stiffness: Stiffness s of the element [N m].
+        limit: Yield curvature y of the element [1/m].
     """
     n = curvature.shape[1]
     k0, k1, k2 = curvature[0, :n], curvature[1, :n], curvature[2, :n]
     p0, p1, p2 = plastic[0, :n], plastic[1, :n], plastic[2, :n]
     m0, m1, m2 = moment[0, :n], moment[1, :n], moment[2, :n]
-    one = limit / limit  # both in the precision of the arrays
+    one = limit / limit  # both numbers must have the precision of the arrays
     zero = limit - limit
     for i in range(n):
         q0 = k0[i] - p0[i]
@@ -145,7 +150,10 @@ def _slide(plastic: np.ndarray, curvature: np.ndarray, moment: np.ndarray, stiff
 def _add_moments_of_band(
     bent: np.ndarray, friction: Friction, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
 ) -> None:
-    """Add A Q' E m of n triangles at place e to their hinges at places a + j, b + j, c + j."""
+    """Add the moments A Q' E m of the n triangles in memory from e on.
+
+    Triangle j has its hinges at a + j, b + j, c + j.
+    """
     Q = friction.Q
     area = friction.area[e : e + n]
     m0, m1, m2 = bent[0, e : e + n], bent[1, e : e + n], bent[2, e : e + n]
@@ -159,16 +167,16 @@ def _add_moments_of_band(
 
 @kernel
 def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.ndarray, moment: np.ndarray) -> None:
-    """Let all elements slip, and add elastic and frictional moments, which resist the measures g, to the hinges.
+    """Let all elements slip, and add the elastic and frictional moments, which resist the measures g, to the hinges.
 
-    The elastic ones come out as K_T g, for which no K_T has to be read.
+    The elastic moments are equal to K_T g, but the matrix K_T need not be read from memory.
 
     Args:
-        g: Measures of the hinges by place [-], copies included.
-        friction: Constants.
-        slip: Memory of the elements.
-        triangles: Band table of triangles over places of hinges.
-        moment: Moments of the hinges by place [N m], copies included.
+        g: Measures of the hinges in the order of memory [-]. Copies are included.
+        friction: Constants of the friction.
+        slip: State of the elements.
+        triangles: Table of the bands (runs in memory) of triangles, with the places of their hinges.
+        moment: Moments of the hinges in the order of memory [N m]. Copies are included.
     """
     _curvatures(g, friction.Q, triangles, slip.curvature)
     for k in range(3):

@@ -1,13 +1,18 @@
-"""Membrane: St. Venant-Kirchhoff elasticity on linear triangles, written in squared edge lengths.
+"""Membrane forces: St. Venant-Kirchhoff elasticity on linear triangles, written with squared edge lengths.
 
     eps_q = |x_b - x_a|^2 - L_q^2            edge q, opposite corner q: exact Green strain along it, no square root
     eps   = P (E_xx, E_yy, 2 E_xy),          rows of P: 2 (dx^2, dy^2, dx dy) of the rest edge
     W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
     f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
 
-Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Derived in docs/theory/membrane.md.
+eps_q is the change of the squared length of edge q with the vertices a and b. L_q is its rest length. P maps the Green
+strain E to eps, A is the area of the triangle, W the energy, and f_a the force on vertex a.
 
-eps is a small difference of large numbers, so it is taken in double precision; all that follows in single.
+Damping is of the Kelvin-Voigt type: lengths and edges are those at x + tau_d v. The derivation is in
+docs/theory/membrane.md.
+
+eps is a small difference of large numbers, so it is computed in double precision. All following steps use single
+precision.
 """
 
 from __future__ import annotations
@@ -23,30 +28,40 @@ from tatamu.simulators.native.elastic import symmetric, wrinkling
 from tatamu.simulators.native.memory.bands import BLOCK, Bands
 
 ENDS = np.array([[1, 2], [2, 0], [0, 1]])
-"""Corners of a triangle that edge q joins, shape (3, 2): the two that are not corner q."""
+"""The two corners of a triangle that edge q joins, shape (3, 2). Corner q is the third corner."""
 
 
 class Membrane(NamedTuple):
-    """Constants of the membrane per place of its bands; places without a triangle have zeros."""
+    """Constants of the membrane, in the order in which forces are computed.
+
+    A band is a run of triangles that are neighbours in memory. Places in a band without a triangle contain zeros. A
+    slot is the memory position of a vertex.
+    """
 
     bands: np.ndarray
-    """Band table of triangles over slots."""
+    """Table of the bands of triangles, with slots (memory positions) of vertices."""
     copies: np.ndarray
-    """Slots of vertices that are copied behind the last slot for these bands."""
+    """Slots (memory positions) of vertices that are copied behind the last slot for the bands."""
     S: np.ndarray
-    """Stiffness in eps, doubled for the force, packed [N/m^3], single, shape (6, places)."""
+    """Stiffness with respect to eps, doubled for the force and packed [N/m^3], in single precision, shape (6,
+    places)."""
     L2: np.ndarray
     """Squared rest lengths of the edges [m^2], shape (3, places)."""
     relaxed: np.ndarray
-    """See `wrinkling.constants`, single, shape (12, places); (12, 0) of cloth that does not wrinkle."""
+    """Constants of `wrinkling.constants`, in single precision, shape (12, places).
+
+    The shape is (12, 0) if the cloth does not wrinkle."""
     compression: Any
-    """c, single [-]."""
+    """Ratio c of compressive to tensile stiffness, in single precision [-]."""
     crowding: Any
-    """b, single [-]."""
+    """Crowding strain b, in single precision [-]. Cloth compressed by more than b has its full stiffness again."""
 
 
 def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the corners of every triangle in its own plane [m], shape (m, 3, 2): corner 0 at 0, corner 1 on +x."""
+    """Return the corners of every triangle in its own plane [m], shape (m, 3, 2).
+
+    Corner 0 is at the origin, and corner 1 is on the positive x axis.
+    """
     a, b, c = (rest[faces[:, k]] for k in range(3))
     length = np.linalg.norm(b - a, axis=1)
     along = (b - a) / length[:, None]
@@ -60,10 +75,10 @@ def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def along_fibres(frames: np.ndarray, rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray | None) -> np.ndarray:
-    """Corners of every triangle with the warp along +x [m], shape (m, 3, 2).
+    """Return the corners of every triangle in its own plane [m], shape (m, 3, 2). The warp is along the x axis.
 
     Args:
-        frames: As of `rest_frames`.
+        frames: Corners of every triangle from `rest_frames` [m].
         rest: Unstrained positions [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
         fibre: Direction of the warp, see `Cloth.fibre`, shape (m, 3) or (1, 3).
@@ -84,7 +99,7 @@ def along_fibres(frames: np.ndarray, rest: np.ndarray, faces: np.ndarray, fibre:
 
 
 def plane_stress(material: Material) -> np.ndarray:
-    """Stiffness C from (E_xx, E_yy, 2 E_xy), x along the warp, to stress [N/m], shape (3, 3)."""
+    """Return the stiffness C from strains (E_xx, E_yy, 2 E_xy) to stress [N/m], shape (3, 3). x is along the warp."""
     nu = material.poisson_ratio
     if not material.orthotropic_membrane:
         return np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) * material.stretch_stiffness / (1 - nu * nu)
@@ -97,14 +112,15 @@ def plane_stress(material: Material) -> np.ndarray:
 
 
 def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return stiffness, rest lengths and the constants of wrinkling for every triangle.
+    """Return the stiffness, the rest lengths and the constants of wrinkling for every triangle.
 
     Args:
-        frames: Corners of each triangle in its plane [m], the warp along +x, shape (m, 3, 2).
-        material: The cloth.
+        frames: Corners of each triangle in its plane [m], with the warp along the x axis, shape (m, 3, 2).
+        material: Material of the cloth.
 
     Returns:
-        2 S, packed, shape (6, m); L^2 [m^2], shape (3, m); `wrinkling.constants`.
+        Twice the stiffness S, packed, shape (6, m); squared rest lengths L^2 [m^2], shape (3, m);
+        `wrinkling.constants`.
     """
     edges = frames[:, ENDS[:, 1]] - frames[:, ENDS[:, 0]]
     dx = edges[..., 0]
@@ -124,15 +140,15 @@ def in_bands(
     crowding: float,
     real: type = np.float32,
 ) -> Membrane:
-    """Constants in the order in which forces are computed.
+    """Return the constants of the membrane in the order in which forces are computed.
 
     Args:
-        triangles: Bands of triangles over slots.
-        S: See `constants`.
-        L2: See `constants`.
-        relaxed: See `constants`.
-        compression: c [-].
-        crowding: b [-].
+        triangles: Bands (runs in memory) of triangles, with slots (memory positions) of vertices.
+        S: Stiffness from `constants`.
+        L2: Squared rest lengths from `constants`.
+        relaxed: Constants of wrinkling from `constants`.
+        compression: Ratio c of compressive to tensile stiffness [-].
+        crowding: Crowding strain b [-].
         real: Precision in which forces are computed.
     """
     return Membrane(
@@ -147,14 +163,17 @@ def in_bands(
 
 
 def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """D eps_q / d x of both ends of edge q at rest, shape (m, 3 edges, 2 ends, 3); its ends are those of `ENDS`."""
+    """Return the derivatives of eps_q with the positions of both ends of edge q, at rest.
+
+    The shape is (m, 3 edges, 2 ends, 3). The ends are those of `ENDS`.
+    """
     start, end = (rest[faces[:, ENDS[:, k]]] for k in range(2))
     return 2.0 * np.stack([start - end, end - start], axis=2)
 
 
 @kernel
 def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
-    """An edge from (x, y, z) and its eps, in the precision `real`."""
+    """Return the edge from (x, y, z) to (to_x, to_y, to_z) and its eps, in the precision `real`."""
     dx = to_x - x
     dy = to_y - y
     dz = to_z - z
@@ -163,7 +182,10 @@ def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
 
 @kernel
 def _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out):  # type: ignore[no-untyped-def]
-    """Column j of `out`: each corner is pulled along the edge that leaves it, and back along the one that arrives."""
+    """Set column j of `out` to the forces on the corners of a triangle.
+
+    Each corner is pulled along the edge that leaves it, and back along the edge that arrives.
+    """
     out[j] = t2 * wx - t1 * vx
     out[j + BLOCK] = t2 * wy - t1 * vy
     out[j + 2 * BLOCK] = t2 * wz - t1 * vz
@@ -179,11 +201,15 @@ def _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out):  # type: igno
 def _forces(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, S: np.ndarray, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Forces on corners a + j, b + j, c + j, j < n, of the triangles at place e: nine rows of BLOCK in `out` [N].
+    """Compute the forces on the corners of the n triangles in memory from e on.
 
-    Rows are cut out one by one, because the compiler only knows one-dimensional slices to be contiguous. `out` is one
-    array with a fixed distance between rows: the compiler must check each written array against all read ones before it
-    may vectorise the loop.
+    Triangle j has the corners a + j, b + j, c + j.
+
+    `out` receives nine rows of BLOCK numbers [N].
+
+    Rows are sliced one by one, because the compiler only recognises one-dimensional slices as contiguous. `out` is a
+    single array with a fixed distance between rows. Otherwise the compiler would have to compare each written array
+    with all arrays that are read before it may vectorise the loop.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
@@ -206,7 +232,7 @@ def _forces(
 def _forces_of_wrinkled(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Compute `_forces` for cloth with reduced compression."""
+    """Compute the forces of `_forces` for cloth that resists compression less than tension."""
     R = membrane.relaxed
     compression = membrane.compression
     crowding = membrane.crowding
@@ -235,7 +261,7 @@ def _forces_of_wrinkled(
 
 @kernel
 def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
-    """Add three rows of `forces`, from number `row` on, to the columns of F from a on."""
+    """Add three rows of `forces`, beginning with number `row`, to the columns of F, beginning with a."""
     for k in range(3):
         f = F[k, a : a + n]
         begin = (row + k) * BLOCK
@@ -246,13 +272,13 @@ def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
 
 @kernel
 def add_force(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndarray) -> None:
-    """Add the membrane force at X to F.
+    """Add the membrane force at the positions X to F.
 
     Args:
-        X: Positions in slots and copies [m], shape (3, width).
+        X: Positions in slots (memory positions) and copies [m], shape (3, width).
         F: Forces in slots and copies [N], shape (3, width).
-        membrane: Constants of the cloth.
-        scratch: Forces of a block of triangles on their corners, shape (9 BLOCK,).
+        membrane: Constants of the membrane.
+        scratch: Temporary memory for the forces of a block of triangles on their corners, shape (9 BLOCK,).
     """
     table = membrane.bands
     for r in range(table.shape[0]):
@@ -273,7 +299,10 @@ def add_force(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndar
 
 @kernel
 def largest_stretch(X: np.ndarray, membrane: Membrane) -> float:
-    """Largest |x_b - x_a| / L of any edge, NaN if anything is not finite; X as of `add_force`."""
+    """Return the largest ratio of an edge's length to its rest length. It is NaN if any number is not finite.
+
+    X has the positions, as in `add_force`.
+    """
     table = membrane.bands
     L2 = membrane.L2
     worst = 0.0

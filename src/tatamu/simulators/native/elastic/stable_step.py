@@ -1,7 +1,8 @@
-"""The fastest vibrations of membrane and bending at rest, from which the explicit steps take their size.
+"""The fastest vibrations of membrane and bending at rest. They determine the size of the explicit time steps.
 
-Symplectic Euler is stable as long as h omega < 2 of the largest eigenfrequency: the largest generalized eigenvalue
-omega^2 of G' K G u = omega^2 M u, with lumped masses M, found by Lanczos iteration.
+The time steps are those of the symplectic Euler method. They are stable if the step h times the largest angular
+frequency omega is below 2. Lanczos iteration finds omega^2, the largest generalised eigenvalue of G' K G u = omega^2 M
+u. M are the lumped masses, K is the stiffness, and G are the derivatives with the positions u.
 """
 
 from __future__ import annotations
@@ -14,15 +15,20 @@ from tatamu.simulators.native.elastic import bending, membrane, symmetric
 from tatamu.simulators.native.memory.bands import BLOCK
 
 SMALL = 40
-"""Meshes with fewer coordinates are solved densely; Lanczos iteration needs more of them than of its vectors."""
+"""Number of coordinates below which the eigenvalue is computed with dense matrices.
+
+Lanczos iteration needs more coordinates than it has vectors."""
 TOLERANCE = 1e-2
-"""Relative error of omega^2 at which Lanczos iteration ends; it comes from below."""
+"""Relative error of omega^2 at which Lanczos iteration ends. The iteration approaches omega^2 from below."""
 ROUNDED_UP = 1.01
-"""The frequency that it found is given this much higher."""
+"""Factor by which the computed frequency is increased."""
 
 
 def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
-    """D theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,)."""
+    """Return the derivatives d theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,).
+
+    theta are the dihedral angles, and g are their measures.
+    """
     count = len(hinges)
     X = np.ascontiguousarray(rest[hinges.T.ravel()].T)
     table = np.array([[0, count, 0, count, 2 * count, 3 * count]])
@@ -39,11 +45,11 @@ def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_ar
 
 
 def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse.csr_array:
-    """D y / d x as a matrix, shape (r, 3 count), of y that depend on k vertices each.
+    """Return the derivatives of values y as a matrix, shape (r, 3 count). Each y depends on k vertices.
 
     Args:
-        values: Derivatives by the positions of its vertices, shape (r, k, 3).
-        vertices: The vertices of each, shape (r, k).
+        values: Derivatives of each y with the positions of its vertices, shape (r, k, 3).
+        vertices: Vertices on which each y depends, shape (r, k).
         count: Number of vertices.
     """
     rows, each = vertices.shape
@@ -53,13 +59,13 @@ def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse
 
 
 def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass: np.ndarray) -> float:
-    """Largest angular frequency of the membrane at rest [1/s].
+    """Return the largest angular frequency of the membrane at rest [1/s].
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
-        S: 2 S of each triangle as of `membrane.constants`, shape (6, m).
-        mass: Lumped masses [kg], shape (n,).
+        S: Twice the stiffness S of each triangle from `membrane.constants`, shape (6, m).
+        mass: Lumped mass of each vertex [kg], shape (n,).
     """
     count = len(faces)
     ends = faces[:, membrane.ENDS].reshape(-1, 2)
@@ -69,19 +75,22 @@ def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass:
 
 
 def bending_frequency(gradient: sparse.csr_array, stiffness: sparse.csr_array, mass: np.ndarray) -> float:
-    """Largest angular frequency of bending at rest [1/s], `stiffness` as of `hinge_stiffness`."""
+    """Return the largest angular frequency of bending at rest [1/s]. `stiffness` comes from `hinge_stiffness`."""
     return _largest_frequency(gradient, stiffness, mass) if stiffness.data.any() else 1e-9
 
 
 def hinge_stiffness(K: np.ndarray, hinges: np.ndarray, count: int) -> sparse.csr_array:
-    """`curvature.stiffness` as a matrix from the angles of all hinges to their moments, shape (count, count)."""
+    """Return the matrix from the angles of all hinges to their moments, shape (count, count).
+
+    It contains the stiffness of all triangles from `curvature.stiffness`.
+    """
     rows = np.repeat(hinges, 3, axis=1)
     columns = np.tile(hinges, (1, 3))
     return sparse.csr_array((K.ravel(), (rows.ravel(), columns.ravel())), shape=(count, count))
 
 
 def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, mass: np.ndarray) -> float:
-    """Largest omega of G' K G u = omega^2 M u."""
+    """Return the largest angular frequency omega of G' K G u = omega^2 M u."""
     scale = 1.0 / np.sqrt(np.repeat(mass, 3))
     size = gradient.shape[1]
     if size < SMALL:
@@ -90,6 +99,6 @@ def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, ma
     operator = LinearOperator(
         (size, size), matvec=lambda u: scale * (gradient.T @ (stiffness @ (gradient @ (scale * u)))), dtype=float
     )
-    start = np.cos(np.arange(size) * 2.399963)  # any fixed vector with all frequencies in it
+    start = np.cos(np.arange(size) * 2.399963)  # any fixed vector that contains all frequencies
     top = eigsh(operator, k=1, which="LA", v0=start, tol=TOLERANCE, return_eigenvectors=False)
     return float(ROUNDED_UP * np.sqrt(top[0]))

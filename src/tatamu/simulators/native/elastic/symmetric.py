@@ -1,4 +1,4 @@
-"""Symmetric matrices of 3 x 3, packed: in one form, for membrane and bending.
+"""Symmetric 3 x 3 matrices in packed form, for membrane and bending.
 
 K = [[0, 1, 2],
 [1, 3, 4],      packed as (K00, K01, K02, K11, K12, K22)
@@ -12,7 +12,7 @@ import numpy as np
 UPPER = [0, 1, 2, 4, 5, 8]
 """Indices of the upper triangle among the nine elements of a matrix, row by row."""
 FULL = [0, 1, 2, 1, 3, 4, 2, 4, 5]
-"""Index of each of the nine elements among the six."""
+"""For each of the nine elements of a matrix, its index among the six packed elements."""
 
 
 def pack(matrices: np.ndarray) -> np.ndarray:
@@ -21,5 +21,5 @@ def pack(matrices: np.ndarray) -> np.ndarray:
 
 
 def unpack(packed: np.ndarray) -> np.ndarray:
-    """The matrices, shape (m, 3, 3), of rows of shape (6, m)."""
+    """Return the symmetric matrices, shape (m, 3, 3), that are packed as rows of shape (6, m)."""
     return packed[FULL].T.reshape(-1, 3, 3)

@@ -1,15 +1,16 @@
-"""Tension field: a membrane that resists compression less than tension, for wrinkles finer than the mesh.
+"""Tension field: a membrane that resists compression less than tension. It replaces wrinkles finer than the mesh.
 
-A sheet that is pushed does not shorten, it buckles; waves shorter than two cells are not on the mesh, and the mesh
-would hold the load of a plate. As in tension field theory (Pipkin 1986; Choi and Ko 2002 for cloth) the energy is
-therefore relaxed: with the principal strains E1 >= E2, and m = E2 + nu E1, which is s2 over q,
+A sheet that is compressed buckles instead of becoming shorter. Waves shorter than two cells are not possible on the
+mesh, so the mesh would carry the load of a plate. The energy is therefore relaxed, as in tension field theory (Pipkin
+1986; Choi and Ko 2002 for cloth). E1 >= E2 are the principal strains. m is the second principal stress divided by q,
+and equals E2 + nu E1. The formulas of the energy W are:
 
     W      = 1/2 Y psi(E1, b) + 1/2 q psi(m, (1 + nu) b),   q = Y / (1 - nu^2)
     psi(e) = e^2 for e > 0, c e^2 down to -b, c e^2 + (1 - c)(e + b)^2 beyond
 
-c is the material's `compression`; with c = 1 this is St. Venant-Kirchhoff. b, `ElasticOptions.crowding_strain`, keeps
-triangles from turning inside out.
-The second b is larger so that the stresses agree where E1 = E2. Derived in docs/theory/membrane.md.
+Y is the stiffness and nu the Poisson ratio. c is the material's `compression`. With c = 1, the membrane is St.
+Venant-Kirchhoff. b is `ElasticOptions.crowding_strain`, which keeps triangles from turning inside out. It is larger in
+the second term, so that the stresses are equal at E1 = E2. The derivation is in docs/theory/membrane.md.
 """
 
 from __future__ import annotations
@@ -21,24 +22,27 @@ import numpy as np
 from tatamu.material import Material
 from tatamu.simulators.native.compiled import kernel
 
-# In single precision: a plain 0.5 would make all that it is multiplied by double.
+# Constants in single precision. A plain 0.5 would convert everything that it is multiplied by to double precision.
 HALF: Any = np.float32(0.5)
 ZERO: Any = np.float32(0.0)
 ONE: Any = np.float32(1.0)
 TINY: Any = np.float32(1e-12)
-"""Added to the radius of Mohr's circle, so that equal principal strains have some direction."""
+"""Number added to the radius of Mohr's circle. With it, equal principal strains have a direction."""
 
 
 def constants(inverse: np.ndarray, area: np.ndarray, material: Material) -> np.ndarray:
-    """Constants of the relaxed membrane, one column per triangle; no columns if the cloth is not relaxed.
+    """Return the constants of the relaxed membrane, with one column per triangle.
+
+    There are no columns if the cloth is not relaxed.
 
     Args:
-        inverse: P^-1 of each triangle [1/m^2], shape (m, 3, 3).
+        inverse: The matrix P^-1 of each triangle [1/m^2], shape (m, 3, 3).
         area: Area of each triangle [m^2], shape (m,).
-        material: The cloth.
+        material: Material of the cloth.
 
     Returns:
-        Rows of P^-1 (0 to 8), twice the area times Y (9) and times q (10) [N m], and nu (11), shape (12, m).
+        Array of shape (12, m). Rows 0 to 8 are P^-1. Rows 9 and 10 are twice the area times Y and times q [N m]. Row 11
+        is the Poisson ratio nu.
     """
     nu = material.poisson_ratio
     if material.compression == 1.0:
@@ -50,7 +54,7 @@ def constants(inverse: np.ndarray, area: np.ndarray, material: Material) -> np.n
 
 @kernel
 def _half_slope(e: float, compression: float, crowding: float) -> float:
-    """Half of d psi / d e."""
+    """Return half of the derivative d psi / d e."""
     return max(e, ZERO) + compression * min(e, ZERO) + (ONE - compression) * min(e + crowding, ZERO)
 
 
@@ -58,20 +62,22 @@ def _half_slope(e: float, compression: float, crowding: float) -> float:
 def stress(
     exx: float, eyy: float, exy: float, young: float, plane: float, nu: float, compression: float, crowding: float
 ) -> tuple[float, float, float]:
-    """Stress of a triangle, times twice its area, 2 dW/dE [N m].
+    """Return the stress of a triangle multiplied by twice its area, 2 dW/dE [N m].
+
+    The result has the components xx, yy and xy.
 
     Args:
-        exx: Green strain E_xx; eyy and exy likewise [-].
-        eyy: See exx.
-        exy: See exx.
-        young: Twice the area times Y [N m].
-        plane: Twice the area times q [N m].
+        exx: Green strain E_xx [-].
+        eyy: Green strain E_yy [-].
+        exy: Green strain E_xy [-].
+        young: Twice the area times the stiffness Y [N m].
+        plane: Twice the area times the plane stiffness q [N m].
         nu: Poisson ratio [-].
-        compression: c [-].
-        crowding: b [-].
+        compression: Ratio c of compressive to tensile stiffness [-].
+        crowding: Crowding strain b [-].
 
     Returns:
-        Its components xx, yy, xy.
+        The components xx, yy and xy.
     """
     mean = HALF * (exx + eyy)
     half = HALF * (exx - eyy)

@@ -1,1 +1,1 @@
-"""Memory layout: vertices on lattices, elements in bands, compiled kernels on disk."""
+"""Memory layout: vertices on lattices, elements in contiguous bands, and compiled kernels on disk."""

@@ -1,10 +1,12 @@
-"""The layout of vertices in memory, with which forces are computed over long contiguous runs.
+"""The layout of vertices in memory. With it, forces are computed over long contiguous runs of numbers.
 
-A processor computes eight or sixteen neighbouring numbers at once, if they are neighbours in memory. Rows of vertices
-that form a lattice (`lattice`) are therefore stored with one stride, even rows separate from odd rows. Then all
-triangles of one kind are (a + j, b + j, c + j) for j = 0, 1, .., a *band*. Slots without a vertex, and band elements
-without a triangle, are fillers with zero mass and zero stiffness. Elements that fit in no band are computed on copies
-of their vertices, which form one more band, so the kernels only see bands.
+A processor computes eight or sixteen numbers together if they are neighbours in memory. Rows of vertices that form a
+lattice (`lattice`) are therefore stored at a constant distance, even rows separate from odd rows. All triangles of one
+kind then have the vertices a + j, b + j and c + j for j = 0, 1, ... Such a run of triangles is a *band*.
+
+A *slot* is the memory position of a vertex. Slots without a vertex, and positions in a band without a triangle, are
+fillers with zero mass and zero stiffness. Elements that fit in no band are computed on copies of their vertices. These
+elements form one more band, so the kernels only process bands.
 """
 
 from __future__ import annotations
@@ -16,34 +18,36 @@ import numpy as np
 from tatamu.simulators.native.memory.lattice import patches
 
 BLOCK = 528
-"""Number of elements of a band that are computed together, so that intermediate values stay in the nearest cache.
+"""Number of elements of a band that are computed together. Intermediate values then stay in the nearest cache.
 
-The distance of rows is no power of two, because such rows would share cache lines.
+The distance of rows is not a power of two, because rows at such a distance would use the same cache lines.
 """
 SHORTEST_BAND = 24
-"""Fewer elements are not worth a band of their own."""
+"""Least number of elements in a band of their own."""
 FULLEST = 2.0
-"""Largest number of slots per vertex for which vertices are arranged in rows."""
+"""Largest number of slots (memory positions) per vertex at which vertices are arranged in rows."""
 
 
 @dataclass(frozen=True)
 class Bands:
-    """Elements of k vertices each, ordered by band."""
+    """Elements with k vertices each, ordered by band (run of elements that are neighbours in memory)."""
 
     table: np.ndarray
-    """Per band: first element, length, first slot of each of the k vertices; shape (b, 2 + k)."""
+    """For each band: first element, length, and first slot of each of the k vertices; shape (b, 2 + k)."""
     element: np.ndarray
-    """Which element of the mesh fills each place, -1 for a filler; shape (e,)."""
+    """Number of the mesh element at each place of the bands, shape (e,); -1 for a filler."""
     copied: np.ndarray
-    """Slots whose values are copied behind the last slot before, and added back after; shape (c,)."""
+    """Slots whose values are copied behind the last slot before forces are computed, shape (c,).
+
+    Forces on the copies are added to these slots afterwards."""
 
     @property
     def size(self) -> int:
-        """Number of places, fillers included."""
+        """Number of places in all bands. Fillers are included."""
         return len(self.element)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Return values per mesh element, shape (.., e), as contiguous values per place, zero for fillers."""
+        """Return values per mesh element, shape (.., e), in the order of the places in memory. Fillers get zero."""
         out = np.zeros((*values.shape[:-1], self.size))
         filled = self.element >= 0
         out[..., filled] = values[..., self.element[filled]]
@@ -51,7 +55,7 @@ class Bands:
 
     @property
     def place(self) -> np.ndarray:
-        """Place of each mesh element, shape (elements,)."""
+        """Place in memory of each mesh element, shape (elements,)."""
         filled = np.flatnonzero(self.element >= 0)
         out = np.empty(len(filled), dtype=np.int64)
         out[self.element[filled]] = filled
@@ -59,18 +63,18 @@ class Bands:
 
 
 def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
-    """Slot of each vertex, shape (n,), and the number of slots.
+    """Return the slot (memory position) of each vertex, shape (n,), and the number of slots.
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
-        hinges: Inner edges and the vertices opposite, shape (h, 4).
+        hinges: Inner edges and their opposite vertices, shape (h, 4).
     """
     count = len(rest)
     found = patches(rest, hinges)
     if not found:
         return np.arange(count), count
     width = max(int(patch.column.max()) + 1 for patch in found)
-    pairs = [int(patch.row.max()) // 2 + 1 for patch in found]  # of rows, the last one may be half empty
+    pairs = [int(patch.row.max()) // 2 + 1 for patch in found]  # pairs of rows; the last pair may have one row only
     half = sum(pairs) * width
     slot = np.full(count, -1)
     first = 0
@@ -84,21 +88,24 @@ def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
-    """Triangles with their corners turned so that the lowest slot comes first: like ones then make one band."""
+    """Return triangles with the corner in the lowest slot first.
+
+    The order around a triangle stays the same. Triangles of one kind then form one band.
+    """
     first = np.argmin(slot[faces], axis=1)
     return np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)
 
 
 def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
-    """Return hinges from the side on which the lower slot of the shared edge comes first."""
+    """Return hinges whose shared edge begins with the end in the lower slot (memory position)."""
     back = slot[hinges[:, 0]] > slot[hinges[:, 1]]
     return np.where(back[:, None], hinges[:, [1, 0, 3, 2]], hinges)
 
 
 def bands(elements: np.ndarray, total: int) -> Bands:
-    """Arrange elements of k slots, shape (e, k), in bands; copies go behind slot `total`."""
+    """Arrange elements of k slots, shape (e, k), in bands. Copies are placed behind slot `total`."""
     count, width = elements.shape
-    if not count:  # a triangle alone has no hinge
+    if not count:  # a single triangle has no hinge
         return Bands(np.zeros((0, 2 + width), np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64))
     offsets = elements - elements[:, :1]
     _, group = np.unique(offsets, axis=0, return_inverse=True)
@@ -127,5 +134,5 @@ def bands(elements: np.ndarray, total: int) -> Bands:
 
 
 def blocks(table: np.ndarray) -> int:
-    """Return the number of blocks of the bands of a table."""
+    """Return the number of blocks in the bands of a table."""
     return int((-(-table[:, 1] // BLOCK)).sum())

@@ -1,7 +1,8 @@
-"""The cache of compiled kernels next to their sources, which is cleared when any source has changed.
+"""The cache of compiled kernels next to their source files. It is cleared when any source file has changed.
 
-Numba checks only the file of the function itself, but a kernel contains everything that it calls, from other files as
-well. One stamp for all of them is therefore kept in the `__pycache__` of the topmost folder.
+Numba only checks the file that contains a function. However, the compiled function also contains all functions that it
+calls, which may be in other files. Therefore one digest of all source files is kept in the `__pycache__` of the topmost
+folder.
 """
 
 from __future__ import annotations
@@ -10,14 +11,14 @@ from hashlib import blake2b
 from pathlib import Path
 
 NATIVE = Path(__file__).parent.parent
-"""The folder of the embedded simulator, whose packages all have kernels."""
+"""Folder of this simulator. Its packages contain all kernels."""
 
 
 def forget_stale_kernels(folder: Path = NATIVE) -> None:
-    """Remove compiled kernels that were made from other sources than these; a read-only folder is left alone.
+    """Remove compiled kernels that were made from other source files. A read-only folder is not changed.
 
     Args:
-        folder: Folder of the sources, which may be in folders within it too.
+        folder: Folder of the source files, including its subfolders.
     """
     stamp = _stamp(folder)
     mark = folder / "__pycache__" / "kernels.txt"
@@ -34,7 +35,7 @@ def forget_stale_kernels(folder: Path = NATIVE) -> None:
 
 
 def _stamp(folder: Path) -> str:
-    """Return a digest of all sources with their paths."""
+    """Return a digest of the paths and contents of all source files."""
     digest = blake2b(digest_size=16)
     for source in sorted(folder.rglob("*.py")):
         digest.update(source.relative_to(folder).as_posix().encode())

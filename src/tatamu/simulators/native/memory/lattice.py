@@ -1,8 +1,8 @@
-"""The vertices of a mesh that form a triangular lattice, and their places on it.
+"""The vertices of a mesh that form a triangular lattice, and their positions on the lattice.
 
-Two triangles that share an edge make a parallelogram: three corners placed on the lattice place the fourth. From a
-first triangle this continues until borders, seams and irregular vertices. The remaining triangles may form another
-patch.
+Two triangles that share an edge form a parallelogram. If three of its corners are on the lattice, the fourth corner
+follows. Starting with one triangle, this is repeated until the border, a seam or an irregular vertex is reached. The
+remaining triangles may form another patch, a connected piece of the lattice.
 """
 
 from __future__ import annotations
@@ -14,26 +14,34 @@ from typing import NamedTuple
 import numpy as np
 
 SMALLEST_PATCH = 40
-"""Patches of fewer vertices are not worth a band of their own."""
+"""Least number of vertices in a patch. Smaller patches are not worth a separate band in memory."""
 SKEW = 0.35
-"""Largest distance of a fourth corner from its place on the lattice, as part of the shared edge."""
+"""Largest distance of a fourth corner from its position on the lattice, as a fraction of the shared edge."""
 EDGE_SKEW = 0.7
-"""The same for the last vertices at a border that cuts through cells."""
+"""Largest distance from the position on the lattice for vertices at a border that cuts through cells.
+
+It is a fraction of the shared edge."""
 
 Places = dict[int, tuple[int, int]]
 
 
 class Patch(NamedTuple):
-    """Vertices of one piece of lattice; rows run along x, row r + 1 lies half a cell to the right of row r."""
+    """Vertices of one piece of the lattice.
+
+    Rows run along x. Row r + 1 is shifted by half a cell to the right of row r.
+    """
 
     vertices: np.ndarray
     row: np.ndarray
-    """Counted from 0."""
+    """Row of each vertex, counted from 0."""
     column: np.ndarray
 
 
 def patches(rest: np.ndarray, hinges: np.ndarray) -> list[Patch]:
-    """The pieces of lattice of a mesh, each vertex in one at most, rows chosen so that rectangles are well filled."""
+    """Return the pieces of lattice in a mesh. Each vertex belongs to at most one piece.
+
+    The direction of the rows is chosen so that the rectangles of rows and columns are well filled.
+    """
     points = rest.tolist()
     quads = hinges.tolist()
     around: list[list[int]] = [[] for _ in points]
@@ -54,18 +62,18 @@ class _Mesh(NamedTuple):
     points: list[list[float]]
     quads: list[list[int]]
     around: list[list[int]]
-    """Hinges at each vertex."""
+    """Hinges (inner edges with two triangles) at each vertex."""
     taken: list[bool]
-    """Vertices that are in a patch, or in too small a one."""
+    """Whether each vertex is in a patch, or in a patch that is too small."""
 
     def skew(self, a: int, b: int, c: int, d: int) -> float:
-        """Return the distance of d from a + b - c, in lengths of the edge (a, b)."""
+        """Return the distance of d from its lattice position a + b - c, in lengths of the edge (a, b)."""
         p, q, r, s = (self.points[v] for v in (a, b, c, d))
         return dist([i + j - k for i, j, k in zip(p, q, r, strict=True)], s) / dist(p, q)
 
 
 def _grow(seed: list[int], mesh: _Mesh) -> Places:
-    """Axial coordinates (i, j) of every vertex that can be placed, starting with a triangle."""
+    """Return the lattice coordinates (i, j) of all vertices that can be reached from a first triangle."""
     places = dict(zip(seed, ((0, 0), (1, 0), (0, 1)), strict=True))
     full = set(places.values())
     queue = deque(seed)
@@ -79,7 +87,7 @@ def _grow(seed: list[int], mesh: _Mesh) -> Places:
 
 
 def _place_around(v: int, mesh: _Mesh, places: Places, full: set[tuple[int, int]], skew: float) -> list[int]:
-    """Place the vertices that a hinge at v determines, and return them."""
+    """Place the vertices that hinges at v determine on the lattice, and return these vertices."""
     new = []
     for h in mesh.around[v]:
         a, b, c, d = mesh.quads[h]
@@ -96,7 +104,7 @@ def _place_around(v: int, mesh: _Mesh, places: Places, full: set[tuple[int, int]
 
 
 def _patch(places: Places) -> Patch:
-    """Rows along that direction of the lattice that needs the smallest rectangle."""
+    """Arrange vertices in rows along the lattice direction that needs the smallest rectangle."""
     vertices = np.array(list(places))
     i, j = np.array(list(places.values())).T
     best = None
