@@ -141,7 +141,7 @@ class _Sun:
 
 
 def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: PaintedMesh, sun: _Sun | None, alpha: float) -> None:
-    """Draw a mesh into the image, at the pixels at which the mesh is nearer to the viewer than what was drawn before."""
+    """Draw a mesh into the image, at those pixels where the mesh is nearer than everything drawn before."""
     visible, near = see(view, mesh)
     lit = 1.0 if sun is None else 0.25 + 0.75 * sun.reaches(visible.sample(mesh.points, mesh.faces))
     light = np.zeros((*view.shape, 3))
