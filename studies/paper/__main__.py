@@ -1,7 +1,7 @@
 """Repeats the experiment of section VI of the paper, as docs/guide/reproduction.md explains.
 
-python -m studies.paper --garments towel --seeds 1 --out runs/paper
-python -m studies.paper --simulator native --out runs/paper-native
+    python -m studies.paper --garments towel --seeds 1 --out runs/paper
+    python -m studies.paper --simulator native --out runs/paper-native
 """
 
 from __future__ import annotations

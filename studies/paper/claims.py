@@ -38,10 +38,10 @@ class Claims:
     seeds: int
     moments: list[Moment]
     moved_left: int
-    """Number of seeds whose mean vertex error falls: it never rises between moments, and is smaller at the end."""
+    """Number of seeds whose mean vertex error never rises between moments, and is smaller at the end."""
     peaks: list[float]
-    """Separation, Ashman's D, of two groups of vertex errors for each seed: in the moving part of the cloth, and in the
-    part that should lie still."""
+    """Separation (Ashman's D) of two groups of vertex errors, for each seed. The first group is the moving part of the
+    cloth, and the second group is the part that should lie still."""
     slipped_less: int
     """Number of seeds whose best fold slips less than their first trial."""
 

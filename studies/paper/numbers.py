@@ -2,7 +2,7 @@
 
 They show the cloth of the paper's Tables I and II in Blender, the time of its simulation, and the results of a run.
 
-python -m studies.paper.numbers [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
+    python -m studies.paper.numbers [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
 """
 
 from __future__ import annotations

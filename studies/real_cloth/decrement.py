@@ -3,9 +3,8 @@
     python -m studies.real_cloth.decrement --data DATA [--write-docs]
 
 The logarithmic decrement describes how fast a swing decays. The table has the measured decrements at several
-amplitudes, with their scatter, which is estimated by bootstrap over the recordings. For comparison, it has the
-decrements of a stiff plate with several laws of air: linear, quadratic, and with drag that is larger after the motion
-turns.
+amplitudes, with their scatter, which is estimated by bootstrap over the recordings. For comparison, the table has the
+decrements of a stiff plate with several laws of air. The drag is linear, quadratic, or larger after the motion turns.
 """
 
 from __future__ import annotations

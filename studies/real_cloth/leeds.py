@@ -77,7 +77,7 @@ class Leeds(RealTest):
     name = "leeds"
 
     def load(self, data: Path) -> list[MeasuredHems]:
-        """See `RealTest.load`."""
+        """Read the measurements of the test from the folder `data`."""
         table = Columns.load(data / FILE, ("set", "fabric", *RADII))
         hems: dict[str, list[PlanOutline]] = {}
         for number, row in enumerate(table.rows):
@@ -89,12 +89,12 @@ class Leeds(RealTest):
         return [MeasuredHems(name, hems[name]) for name in sorted(hems, key=lambda name: (len(name), name))]
 
     def simulations(self, measured: list[MeasuredHems], bench: Bench) -> int:
-        """See `RealTest.simulations`."""
+        """Return the approximate number of simulations that the test needs."""
         known = drape.known_to(bench.simulator, self.models)
         return sum(model.swept + model.times * len(measured) * bench.seeds for model in known)
 
     def run(self, measured: list[MeasuredHems], bench: Bench) -> Section:
-        """See `RealTest.run`."""
+        """Simulate the experiments, and return the section with the results."""
         known = drape.known_to(bench.simulator, self.models)
         predictions = [_predicted(model, measured, bench) for model in known]
         best = predictions[-1]

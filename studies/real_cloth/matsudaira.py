@@ -1,8 +1,8 @@
 """Predicts the drape of four fabrics from their measured bending rigidity, without any fit.
 
-Matsudaira et al. 2015 measured the rigidity with a KES-FB2 tester, and the drape coefficient and the number of nodes of
-the same fabrics (J. Textile Eng. 61(6) 69-73, doi 10.4188/jte.61.69). They do not state the size of the specimens, so
-both standard sizes are simulated.
+The measurements are by Matsudaira et al. 2015 (J. Textile Eng. 61(6) 69-73, doi 10.4188/jte.61.69). They are the
+rigidity from a KES-FB2 tester, the drape coefficient and the number of nodes, the folds of the hem. The size of the
+specimens is not stated, so both standard sizes are simulated.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ def judged(known: Sequence[DrapeModel]) -> int:
 
 
 NEAR, NEARER, MOST_NODES = 8.0, 3.0, 1.0
-"""Goals: the errors of all drape coefficients are at most NEAR [percentage points], and of two coefficients at most
-NEARER. The errors of the numbers of nodes are at most MOST_NODES."""
+"""Goals for errors: the errors of all drape coefficients are at most NEAR [percentage points]. The errors of two
+coefficients are at most NEARER. The errors of the numbers of nodes are at most MOST_NODES."""
 FEW = 3
 """Least number of nodes of a fabric that is compared with the goal for nodes. A specimen with fewer nodes does not
 drape, but only bends down on two sides."""
@@ -97,16 +97,16 @@ class Matsudaira(RealTest):
     name = "drape"
 
     def load(self, data: Path) -> list[MeasuredDrape]:
-        """See `RealTest.load`."""
+        """Read the measurements of the test from the folder `data`."""
         table = Columns.load(data / FILE, ("id", "fabric", *NUMBERS))
         return [_measured(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[MeasuredDrape], bench: Bench) -> int:
-        """See `RealTest.simulations`."""
+        """Return the approximate number of simulations that the test needs."""
         return len(measured) * len(models(bench.simulator)) * bench.seeds
 
     def run(self, measured: list[MeasuredDrape], bench: Bench) -> Section:
-        """See `RealTest.run`."""
+        """Simulate the experiments, and return the section with the results."""
         known = models(bench.simulator)
         best = judged(known)
         asked = [

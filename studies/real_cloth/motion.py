@@ -48,8 +48,8 @@ FITTED = ("n13_traj8_1", "n7_traj9_2", "n4_traj8_1", "n7_traj9_3", "n13_traj10_1
 """Names of the recordings to which the effects of air are fitted."""
 NO_AIR = AirLaw()
 PERIOD, DECREMENT, SWING, NOISE = 0.03, 0.15, 9.0, 1.25
-"""Goals for errors: relative errors of the period and of the decrement, RMS error of the swing [mm], and the RMS error
-of all nodes divided by the camera's noise."""
+"""Goals for four errors: the relative error of the period, the relative error of the decrement, and the RMS error of
+the swing [mm]. The last is the RMS error of all nodes divided by the camera's noise."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class SwungCloth(RealTest):
     name = "motion"
 
     def load(self, data: Path) -> list[Recording]:
-        """See `RealTest.load`."""
+        """Read the measurements of the test from the folder `data`."""
         recordings = load_recordings(data / FILE, SESSION, LEFT_OUT)
         missing = set(FITTED) - {each.name for each in recordings}
         if missing:
@@ -85,11 +85,11 @@ class SwungCloth(RealTest):
         return recordings
 
     def simulations(self, measured: list[Recording], bench: Bench) -> int:
-        """See `RealTest.simulations`."""
+        """Return the approximate number of simulations that the test needs."""
         return len(FITTED) * (2 + 1 + len(START)) * EVALUATIONS + 3 * len(measured)
 
     def run(self, measured: list[Recording], bench: Bench) -> Section:
-        """See `RealTest.run`."""
+        """Simulate the experiments, and return the section with the results."""
         fitting = [recording for recording in measured if recording.name in FITTED]
 
         def swung(air: AirLaw) -> list[np.ndarray]:

@@ -1,6 +1,6 @@
 """Computes the swing of a stiff plate that hangs from a moving bar in air, for comparison with cloth.
 
-The angle phi of the plate solves, for a plate of length L,
+The plate has the length L. Its angle phi solves the equation:
 
     (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + max(c2, c3 s^(-1/3)) |u| u) r dr
     u = v + r phi'
@@ -10,8 +10,8 @@ All terms are divided by the areal density and the width of the plate. The symbo
 - kappa is the added mass of air.
 - c1, c2 and c3 are the linear, quadratic and turning drag.
 - v and a are the velocity and the acceleration of the bar across itself.
-- u is the velocity of the plate at the distance r from the bar.
-- s is the path that this point has moved since u changed its sign.
+- u is the velocity of the point of the plate at the distance r from the bar.
+- s is the path of this point since u changed its sign.
 - g is the acceleration of gravity.
 
 The term with s is needed because the drag of a plate in small oscillations is several times the drag in steady motion.

@@ -3,9 +3,14 @@
     python -m studies.real_cloth.seen_nodes --data DATA --out runs/real-cloth [--write-docs]
 
 The simulator `native` has fitted effects of air, as in the test `motion` of `studies.real_cloth`. Its nodes are
-compared with the seen nodes without a correction, and with several corrections: for a displaced camera, for another
-size of the cloth, for a shift in time, and for a motion of the whole cloth. Simulations that are kept in OUT are not
-run again.
+compared with the seen nodes, without and with corrections:
+
+- for a displaced camera,
+- for another size of the cloth,
+- for a shift in time,
+- for a motion of the whole cloth.
+
+Simulations that are kept in OUT are not run again.
 """
 
 from __future__ import annotations

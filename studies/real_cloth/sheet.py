@@ -97,7 +97,7 @@ def material(air: AirLaw) -> Material:
 def air_fields(air: AirLaw) -> dict[str, float]:
     """Return the fields of a material that describe a law of air.
 
-    For linear drag alone, the field is used that every simulator has.
+    Every simulator has a field for linear drag. This field is used if the law has no other effects.
     """
     if air.added_mass == air.quadratic == air.turning == 0.0:
         return {"air_drag": DENSITY * air.linear}

@@ -1,7 +1,7 @@
 """Compares learned folds of a towel with five trials in which two TIAGo arms folded a towel in half.
 
-The trials are from Garcia-Camacho et al. 2020, "Benchmarking Bimanual Cloth Manipulation", IEEE RA-L 5(2). They measure
-a fold by the areas A of the cloth, seen from above, before and after the fold. The area error is
+The trials are from Garcia-Camacho et al. 2020, "Benchmarking Bimanual Cloth Manipulation", IEEE RA-L 5(2). The authors
+compare the areas A of the cloth, seen from above, before and after the fold. The area error is:
 
     E_f = (100 / 0.5) |A_after / A_before - 0.5| %
 
@@ -50,16 +50,16 @@ class Towel(RealTest):
     name = "towel"
 
     def load(self, data: Path) -> list[RobotFold]:
-        """See `RealTest.load`."""
+        """Read the measurements of the test from the folder `data`."""
         table = Columns.load(data / FILE, ("success", "area_before_cm2", "area_after_cm2"))
         return [_robot_fold(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[RobotFold], bench: Bench) -> int:
-        """See `RealTest.simulations`."""
+        """Return the approximate number of simulations that the test needs."""
         return (bench.seeds + 1) * TRIALS + 2 * WORLDS
 
     def run(self, measured: list[RobotFold], bench: Bench) -> Section:
-        """See `RealTest.run`."""
+        """Simulate the experiments, and return the section with the results."""
         theirs = [each.area_error for each in measured if np.isfinite(each.area_error)]
         robots = _line("two TIAGo arms, real towel", len(measured), theirs)
         still = _tried("C of one world", None, bench.seeds, bench)

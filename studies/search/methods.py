@@ -114,9 +114,9 @@ def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tup
     """Propose a trial from the grid of De Gusseme and wyffels (2022), in a random order.
 
     Each path is a quadratic Bezier curve whose middle control point is above the middle of the path. The grid has 14
-    heights of this point, from 0.1 to 1 spans, the horizontal distance that a hand moves. The curve is tilted about the
-    line from grasp to release by 0 to 60 degrees. Higher curves get more tilts. Both hands tilt to the same side, and
-    grasp the corners.
+    heights of this point, from 0.1 to 1 spans. A span is the horizontal distance that a hand moves. The curve is tilted
+    about the line from grasp to release by 0 to 60 degrees. Higher curves get more tilts. Both hands tilt to the same
+    side, and grasp the corners.
     """
     points = [
         (height, tilt)

@@ -26,9 +26,9 @@ class Coarse(NamedTuple):
     spacing: float
     """Edge length ("spacing") of the mesh [m]."""
     softer: float = 1.0
-    """Factor by which the cloth is easier to stretch than the garment's usual cloth. A coarse mesh is too stiff against
-    bending in two directions. With the square of the ratio of spacings as the factor, it is as stiff as the default
-    mesh in this respect."""
+    """Factor by which the cloth is easier to stretch than the garment's usual cloth. With the usual cloth, a coarse
+    mesh is too stiff against bending in two directions. The suitable factor is the square of the ratio of the spacing
+    to the default spacing."""
 
 
 GARMENTS = {

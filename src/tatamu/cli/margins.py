@@ -83,7 +83,10 @@ def margins(
 
 
 def _disturbances(folder: ResultFolder) -> Disturbances:
-    """Return the disturbances with which a fold was learned; if it was learned without, the default disturbances."""
+    """Return the disturbances with which a fold was learned.
+
+    If the fold was learned without disturbances, return the default disturbances.
+    """
     from tatamu.disturbances import Disturbances
 
     used = folder.record.disturbances

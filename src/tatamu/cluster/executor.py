@@ -1,8 +1,8 @@
 """Runs calls on the workers of a Dask scheduler, with the interface of `concurrent.futures.Executor`.
 
-Calls wait in this process until workers are free. Each thread of a worker gets only two calls: it runs the first, and
-the second waits there, so the thread need not wait for the next message. Therefore few calls are lost if a worker dies.
-The time since a call was sent also shows approximately how long the call has run.
+Calls wait in this process until workers are free. Each thread of a worker gets only two calls: the first call runs, and
+the second call waits at the worker. So the thread need not wait for a message between two calls. Only few calls are
+lost if a worker dies. The time since a call was sent also shows approximately how long the call has run.
 """
 
 from __future__ import annotations

@@ -24,11 +24,11 @@ from tatamu.topology import Topology
 
 ROUNDS = 400
 PASSES, TENSE = 3, 0.3
-"""Number of passes, and a relative change of length. After each pass, the weight of a triangle is doubled if its sides
-changed by this fraction; with a larger change, the weight grows more."""
+"""Number of passes, and a relative change of length. After each pass, triangles whose sides changed get more weight.
+The weight is doubled if the relative change is TENSE."""
 SMOOTHINGS, SLIVER = 60, 0.12
-"""Largest number of passes that correct triangles, and the least height of a correct triangle as a fraction of its
-length. Triangles that face the wrong way are corrected as well."""
+"""Largest number of passes that correct triangles, and the least height of a triangle as a fraction of its length.
+Thinner triangles are corrected, and so are triangles that face the wrong way."""
 STILL = 1e-6
 """Motion of a vertex per step below which the iteration ends, as a fraction of the garment's extent."""
 LEAST_WEIGHT = 0.05
@@ -38,8 +38,8 @@ PRICES = (0.35, 1.0, 3.0)
 With a higher cost, the border is shorter and follows wrinkles less. All costs are tried, and the flat garment with the
 least strain is kept."""
 ONE_SIDED = 0.5
-"""Fraction of a panel's area above which the whole panel belongs to one side. The fraction is the area facing the
-front, less the area facing the back, or the other way round."""
+"""Limit above which a whole panel belongs to the front or the back. The limit is for the difference between the areas
+that face up and down, divided by the panel's area."""
 
 
 @dataclass(frozen=True)

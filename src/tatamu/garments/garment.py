@@ -54,7 +54,7 @@ class Garment:
     fibre: np.ndarray | None = None
     """Direction of the warp, the lengthwise threads, in the unstrained shape, shape (m, 3) or (1, 3); None for x."""
     edges: dict[str, np.ndarray] = field(default_factory=dict)
-    """Named parts of the flat outline, each as a path of vertices. With two layers, it is the path in the upper one."""
+    """Named parts of the flat outline, each as a path of vertices. With two layers, it is a path in the upper layer."""
     openings: tuple[str, ...] = ()
     """Names of the `edges` at which the layers are not sewn together."""
 

@@ -53,8 +53,8 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
             repeated at the end, and the hem of the T-shirt is at the bottom.
 
     Returns:
-        Numbers of the points along each open part, by name: hem, left_sleeve, right_sleeve, neck. The left sleeve is
-        on the left of the picture.
+        Numbers of the points along each open part, by name: hem, left_sleeve, right_sleeve, neck.
+        The left sleeve is on the left of the picture.
 
     Raises:
         InputError: If a sleeve has no pocket under it, no neck is found, or the sleeves are very different.

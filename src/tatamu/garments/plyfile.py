@@ -122,14 +122,14 @@ class _Text:
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """The numbers of an element without lists, shape (count, properties)."""
+        """Return the numbers of an element without lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
         width = len(element.properties)
         return np.array(self._taken(width * element.count), dtype=float).reshape(-1, width)
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
-        """The list of vertices of each face."""
+        """Yield the list of vertices of each face."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:
@@ -155,7 +155,7 @@ class _Binary:
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """The numbers of an element without lists, shape (count, properties)."""
+        """Return the numbers of an element without lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
         row = np.dtype([(f"p{k}", self._order + each.kind) for k, each in enumerate(element.properties)])
@@ -167,7 +167,7 @@ class _Binary:
         return np.column_stack([rows[name].astype(float) for name in row.names or ()])
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
-        """The list of vertices of each face."""
+        """Yield the list of vertices of each face."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:

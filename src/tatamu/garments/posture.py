@@ -3,7 +3,7 @@
 The directions of the garment are found from its shape:
 
 - Front to back: the direction in which the mesh is thinnest.
-- Width: of the other two directions, the one along which the garment is its own mirror image.
+- Width: a direction across the first, along which the garment is its own mirror image.
 - Hem: the end with the longest opening in the middle. Trousers have two openings beside the middle, the legs.
 - Front: the side with the lower neckline.
 
@@ -26,7 +26,8 @@ from tatamu.garments.meshfile import border_loops
 ALIGNED = np.cos(np.radians(30.0))
 """Cosine of an angle. A direction at a smaller angle to an axis of the file is replaced by this axis."""
 CLEAR = 0.6
-"""Largest ratio of two errors: the error of the mirror image along the width, and along the other direction."""
+"""Largest ratio of two errors of a mirror image: along the width, and along the length. With a larger ratio, the width
+is ambiguous."""
 MIDDLE = 0.12
 """Largest distance between the middle plane and an opening in the middle, as a fraction of the width."""
 LONGER = 1.1

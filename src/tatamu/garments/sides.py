@@ -30,9 +30,9 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
             the part between the two points nearest to the ends of the curve.
 
     Returns:
-        Numbers of the points of each side, with both ends, by name. Sides without a given name are named after the
-        direction that they face: "bottom" (-x), "right" (-y), "top" (+x) and "left" (+y). If several sides face one
-        direction, the outermost has the plain name, and the others are called "bottom 2" and so on.
+        Numbers of the points of each side, with both ends, by name.
+        A side without a given name is named after its direction: "bottom" (-x), "right" (-y), "top" (+x), "left" (+y).
+        If several sides face one direction, the outermost side has this name, and the next is called "bottom 2".
 
     Raises:
         InputError: If a named curve does not lie along the loop.
@@ -119,7 +119,7 @@ def _runs(label: np.ndarray) -> list[tuple[int, int]]:
 def _main_first(
     runs: list[tuple[int, int]], label: np.ndarray, extremes: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]]:
-    """Return runs in an order in which, of all runs that face one direction, the outermost comes first."""
+    """Return the runs in another order: the outermost of all runs that face one direction comes first."""
 
     def rank(run: tuple[int, int]) -> float:
         reach = extremes.get(str(label[run[0] % len(label)]))

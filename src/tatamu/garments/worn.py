@@ -28,9 +28,9 @@ from tatamu.material import Material
 OFTEN_UNWELDED = (".stl", ".glb")
 """File formats that repeat a vertex for each of its triangles, or for each of its texture coordinates."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""Three relative changes of the edges' lengths. A garment is flattened if two conditions are met: half of the edges
-change by at most GENTLE, and 95 % of the edges by at most MOST. If more than 5 % of the edges change by more than
-DOUBTED, a note asks the user to check the garment."""
+"""Three limits for relative changes of the edges' lengths. A garment is flattened only if half of its edges change by
+at most GENTLE, and 95 % by at most MOST. If more than 5 % of the edges change by more than DOUBTED, a note asks the
+user to check the garment."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
 """Largest median of the relative differences between edges in the mesh and in the UV map, with one scale for all

@@ -1,11 +1,11 @@
 """Computes the shape of a heavy strip: inextensible cloth in a vertical plane, bent only by its own weight.
 
-The strip has the bending rigidity B [N m], the weight per area w = rho g [N/m^2], the arc length s [m], the slope
-theta [rad] and the height z [m]. Its shape is the one with the minimum energy per width
+The bending rigidity of the strip is B [N m], and its weight per area is w = rho g [N/m^2]. At the arc length s [m], the
+strip has the slope theta [rad] and the height z [m]. Its shape has the minimum energy per width,
 
-    E = int  B/2 (d theta/ds)^2 + w z  ds,
+    E = int  B/2 (d theta/ds)^2 + w z  ds.
 
-Shapes with equal lengths in units of the bending length l_b = (B / w)^(1/3) (Peirce 1930) are therefore similar. The
+Therefore the shape depends only on lengths in units of the bending length l_b = (B / w)^(1/3) (Peirce 1930). The
 modules compute different shapes:
 
 - `cantilever`: The strip is clamped at one end, and the other end hangs free. This is a boundary-value problem.

@@ -1,13 +1,15 @@
 """Computes the shape of a cantilever: an inextensible strip, clamped at one end, that bends under its own weight.
 
-The slope below the horizontal theta at the arc length s solves the equations of the heavy elastica:
+At the arc length s, the strip has the slope theta, measured downwards from the horizontal. The equations are:
 
     B theta'' = -w (L - s) cos(theta),  theta(0) = 0,  theta'(L) = 0,  x' = cos(theta),  y' = sin(theta)
     Gamma = w L^3 / B = (L / l_b)^3
 
-B is the bending rigidity, w = rho g the weight per area, L the length of the strip, x the reach, y the drop and l_b the
-bending length (Peirce 1930). The dimensionless weight Gamma is raised step by step, and each solution is the initial
-guess for the next. Without these steps, a solver finds wrong branches above Gamma of about 100.
+B is the bending rigidity, w = rho g is the weight per area, and L is the length of the strip. The horizontal distance
+from the clamp is x (the reach), and the vertical distance is y (the drop). The bending length is l_b (Peirce 1930).
+
+The dimensionless weight Gamma is raised step by step, and each solution is the initial guess for the next. Without
+these steps, a solver finds wrong solutions if Gamma is above about 100.
 """
 
 from __future__ import annotations

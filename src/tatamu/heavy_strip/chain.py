@@ -1,7 +1,7 @@
 """Computes the loop of a folded strip as a chain of links. Validation compares simulations with this loop.
 
 The chain has n rigid links of length h and slopes theta_i. Its energy, with the bending rigidity B and the weight per
-area w, is
+area w, is:
 
     E = sum B / (2 h) (theta_i+1 - theta_i)^2 + sum w h z_i,   x, z the sums of h cos(theta), h sin(theta)
 

@@ -6,8 +6,9 @@ energy and gravitational energy:
 
     E / b = int  B/2 (d phi/du)^2 + rho g z  du,     z >= t/2 below, z >= 3t/2 above,
 
-Here b is the width of the strip, B its bending rigidity, rho its mass per area, g gravity, phi the direction of the
-strip, z its height and t its thickness. The strip is modelled as an inextensible chain of short links.
+The strip has the width b, the bending rigidity B, the mass per area rho and the thickness t. At the arc length u, its
+direction is phi and its height is z. The acceleration of gravity is g. The strip is modelled as an inextensible chain
+of short links.
 
 In units of the bending length l_b, the shape depends only on t / l_b. If l_b is about as small as t, the cloth is limp,
 and its crease is a circle. A stack of layers that slide on each other has the bending length of a single layer, and the
@@ -27,7 +28,7 @@ from tatamu.errors import TatamuError
 
 LINKS = 100
 HALF_LENGTH = 4.5
-"""Half the arc length U of the strip, in bending lengths. It is enough because the strip is flat outside the loop."""
+"""Half of the strip's arc length, U, in bending lengths. The loop is shorter, so both ends of the strip are flat."""
 STEP = 2 * HALF_LENGTH / LINKS
 """Length of a link, in bending lengths."""
 SHARPEST = 0.75
@@ -36,8 +37,8 @@ bending length."""
 GUESSED_WIDTH = 1.4
 """Arc length of the bent part at the start of the minimisation, in bending lengths."""
 TOLERANCE = 1e-8
-"""Change of the energy per step at which the minimisation ends, in units of w l_b^2: weight per area times the square
-of the bending length."""
+"""Change of the energy per step at which the minimisation ends, in units of w l_b^2. Here w is the weight per area, and
+l_b is the bending length."""
 MOST_ITERATIONS = 300
 """Largest number of iterations of the minimisation. About 75 iterations are enough for any cloth."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)

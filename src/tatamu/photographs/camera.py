@@ -1,14 +1,20 @@
 """Estimates the camera of a photograph, which converts positions on the table to pixels and back.
 
-The camera has these parameters: the focal length, the centre, two terms of distortion, the pose of the board's first
-page relative to the camera, and the position of every further page on the table. The estimated parameters minimise
+The parameters are:
+
+- the focal length, the centre and two terms of distortion of the lens,
+- the pose of the board's first page relative to the camera,
+- the position of every further page on the table.
+
+The estimated parameters minimise
 
     sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
 
-The first sum is over the corners of the board: their pixels in the photo (seen), their pixels according to the camera
-(projected) and the error sigma of a pixel. The second sum is over the parameters of the lens, whose values are roughly
-known in advance (a prior). The board covers only a small part of the picture. Outside the board, the uncertainty of
-positions depends mostly on this prior. The covariance of the parameters describes the uncertainty.
+The first sum is over the corners of the board. For each corner, it compares the pixel in the photo (seen) with the
+pixel according to the camera (projected). The error of a pixel is sigma. The second sum is over the parameters of the
+lens, whose values are roughly known in advance (a prior). The board covers only a small part of the picture. Outside
+the board, the uncertainty of positions depends mostly on this prior. The covariance of the parameters describes the
+uncertainty.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def closed_normals(curve: np.ndarray) -> np.ndarray:
 
 
 def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reach: float) -> Edges:
-    """Find the edge near each point: the position on a line through the point where the colour changes most.
+    """Find the edge near each point. On a line through the point, it is the position at which the colour changes most.
 
     Args:
         pixels: 8-bit RGB, shape (h, w, 3).

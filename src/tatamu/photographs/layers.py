@@ -124,9 +124,9 @@ def inner_edge(
 def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> float:
     """Return the coordinate at which a layer ends, from the gradients of brightness across the edge.
 
-    The rim of a layer may be a dark or bright band, which has a strong gradient at each end. One of both is the
-    strongest gradient, at index `best`. If a band has the width w and is blurred by `soft`, the gradients are largest
-    at the distance sqrt(soft^2 + w^2/4) from the middle of the band.
+    The rim of a layer may be a dark or bright band, which has a strong gradient at each end. The stronger of the two
+    gradients has the index `best`. The band has a width w and is blurred by `soft`. Then the gradients are largest at
+    the distance sqrt(soft^2 + w^2/4) from the middle of the band.
     """
     reach = round(WIDE / float(across[1] - across[0]))
     strength = np.abs(slopes)

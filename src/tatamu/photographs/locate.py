@@ -55,8 +55,8 @@ def locate(
         garment: Name or file of the garment.
         size: Width and length with which the cloth is compared [m]; None to accept any size.
         board_pose: Pose of the board in the robot's base frame [m, m, rad]; None if it is not known.
-        touched: Positions of the board's marks A, B and C in the robot's base frame, measured by touching the marks
-            with the robot [m], shape (3, 2) or (3, 3); None if the marks were not touched.
+        touched: Positions of the board's marks A, B and C in the robot's base frame [m], shape (3, 2) or (3, 3). They
+            are measured by touching the marks with the robot. None if the marks were not touched.
         lens: File of the camera's lens; None if the lens is not known.
         corners: Pixels of corners that the user gives, by the name of the corner, shape (2,). They replace the corners
             that are found.

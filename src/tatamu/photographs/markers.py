@@ -1,4 +1,4 @@
-"""A board found in a photograph: the corners of each of its pages."""
+"""Finds a board in a photograph: the corners of all visible pages."""
 
 from __future__ import annotations
 
@@ -85,9 +85,9 @@ def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Return the corners of a chessboard with an error of a few hundredths of a pixel, shape (n, 2).
 
     At a corner, the brightness has a saddle point. A quadratic function is fitted to the brightness around each corner,
-    and its saddle point is the result (Lucchese and Mitra 2002, Asia-Pacific Conference on Circuits and Systems).
-    OpenCV's own refinement is not used, because the edges of markers next to the corner add an error of a quarter of a
-    pixel to it.
+    and the saddle point of this function is the result. The method is by Lucchese and Mitra (2002, Asia-Pacific
+    Conference on Circuits and Systems). OpenCV's own refinement is not used, because edges of markers next to the
+    corner disturb it. They cause an error of a quarter of a pixel.
 
     Args:
         grey: Grey photograph, uint8, shape (h, w).

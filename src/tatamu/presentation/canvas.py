@@ -69,7 +69,7 @@ def _paint(canvas: Any, projection: Projection, shape: Shape, ground: str) -> No
 
 
 def _dashes(path: np.ndarray, length: float) -> Iterable[np.ndarray]:
-    """Cut a polyline into dashes of a given length, with gaps of the same length. With length 0, it is not cut."""
+    """Cut a polyline into dashes of a given length, with gaps of this length. With length 0, the line is not cut."""
     if not length:
         return [path]
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])

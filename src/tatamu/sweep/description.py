@@ -45,7 +45,7 @@ class SweepFile(Record):
 
 @dataclass(frozen=True)
 class SweepTask:
-    """One study of a sweep."""
+    """A task of a sweep, which is a study that learns one fold."""
 
     name: str
     """Name of the task's folder, which has a short digest of the task's options unless the file gives the name."""
