@@ -2,6 +2,8 @@
 
     python -m studies.paper --garments towel --seeds 1 --out runs/paper
     python -m studies.paper --simulator native --out runs/paper-native
+
+The first command runs a single study of the towel. The second command uses the simulator `native`.
 """
 
 from __future__ import annotations
