@@ -1,10 +1,10 @@
-"""Research with tatamu, which is not part of the package; run from the root of the repository.
+"""Research studies with tatamu. They are not part of the package, and are run from the root of the repository.
 
-- `real_cloth`: published measurements of real cloth compared with predictions of a simulator;
-- `paper`: section VI of the paper repeated, with its figures, tables and claims;
-- `search`: the default search compared with others;
-- `cluster_storm`: a cluster whose workers, database and client are killed; its overhead; 1,000 workers;
-- `readers`: random docstrings and pages for the readers' test.
+- `real_cloth` compares published measurements of real cloth with predictions of a simulator.
+- `paper` repeats section VI of the paper, with its figures, tables and claims.
+- `search` compares the default search with other searches.
+- `cluster_storm` tests a cluster whose workers, database and client are killed, and measures its overhead.
+- `readers` prints random docstrings and pages for the readers' test.
 
-`python -m studies.NAME --help` shows the options of a study. Tables go to the docs by way of `benchmarks.tables`.
+`python -m studies.NAME --help` shows the options of a study. `benchmarks.tables` writes the tables into the docs.
 """

@@ -1,11 +1,11 @@
-"""A cluster whose workers, database and client are killed; its overhead; the needs of 1,000 workers.
+"""Tests a cluster whose workers, database and client are killed, and measures the overhead of a cluster.
 
-Writes the tables of docs/notes/cluster.md:
+It also computes what 1,000 workers would need. The command writes the tables of docs/notes/cluster.md:
 
     python -m studies.cluster_storm [storm] [overhead] [busy] [constants] [--studies 200] [--write-docs]
 
-Needs `tatamu[cluster]` and, for `storm` and `constants`, PostgreSQL, whose server runs in a temporary folder.
-Everything runs on this machine in real processes.
+The study needs `tatamu[cluster]`. The parts `storm` and `constants` also need PostgreSQL, whose server runs in a
+temporary folder. Everything runs in real processes on this machine.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ from tatamu import Nominal, make_task
 
 WORKERS = 4
 KILL_EVERY = 8.0
-"""Seconds between two workers killed."""
+"""Time after which another worker is killed [s]."""
 CLIENT_KILLED_AT = (0.3, 0.6)
 DATABASE_RESTARTED_AT = ((0.2, "fast"), (0.5, "immediate"))
-"""Share of completed studies at which the database is restarted, and how."""
+"""Fractions of all studies after which the database is restarted, and the ways in which PostgreSQL is stopped."""
 ROUNDS = 3
-"""Number of rounds; the fastest counts, because other work slows the others."""
+"""Number of rounds of a measurement. Only the fastest round counts, because other programs may slow a round."""
 CALLS = 30
-"""Sleeping calls of each worker in a round."""
+"""Number of calls per worker in a round; a call only sleeps."""
 TOGETHER = 16
 """Number of sleeping workers that share a process."""
 HERE = ("--host", "127.0.0.1")
@@ -57,7 +57,7 @@ main()
 
 
 def sweep_file(folder: Path, studies: int) -> Path:
-    """Write a sweep of small studies."""
+    """Write the file of a sweep of small studies, and return its path."""
     path = folder / "sweep.toml"
     seeds = list(range(studies))
     path.write_text(
@@ -69,7 +69,7 @@ def sweep_file(folder: Path, studies: int) -> Path:
 
 
 def start(file: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
-    """Start a client."""
+    """Start a client process that runs a sweep."""
     command = [sys.executable, "-c", CLIENT, "sweep", str(file), "--out", str(out), *options]
     environment = {**os.environ, "PGPASSWORD": postgres.PASSWORD}
     return subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
@@ -85,7 +85,10 @@ def complete(out: Path) -> int:
 
 
 def results(out: Path) -> dict[str, str]:
-    """Return a digest of each study: trials without their times, manipulation, scene, and the bytes of the rollout."""
+    """Return a digest of each study of a sweep, by the name of its folder.
+
+    The digest is computed from all results except times: the trials, the manipulation, the scene and the rollout.
+    """
     import numpy as np
 
     found = {}
@@ -105,22 +108,26 @@ def results(out: Path) -> dict[str, str]:
 
 
 class Cluster:
-    """A scheduler and workers, all as processes; workers that end are restarted, as by Slurm and Kubernetes."""
+    """A scheduler and workers, which are all processes of this machine.
+
+    Workers that have ended can be restarted, as Slurm and Kubernetes do.
+    """
 
     def __init__(self, folder: Path, workers: int, together: int | None = None) -> None:
         """Start the scheduler and all workers.
 
         Args:
-            folder: Folder of their files.
-            workers: Number of processes that work.
-            together: Workers of each process, without a nanny; None for one, as `dask worker` starts it.
+            folder: Folder of the cluster's files.
+            workers: Number of worker processes.
+            together: Number of workers in each process, which then has no nanny (the process with which Dask supervises
+                a worker). None for one worker per process, which `dask worker` starts with a nanny.
         """
         self._folder = folder
         self._together = together
         self._environment = {
             **os.environ,
             "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "3",  # Dask's own default
-            "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",  # these two as in examples/cluster
+            "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",  # this and the next line are as in examples/cluster
             "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
             "DASK_LOGGING__DISTRIBUTED": "error",
         }
@@ -143,7 +150,7 @@ class Cluster:
         return self._start("dask", "worker", self.address, "--nworkers", "1", "--nthreads", "1", *own, *HERE)
 
     def kill_one(self, chance: random.Random) -> bool:
-        """Kill the worker process of one of the nannies; return whether there was one."""
+        """Kill the worker of a random nanny, the process that supervises a worker. Return whether it had a worker."""
         lists = Path(f"/proc/{chance.choice(self._workers).pid}/task").glob("*/children")
         children = [int(word) for path in lists for word in path.read_text().split()]
         working = [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
@@ -152,7 +159,10 @@ class Cluster:
         return bool(working)
 
     def start_again(self) -> None:
-        """Restart workers whose nannies have ended, which happens if a worker is killed while it starts."""
+        """Restart all workers whose nanny, the supervising process, has ended.
+
+        A nanny ends if its worker is killed while the worker is starting.
+        """
         self._workers = [self._worker() if worker.poll() is not None else worker for worker in self._workers]
 
     def stop(self) -> None:
@@ -165,7 +175,7 @@ class Cluster:
 
 @dataclass
 class Storm:
-    """Numbers of killed workers, databases and clients."""
+    """Numbers of workers and clients that were killed and of databases that were restarted, and the whole time [s]."""
 
     workers: int = 0
     databases: int = 0
@@ -174,11 +184,11 @@ class Storm:
 
 
 def kill_workers(cluster: Cluster, storm: Storm, calm: Event) -> None:
-    """Kill a worker every few seconds."""
+    """Kill a random worker every few seconds, until the event `calm` is set."""
     chance = random.Random(0)
     while not calm.wait(KILL_EVERY):
         cluster.start_again()
-        with suppress(OSError):  # it ended by itself
+        with suppress(OSError):  # the worker ended by itself
             storm.workers += cluster.kill_one(chance)
 
 
@@ -220,10 +230,10 @@ def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> S
 
 
 def proof(studies: int) -> str:
-    """Return a table that compares the storm with the undisturbed sweep."""
+    """Return a table that compares a sweep under these failures with an undisturbed sweep."""
     with TemporaryDirectory() as folder, postgres.running() as server:
         file = sweep_file(Path(folder), studies)
-        calm = start(file, Path(folder) / "calm", "--at-a-time", "4")  # beside the storm: it needs one core
+        calm = start(file, Path(folder) / "calm", "--at-a-time", "4")  # runs at the same time on one core
         storm = run_storm(file, Path(folder) / "storm", studies, server)
         if calm.wait() != 0:
             raise SystemExit(calm.stderr.read().decode() if calm.stderr else "")
@@ -252,13 +262,13 @@ def proof(studies: int) -> str:
 
 
 def nap(seconds: float) -> float:
-    """Sleep for the time of a rollout."""
+    """Sleep for a time [s], and return this time. The call stands for a simulation."""
     time.sleep(seconds)
     return seconds
 
 
 def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, float]:
-    """Return the share of time that workers were busy, and the cost of a call [ms], in the quietest round."""
+    """Return the fraction of time in which workers were busy, and the overhead of a call [ms], in the fastest round."""
     had = []
     calls = workers * CALLS
     for _ in range(ROUNDS):
@@ -272,9 +282,9 @@ def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, flo
 
 
 def napped(processes: int, together: int | None, seconds: float) -> tuple[float, float, float]:
-    """Run `rounds` on Dask workers; also return the core time of a call at the client [ms].
+    """Run `rounds` on Dask workers, and return its results and the client's processor time per call [ms].
 
-    Scheduler and workers are processes of their own, as on a cluster.
+    The scheduler and the workers are separate processes, as on a cluster.
     """
     from tatamu.cluster import connected
 
@@ -296,7 +306,7 @@ def napped(processes: int, together: int | None, seconds: float) -> tuple[float,
 
 @cache
 def rollout() -> float:
-    """Return the seconds that a rollout of the default towel takes here: the quickest of three."""
+    """Return the time of a simulation of the default towel on this machine [s], the shortest of three."""
     evaluate = Nominal(make_task("towel"))
     parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0}
     found = [evaluate(parameters).rollout for _ in range(3)]
@@ -304,7 +314,7 @@ def rollout() -> float:
 
 
 def overhead() -> str:
-    """Return the overhead of a sleeping call on four processes, by Dask and by Python's own pool."""
+    """Return a table with the overhead of a call on four processes, for Dask and for Python's own process pool."""
     busy, beside, here = napped(WORKERS, None, rollout())
     with ProcessPoolExecutor(WORKERS) as pool:
         list(pool.map(nap, [0.01] * 4 * WORKERS))
@@ -327,7 +337,7 @@ def overhead() -> str:
 
 
 def busy() -> str:
-    """Return the load of 64 sleeping workers with one thread each, in four processes."""
+    """Return a table with the load of 64 workers of one thread each, in four processes. The calls only sleep."""
     share, _, here = napped(64 // TOGETHER, TOGETHER, rollout())
     row = {
         "workers": "64",
@@ -343,7 +353,7 @@ def busy() -> str:
 
 
 def main() -> None:
-    """Parse and run."""
+    """Parse the command line, and run the chosen parts of the study."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("only", nargs="*", choices=["storm", "overhead", "busy", "constants", []])
     parser.add_argument("--studies", type=int, default=200)

@@ -1,4 +1,4 @@
-"""Measured constants of one trial, and the needs of 1,000 workers computed from them."""
+"""Measures time, messages and bytes of a trial, and computes from them what 1,000 workers need."""
 
 from __future__ import annotations
 
@@ -26,47 +26,47 @@ from tatamu.study.store import StudyStore
 
 WORKERS = 1000
 SECONDS = 1.0
-"""Duration of a rollout on the page's cluster [s]."""
+"""Time of a simulation on the cluster for which the needs are computed [s]."""
 CALLS = 200
 STUDIES = 50
-"""Trials of a study."""
+"""Number of trials of a study."""
 
 
 def nothing(number: int) -> int:
-    """A call that takes no time."""
+    """Return `number`. The call takes almost no time."""
     return number
 
 
 @dataclass
 class Constants:
-    """Time, messages and bytes of one trial."""
+    """Time, messages and bytes per trial."""
 
     messages: float = 0.0
     """Number of messages that the scheduler receives."""
     scheduler: float = 0.0
-    """Core time of scheduler and client together [ms]."""
+    """Processor time of scheduler and client together [ms]."""
     call: int = 0
-    """Bytes of a call, without data that are sent only once."""
+    """Size of a call, without data that are sent only once [bytes]."""
     result: int = 0
-    """Bytes of a result without its rollout."""
+    """Size of a result without its rollout [bytes]."""
     scene: int = 0
-    """Bytes that a study sends once to each worker."""
+    """Size of the data that a study sends once to each worker [bytes]."""
     rollout: int = 0
-    """Bytes of a rollout; each study sends a few."""
+    """Size of a rollout [bytes]. Each study sends only a few rollouts."""
     ask: float = 0.0
-    """Core time of a proposal, median over a study [ms]."""
+    """Processor time of a proposal, as a median over a study [ms]."""
     commits: float = 0.0
-    """Transactions of the database."""
+    """Number of database transactions."""
     tell: float = 0.0
-    """Time of recording a trial [ms]."""
+    """Time of recording a trial in the database [ms]."""
     connections: int = 0
-    """Largest number of connections of one client."""
+    """Largest number of database connections of a client."""
     row: float = 0.0
-    """Bytes in the database."""
+    """Size of a trial in the database [bytes]."""
 
 
 def constants() -> dict[str, str]:
-    """Return both tables, by the names of their marks."""
+    """Return the tables of measured constants and of computed needs, by the names of their marks in the docs."""
     found = Constants()
     _dask(found)
     _bytes(found)
@@ -78,7 +78,10 @@ def constants() -> dict[str, str]:
 
 
 def _dask(found: Constants) -> None:
-    """Return messages and core time of the scheduler; scheduler and client run in this process, workers in others."""
+    """Measure the messages and the processor time of scheduler and client.
+
+    Scheduler and client run in this process, and the workers run in other processes.
+    """
     from tatamu.cluster.connection import _configure
     from tatamu.cluster.executor import DaskExecutor
 
@@ -118,7 +121,7 @@ def _dask(found: Constants) -> None:
 
 
 def _bytes(found: Constants) -> None:
-    """Measure the bytes that are sent for the default towel."""
+    """Measure the sizes of the data that are sent for the default towel."""
     evaluate = Nominal(make_task("towel"))
     parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0}
     evaluation = evaluate(parameters)
@@ -129,13 +132,13 @@ def _bytes(found: Constants) -> None:
 
 
 class TimedSearch(GPSearch):
-    """The usual search, which measures its proposals."""
+    """The default search, which also measures the time of its proposals."""
 
     seconds: ClassVar[list[float]] = []
-    """Core time of each proposal [s]."""
+    """Processor time of each proposal [s]."""
 
     def ask(self, fidelity: int = HIGH) -> Proposal:
-        """Return the next proposal."""
+        """Return the next proposal, and record its processor time."""
         started = time.thread_time()
         proposal = super().ask(fidelity)
         self.seconds.append(time.thread_time() - started)
@@ -143,7 +146,7 @@ class TimedSearch(GPSearch):
 
 
 def _search(found: Constants) -> None:
-    """Measure proposals and the database: one study of a small towel, one trial after another."""
+    """Measure the time of proposals and of the database, in a study of a small towel with one trial at a time."""
     told = []
     add = StudyStore.add
 

@@ -1,6 +1,6 @@
-"""Several Dask workers with one thread each in one process, which they can share because they only sleep.
+"""Runs several Dask workers with one thread each in this process. They can share a process because they only sleep.
 
-Its arguments are the scheduler's address and the number of workers.
+The command's arguments are the address of the scheduler and the number of workers.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from distributed import Worker
 
 
 async def work(address: str, count: int) -> None:
-    """Work for a scheduler until it ends."""
+    """Run `count` workers of a scheduler until the scheduler ends."""
     workers = [Worker(address, nthreads=1, host="127.0.0.1", dashboard=False, memory_limit=0) for _ in range(count)]
     await asyncio.gather(*workers)
     await asyncio.gather(*(worker.finished() for worker in workers))

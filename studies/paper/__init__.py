@@ -1,4 +1,4 @@
-"""Section VI of the paper repeated; everything that the paper leaves open is an option."""
+"""Repeats the experiment of section VI of the paper. Everything that the paper does not state is an option."""
 
 from studies.paper.experiment import Choices, Study, run
 

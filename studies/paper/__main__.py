@@ -1,7 +1,9 @@
-"""Section VI of the paper repeated: docs/guide/reproduction.md.
+"""Repeats the experiment of section VI of the paper, as docs/guide/reproduction.md explains.
 
-python -m studies.paper --garments towel --seeds 1 --out runs/paper
-python -m studies.paper --simulator native --out runs/paper-native
+    python -m studies.paper --garments towel --seeds 1 --out runs/paper
+    python -m studies.paper --simulator native --out runs/paper-native
+
+The first command runs a single study of the towel. The second command uses the simulator `native`.
 """
 
 from __future__ import annotations
@@ -51,9 +53,9 @@ def reproduce(
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Run section VI of the paper again and compare its claims with the outcome.
+    """Repeat the experiment of section VI of the paper, and compare the paper's claims with the results.
 
-    To resume a run that was interrupted, repeat the command.
+    To resume an interrupted run, run the same command again.
     """
     choices = Choices(
         simulator=simulator,
@@ -85,7 +87,7 @@ def reproduce(
 
 
 def _pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Return options of the form GARMENT=VALUE as a table."""
+    """Read options of the form GARMENT=VALUE, and return the values by garment."""
     pairs = [text.partition("=") for text in given or []]
     for name, sign, value in pairs:
         if not (name and sign and value):

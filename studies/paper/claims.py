@@ -1,4 +1,4 @@
-"""The paper's claims about its results, tested on the results here. Every answer is a number with its definition."""
+"""Tests the paper's claims about its results on the results of this study. Every answer is a defined number."""
 
 from __future__ import annotations
 
@@ -12,46 +12,47 @@ from studies.paper.experiment import Study
 from tatamu.study import MOMENTS, Result, Trial
 
 AFTER = tuple(count for count, _ in MOMENTS.values())
-"""Numbers of trials after which the paper's Fig. 6 shows the errors."""
+"""Numbers of trials after which Fig. 6 of the paper shows the errors."""
 TWO_PEAKS = 2.0
-"""Ashman's D above which two groups are clearly separate (Ashman, Bird and Zepf 1994)."""
+"""Least value of Ashman's D, a measure of separation, for two clearly separate groups (Ashman, Bird and Zepf 1994)."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """Medians over the seeds for the best trial up to one moment of the search."""
+    """Results of the best trial up to a moment of the search, as medians over the seeds."""
 
     after: int
     mean_vertex_distance: float
-    """Mean e_i, Eq. (12), median over the seeds [m]."""
+    """Mean of the vertex errors e_i, Eq. (12), as a median over the seeds [m]."""
     slip: float
-    """Median over the seeds [m]."""
+    """Slip of the part that should lie still, as a median over the seeds [m]."""
     trajectory_length: float
-    """l_x, median over the seeds [m]."""
+    """Length l_x of a hand's path, as a median over the seeds [m]."""
 
 
 @dataclass(frozen=True)
 class Claims:
-    """The claims, answered for one garment."""
+    """The answers to the paper's claims for a garment."""
 
     garment: str
     seeds: int
     moments: list[Moment]
     moved_left: int
-    """Number of seeds whose mean e_i fell from each of these moments to the next, or kept the same best trial."""
+    """Number of seeds whose mean vertex error never rises between moments, and is smaller at the end."""
     peaks: list[float]
-    """Ashman's D between e_i of the moving part and of the part that should lie still, for each seed."""
+    """Separation (Ashman's D) of two groups of vertex errors, for each seed. The first group is the moving part of the
+    cloth, and the second group is the part that should lie still."""
     slipped_less: int
     """Number of seeds whose best fold slips less than their first trial."""
 
     @property
     def two_peaked(self) -> int:
-        """Number of seeds with two clearly separate peaks."""
+        """Number of seeds whose errors have two clearly separate peaks."""
         return sum(peak > TWO_PEAKS for peak in self.peaks)
 
 
 def claims(garment: str, studies: list[Study]) -> Claims:
-    """Answer the claims from the studies of one garment."""
+    """Return the answers to the paper's claims from the studies of a garment."""
     folds = [study.fold for study in studies if study.garment == garment]
     count = len(folds[0].record.trials)
     moments = [after for after in AFTER if after <= count] + ([count] if count not in AFTER else [])
@@ -67,17 +68,22 @@ def claims(garment: str, studies: list[Study]) -> Claims:
 
 
 def best(fold: Result, after: int) -> Trial | None:
-    """Return the complete trial with the lowest C, Eq. (10), among the first `count`; None if all failed."""
+    """Return the complete trial with the lowest objective C, Eq. (10), among the first `after` trials.
+
+    The result is None if all of these trials failed.
+    """
     complete = [trial for trial in fold.record.trials[:after] if trial.state == "complete"]
     return min(complete, key=lambda trial: (trial.objective, trial.number)) if complete else None
 
 
 def separation(fold: Result) -> float:
-    """Return Ashman's D = sqrt(2) |m_1 - m_2| / sqrt(s_1^2 + s_2^2) between e_i of the upper and of the lower part.
+    """Return Ashman's D = sqrt(2) |m_1 - m_2| / sqrt(s_1^2 + s_2^2), the separation of two groups of vertex errors.
 
-    The paper explains two peaks by a lower side that has slipped under a correct upper side. m is the median, and s the
-    median absolute deviation scaled to a normal distribution, so that the loop between the parts, a long tail of either
-    group, has little influence.
+    The groups are the errors of the upper part and of the lower part of the cloth. In the paper, the errors have two
+    peaks, because a lower part had slipped under a correct upper part.
+
+    Here m is the median of a group. The spread s is the median absolute deviation, scaled to a normal distribution.
+    With these robust values, the loop between both parts, which has large errors, has little influence.
     """
     lower = np.linalg.norm(fold.target - fold.start, axis=1) < 1e-6
     if not lower.any() or lower.all():
@@ -104,5 +110,5 @@ def _length(trial: Trial | None) -> float:
 
 
 def _falls(values: list[float]) -> bool:
-    """Return whether the values never rise and the last is less than the first."""
+    """Return whether the values never rise, and the last value is less than the first."""
     return values[-1] < values[0] and all(later <= earlier for earlier, later in pairwise(values))

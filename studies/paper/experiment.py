@@ -1,4 +1,8 @@
-"""Section VI: for each garment and seed a study of one random trial and then a Gaussian process; the best by C."""
+"""Runs the studies of section VI of the paper: one study for each garment and random seed.
+
+A study has one random trial, and then trials that a Gaussian process proposes. Its result is the trial with the lowest
+objective C.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +22,15 @@ from tatamu.simulators import named
 from tatamu.study import Places, Progress, Result, learn
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
-"""Fold of each garment: Fig. 5 of the paper shows one each, but not its direction."""
+"""Fold of each garment. Fig. 5 of the paper shows a fold for each garment, but not the direction of the fold."""
 SPACING = 0.02
-"""Spacing of every mesh [m]; the paper does not give its own. The cloth of Tables I and II depends on it."""
+"""Edge length ("spacing") of every mesh [m]. The paper does not state it, although the cloth of Tables I and II depends
+on it."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """The choices of a run by garment, with defaults where the paper states nothing."""
+    """The choices of a run. They have defaults where the paper states nothing."""
 
     simulator: str = "blender"
     garments: tuple[str, ...] = tuple(FOLDS)
@@ -33,13 +38,13 @@ class Choices:
     trials: int = 50
     sampler: str = "gp"
     sizes: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Width and length [m]; default: the garment's own."""
+    """Width and length of a garment [m], by its name. The default is the garment's default size."""
     spacings: dict[str, float] = field(default_factory=dict)
-    """Mesh spacing [m]; default: `SPACING`."""
+    """Mesh spacing of a garment [m], by its name. The default is `SPACING`."""
     folds: dict[str, str] = field(default_factory=dict)
-    """Fold plan; default: that of `FOLDS`."""
+    """Fold plan of a garment, by its name. The default is from `FOLDS`."""
     materials: dict[str, str] = field(default_factory=dict)
-    """Preset or file; default: the preset with the paper's numbers."""
+    """Material preset or file of a garment, by its name. The default is the preset with the paper's numbers."""
 
     def __post_init__(self) -> None:
         named(self.simulator)
@@ -60,7 +65,7 @@ class Choices:
         return load_material(Path(self.materials.get(garment, f"paper-{garment}")))
 
     def task(self, garment: str) -> Task:
-        """Return the task of a garment."""
+        """Return the folding task of a garment."""
         fold = self.folds.get(garment, FOLDS.get(garment, "half"))
         task = make_task(
             garment,
@@ -77,7 +82,7 @@ class Choices:
 
 @dataclass(frozen=True)
 class Study:
-    """The learned fold of one garment and seed."""
+    """The learned fold of a garment with a random seed."""
 
     garment: str
     seed: int
@@ -96,16 +101,16 @@ def run(
     Args:
         choices: Garments, seeds, trials and everything that the paper leaves open.
         folder: Folder in which each study has a folder GARMENT/seed-N.
-        progress: Function that is called with garment and seed for every trial.
-        executor: Executor on which trials run; None to run them here.
-        at_a_time: Number of studies at a time; the trials of a study are sequential, as in the paper.
+        progress: Function that is called at every trial, with the garment, the seed and the progress.
+        executor: Executor on which trials run; None to run them in this process.
+        at_a_time: Number of studies that run at a time. The trials of a study run one after the other, as in the paper.
 
     Raises:
-        InputError: If a choice is wrong, or the folder contains studies of other choices.
+        InputError: If a choice is wrong, or the folder contains studies with other choices.
         TatamuError: If every trial of a study failed.
     """
     tasks = {garment: choices.task(garment) for garment in choices.garments}
-    wanted = [(garment, seed) for seed in range(choices.seeds) for garment in tasks]  # every garment early
+    wanted = [(garment, seed) for seed in range(choices.seeds) for garment in tasks]  # all garments of a seed first
 
     def study(garment: str, seed: int) -> Study:
         where = folder / garment / f"seed-{seed}"
@@ -117,7 +122,7 @@ def run(
             disturbances="none",
             coarse=False,
             baselines=False,
-            parallel=1,  # as in the paper, each trial knows all before it
+            parallel=1,  # as in the paper, each proposal uses all earlier trials
         )
         places = Places(
             out=where,
@@ -136,5 +141,5 @@ def run(
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             if executor is not None:
-                executor.shutdown(wait=False, cancel_futures=True)  # those who wait for trials hear of it
+                executor.shutdown(wait=False, cancel_futures=True)  # ends the waiting for trials
             raise

@@ -1,6 +1,8 @@
-"""The tables of docs/notes/reproduction.md: cloth of Tables I and II in Blender, its time, and the outcome of a run.
+"""Writes the tables of docs/notes/reproduction.md.
 
-python -m studies.paper.numbers [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
+They show the cloth of the paper's Tables I and II in Blender, the time of its simulation, and the results of a run.
+
+    python -m studies.paper.numbers [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ Row = dict[str, object]
 
 
 def stiffness(material: Material, spacing: float, length: float = 0.6) -> float:
-    """Return Y [N/m] from the stretch of a strip hung by its end."""
+    """Return the stretch stiffness Y [N/m] of simulated cloth, from the stretch of a strip that hangs by its end."""
     flat, faces = staggered_rectangle(0.2, length, spacing)
     hung = np.column_stack([0 * flat[:, 0], flat[:, 1], flat[:, 0]])
     top, low = flat[:, 0] > length / 2 - 1e-9, flat[:, 0] < 1e-9 - length / 2
@@ -47,7 +49,11 @@ def stiffness(material: Material, spacing: float, length: float = 0.6) -> float:
 
 
 def bending_length(material: Material, spacing: float) -> float:
-    """Return l_b [m] from a strip that hangs over an edge, held by its middle row, 4 cells long on either side."""
+    """Return the bending length l_b [m] of simulated cloth.
+
+    It is found from a strip that is fixed at its middle row and hangs down on both sides. Each side is as long as four
+    edges of the mesh.
+    """
     length = 4 * spacing
     flat, faces = staggered_rectangle(0.3, 2 * length, spacing)
     middle = np.flatnonzero(np.abs(flat[:, 0]) < 0.3 * spacing)
@@ -63,7 +69,7 @@ def bending_length(material: Material, spacing: float) -> float:
 
 
 def cloths(spacing: float) -> list[Row]:
-    """Return membrane stiffness and bending length of the cloth with each garment's numbers."""
+    """Return a table with the stretch stiffness and the bending length of the cloth of each garment."""
     rows: list[Row] = []
     for garment in FOLDS:
         material = load_material(Path(f"paper-{garment}"))
@@ -80,7 +86,10 @@ def cloths(spacing: float) -> list[Row]:
 
 
 def times() -> list[Row]:
-    """Return the processor time of a fold along a triangle, and of fifty, without Blender's start."""
+    """Return a table with the processor time of one fold and of fifty folds, without the time to start Blender.
+
+    In these folds, the hands move along a triangle.
+    """
     rows: list[Row] = []
     for garment in FOLDS:
         fold = Choices().task(garment).fold
@@ -99,7 +108,7 @@ def times() -> list[Row]:
 
 
 def spent(scene: Scene) -> float:
-    """Return the processor time of Blender for its start, one scene and its end [s]."""
+    """Return the processor time of Blender for starting, simulating a scene and ending [s]."""
     WORKERS.close()
     before = sum(os.times()[2:4])
     simulate(scene, "blender")
@@ -108,7 +117,7 @@ def spent(scene: Scene) -> float:
 
 
 def outcomes(told: dict[str, Any]) -> list[Row]:
-    """Return the outcome of a run of `studies.paper`, by garment and moment."""
+    """Return a table with the results of a run of `studies.paper`, by garment and by number of trials."""
     return [
         {
             "garment": garment,
@@ -123,7 +132,7 @@ def outcomes(told: dict[str, Any]) -> list[Row]:
 
 
 def answers(told: dict[str, Any]) -> list[Row]:
-    """Return the paper's claims, and the number of seeds in which each is true."""
+    """Return a table with the paper's claims, and the number of seeds for which each claim is true."""
     seeds = told["seeds"]
     rows: list[Row] = []
     for garment, found in told["garments"].items():
@@ -147,7 +156,7 @@ def _mm(metres: float | None) -> str:
 
 
 def main() -> None:
-    """Parse and run."""
+    """Parse the command line, and print or write the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--spacing", type=float, default=SPACING)
     parser.add_argument("--run", type=Path, help="a folder of `studies.paper`, whose outcome is shown too")
@@ -163,7 +172,7 @@ def main() -> None:
 
 
 def tables(options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:
-    """Yield the chosen tables with their marks in the docs."""
+    """Yield the chosen tables, each with the name of its marks in the docs."""
     if "cloth" in options.only:
         yield "cloth", cloths(options.spacing)
     if "time" in options.only:

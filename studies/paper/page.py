@@ -1,4 +1,7 @@
-"""The page of the paper's experiment: its Fig. 5, Fig. 6, Tables I and II, medians over seeds, and its claims."""
+"""Writes the page of the repeated experiment.
+
+The page has the paper's Fig. 5, Fig. 6, Tables I and II, medians over the seeds, and answers to the paper's claims.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,7 @@ TABLES = (
 
 
 def save(choices: Choices, studies: list[Study], folder: Path) -> Path:
-    """Write `reproduction.json`, `figure-5.png` and `reproduction.html`; returns the page."""
+    """Write `reproduction.json`, `figure-5.png` and the page `reproduction.html`, and return the path of the page."""
     write_json(folder / "reproduction.json", data(choices, studies))
     shown = [drawn(_of(studies, name)[0].fold) for name in choices.garments]
     save_png(np.hstack([np.vstack(pair) for pair in shown]), folder / "figure-5.png")
@@ -46,7 +49,7 @@ def save(choices: Choices, studies: list[Study], folder: Path) -> Path:
 
 
 def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
-    """Return medians, claims and choices as plain data, with null for missing values."""
+    """Return medians, claims and choices as a dictionary for a JSON file. Missing values are None."""
     garments = {}
     for name in choices.garments:
         own = _of(studies, name)
@@ -72,7 +75,7 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
 
 
 def page(choices: Choices, studies: list[Study]) -> str:
-    """The whole page."""
+    """Return the page as HTML."""
     shown = [_of(studies, name)[0] for name in choices.garments]
     pictures = [(study, [data_uri(pixels) for pixels in drawn(study.fold)]) for study in shown]
     materials = [choices.material(name).blender or {} for name in choices.garments]
@@ -99,7 +102,7 @@ def _finite(value: float) -> float | None:
 
 
 def drawn(fold: Result) -> tuple[np.ndarray, np.ndarray]:
-    """Return pictures of the target, and of the learned fold with the hands' paths in black."""
+    """Return two pictures: the target, and the learned fold with the hands' paths in black."""
     ideal = replace(
         fold.rollout, times=fold.rollout.times[:1], positions=fold.target[None], extra={"target": fold.target}
     )
@@ -113,7 +116,10 @@ def _histograms(study: Study) -> list[Chart]:
 
 
 def _medians(choices: Choices, studies: list[Study]) -> list[tuple[Markup, list[str], str]]:
-    """Return for each measure its name, its medians over the seeds of each garment, and the field's threshold."""
+    """Return the rows of the table of medians.
+
+    A row has the name of a measure, its median over the seeds for each garment, and a threshold from the literature.
+    """
     rows = []
     for measure in MEASURES:
         unit = f" [{measure.unit}]" if measure.unit else ""
@@ -126,7 +132,7 @@ def _medians(choices: Choices, studies: list[Study]) -> list[tuple[Markup, list[
 
 
 def crossed(study: Study) -> int:
-    """The number of edges that pass through triangles of the same cloth in the learned fold."""
+    """Return the number of edges of the cloth that pass through triangles of the cloth in the learned fold."""
     return crossings(study.fold.final, study.fold.faces)
 
 
@@ -137,7 +143,7 @@ def _median(measure: Measure, studies: list[Study]) -> float | None:
 
 
 def _chosen(choices: Choices, shown: list[Study]) -> list[tuple[str, list[str]]]:
-    """The choices that the paper leaves open: their names and those made for each garment."""
+    """Return the choices that the paper does not state: the name of each choice, and its value for each garment."""
     tasks = [study.fold.record.task for study in shown]
     return [
         ("size (width × length)", [" × ".join(f"{side:g}" for side in task.size or []) for task in tasks]),

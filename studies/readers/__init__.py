@@ -1,1 +1,1 @@
-"""The readers' test: random docstrings and pages for people who do not know the project."""
+"""The readers' test: people who do not know the project read random docstrings and pages."""

@@ -1,14 +1,15 @@
-"""The readers' test, which counts the sentences that a newcomer must read twice.
+"""Runs the readers' test, which counts the sentences that a newcomer must read twice.
 
-Print a random sample of docstrings and pages, its sentences numbered, for a reader who does not know the project:
+The first command prints a random sample of docstrings and pages, in which all sentences are numbered:
 
     python -m studies.readers --seed 0
 
-The reader writes down the number of every sentence that had to be read twice, and prints their share:
+A reader who does not know the project notes the number of every sentence that he or she must read twice. The second
+command prints the percentage of these sentences:
 
     python -m studies.readers --seed 0 --marked 12 40
 
-Three readers with different seeds make a test. It is passed if at most 2 % of all their sentences are marked.
+A test has three readers with different seeds. The test is passed if at most 2 % of all sentences are marked.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from studies.readers.texts import Text, sample
 
 
 def main() -> None:
-    """Print the sample, or what a reader marked in it."""
+    """Print a sample or, if numbers are given, the sentences that a reader marked in the sample."""
     parser = argparse.ArgumentParser(description="Draw docstrings and pages for a reader; count the marked sentences.")
     parser.add_argument("--seed", type=int, default=0, help="a number for each reader (default 0)")
     parser.add_argument("--docstrings", type=int, default=20, help="number of docstrings (default 20)")
@@ -31,7 +32,7 @@ def main() -> None:
 
 
 def listing(texts: list[Text]) -> list[str]:
-    """Return the lines that a reader reads."""
+    """Return the lines of a sample, with numbered sentences."""
     lines, number = [], 0
     for text in texts:
         lines += ["", f"=== {text.name}", ""]
@@ -42,10 +43,10 @@ def listing(texts: list[Text]) -> list[str]:
 
 
 def verdict(texts: list[Text], marked: list[int]) -> list[str]:
-    """Return the marked sentences and their share.
+    """Return lines with all marked sentences, and with their percentage.
 
     Raises:
-        SystemExit: If a number belongs to no sentence.
+        SystemExit: If there is no sentence with a given number.
     """
     counted = [(text.name, part) for text in texts for part, is_sentence in text.parts if is_sentence]
     if wrong := [number for number in marked if not 1 <= number <= len(counted)]:

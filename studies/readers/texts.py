@@ -1,4 +1,4 @@
-"""Docstrings and pages of the repository, cut into sentences."""
+"""Finds all docstrings and pages of the repository, and cuts them into sentences."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ END = re.compile(
     """,
     re.VERBOSE,
 )
-"""The space between two sentences."""
+"""Regular expression for the space between two sentences."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,8 @@ class Text:
 
     name: str
     parts: tuple[tuple[str, bool], ...]
-    """Sentences with True; with False what surrounds them and is not counted: headings, code, tables."""
+    """Pieces of the text, each with a flag. The flag is True for a sentence. It is False for headings, code and tables,
+    which are not counted."""
 
 
 def sentences(paragraph: str) -> list[str]:
@@ -41,7 +42,10 @@ def sentences(paragraph: str) -> list[str]:
 
 
 def paragraphs_of(docstring: str) -> Iterator[tuple[str, bool]]:
-    """Yield the paragraphs of a docstring, entries of its sections one by one; False for headings and for code."""
+    """Yield the paragraphs of a docstring, each with True. Headings and lines of code are yielded with False.
+
+    Each entry of a section such as "Args:" is a paragraph.
+    """
     lines: list[str] = []
     in_section = False
     for line in [*inspect.cleandoc(docstring).splitlines(), ""]:
@@ -60,7 +64,7 @@ def paragraphs_of(docstring: str) -> Iterator[tuple[str, bool]]:
 
 
 def docstrings() -> list[Text]:
-    """Return every docstring of the code: of modules, classes, functions and fields."""
+    """Return the docstrings of all modules, classes, functions and fields of the code."""
     found = []
     for path in sorted(path for folder in CODE for path in (ROOT / folder).rglob("*.py")):
         name = path.relative_to(ROOT).as_posix()
@@ -75,7 +79,7 @@ def docstrings() -> list[Text]:
 
 
 def _documented(node: ast.AST, name: str) -> Iterator[tuple[str, str]]:
-    """Yield the name and the docstring of a node and of everything in it."""
+    """Yield the name and the docstring of a node of the syntax tree, and of all nodes inside it."""
     if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
         if not isinstance(node, ast.Module):
             name = f"{name}: {node.name}" if ": " not in name else f"{name}.{node.name}"
@@ -94,13 +98,13 @@ def _documented(node: ast.AST, name: str) -> Iterator[tuple[str, str]]:
 
 
 def pages() -> list[Text]:
-    """Return every page, the README included; the changelog is a list of its own."""
+    """Return every page, including the README but not the changelog."""
     files = [*ROOT.glob("*.md"), *(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)]
     return [_page(path) for path in sorted(files) if path.name != "CHANGELOG.md"]
 
 
 def _page(path: Path) -> Text:
-    """Cut a page into sentences of its paragraphs and lists; headings, code and tables stay as they are."""
+    """Cut the paragraphs and lists of a page into sentences. Headings, code and tables remain whole."""
     source = path.read_text()
     lines = source.splitlines()
     parts: list[tuple[str, bool]] = []
@@ -118,11 +122,11 @@ def _page(path: Path) -> Text:
 
 
 def _shown(markdown: str) -> str:
-    """Return what a browser shows of a paragraph: links without their addresses."""
+    """Return a paragraph as a browser shows it, which is without the addresses of links."""
     return re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", markdown)
 
 
 def sample(seed: int, n_docstrings: int, n_pages: int) -> list[Text]:
-    """Draw docstrings and pages for one reader; the same seed draws the same ones from the same tree."""
+    """Choose random docstrings and pages for a reader. In the same version, a seed always gives the same sample."""
     chance = random.Random(seed)
     return [*chance.sample(docstrings(), n_docstrings), *chance.sample(pages(), n_pages)]

@@ -1,11 +1,12 @@
-"""Published measurements of real cloth, compared with predictions of a simulator.
+"""Compares published measurements of real cloth with predictions of a simulator.
 
-A test reads its file from a folder that the user names (the data are not part of tatamu) and simulates the experiment.
-Its section has tables, charts and drawings, the number to beat, and the limits of the test. docs/notes/real-cloth.md
-has the results and says where the data are from.
+A test reads the measurements from a file and simulates the experiment. The user names the folder of the files, because
+the data are not part of tatamu. The result of a test is a section with tables, charts and drawings. A section also has
+the best published number, and the limits of the test. The page docs/notes/real-cloth.md shows the results and lists the
+sources of the data.
 
-- `fabric`: properties of a fabric that were not measured, from typical fabrics, each with its source;
-- `matsudaira`, `leeds`, `motion`, `towel`: the tests; `registry` lists them;
-- `bench`: simulates and keeps the readings in a folder, so that a killed run can be resumed;
-- `section`: the result of a test; `notes` and `page` show it.
+- `matsudaira`, `leeds`, `motion` and `towel` are the tests, and `registry` lists them.
+- `fabric` has typical values of properties that were not measured, each with its source.
+- `bench` simulates experiments, and keeps the readings in a folder, so an interrupted run can be resumed.
+- `section` defines the result of a test, and `notes` and `page` show it.
 """

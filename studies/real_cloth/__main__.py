@@ -1,9 +1,9 @@
-"""Predictions of measured real cloth by a simulator: the tables of docs/notes/real-cloth.md.
+"""Predicts measurements of real cloth with a simulator, and makes the tables of docs/notes/real-cloth.md.
 
     python -m studies.real_cloth --data DATA --out runs/real-cloth              # every test
     python -m studies.real_cloth --data DATA --only drape --only motion         # some tests
     python -m studies.real_cloth --data DATA --only drape --quick               # one repeat of each drape
-    python -m studies.real_cloth --data DATA --scheduler local:4                # in four processes; the same results
+    python -m studies.real_cloth --data DATA --scheduler local:4                # in four processes, same results
 
 DATA is the folder with the measurements that docs/notes/real-cloth.md lists.
 """
@@ -46,8 +46,8 @@ def predict(
 ) -> None:
     """Predict published measurements of real cloth.
 
-    Goals are stated, not judged: the exit code is 0, or 2 for a missing or wrong file. Readings are kept in DIR/kept;
-    to resume a run that was stopped, repeat the command.
+    The exit code does not depend on the predictions. It is 0, or 2 if a file is missing or wrong. Readings are kept in
+    DIR/kept. To resume an interrupted run, run the same command again.
     """
     require(simulator)
     tests = load(data, only or [])
@@ -71,7 +71,7 @@ def predict(
 
 
 def save(sections: list[Section], simulator: str, out: Path) -> None:
-    """Write the sections as `real-cloth.json`, `real-cloth.md` and `real-cloth.html`."""
+    """Write the results of all tests as `real-cloth.json`, `real-cloth.md` and `real-cloth.html`."""
     write_json(out / "real-cloth.json", notes.data(sections, simulator))
     write_text(out / "real-cloth.md", notes.page(sections, simulator))
     write_text(out / "real-cloth.html", page(sections, simulator))

@@ -1,11 +1,13 @@
-"""Distances of predicted nodes from those that a camera sees, without and with a displacement of the camera.
+"""Computes distances between predicted nodes of a cloth and the nodes that a camera saw.
 
-A camera with a wrong place sees everything with the same rotation and translation,
+The camera may be displaced: its position and direction may differ from the assumed ones. Then all nodes are seen with
+the same rotation R and the same translation t,
 
     y = R x + t
 
-with the real place x of a node and its seen place y, both from the middle of the bar. R and t by least squares, and the
-remaining distance, follow from sums over the pairs (Kabsch 1976), so only these sums are kept of a rollout.
+Here x is the real position of a node, and y is the position at which it is seen. Both are relative to the middle of the
+bar that holds the cloth. R and t are found by least squares. R, t and the remaining distance follow from sums over all
+pairs of x and y (Kabsch 1976). Therefore, only these sums are kept of a simulation.
 """
 
 from __future__ import annotations
@@ -19,16 +21,16 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Displacement:
-    """A rotation and a translation."""
+    """The displacement of a camera: a rotation and a translation."""
 
     rotation: np.ndarray
-    """R, shape (3, 3)."""
+    """Rotation matrix R, shape (3, 3)."""
     translation: np.ndarray
-    """t [m], shape (3,)."""
+    """Translation t [m], shape (3,)."""
 
     @property
     def angle(self) -> float:
-        """Angle by which it turns [rad]."""
+        """Angle of the rotation [rad]."""
         return float(np.arccos(np.clip(0.5 * (np.trace(self.rotation) - 1.0), -1.0, 1.0)))
 
     def __str__(self) -> str:
@@ -41,31 +43,31 @@ UNMOVED = Displacement(np.eye(3), np.zeros(3))
 
 @dataclass(frozen=True)
 class Pairs:
-    """Means over pairs of real and seen places of nodes."""
+    """Means over pairs of positions of nodes: a real position x, and the position y at which a camera sees the node."""
 
     place: np.ndarray
-    """Mean of x [m], shape (3,)."""
+    """Mean of the real positions x [m], shape (3,)."""
     seen: np.ndarray
-    """Mean of y [m], shape (3,)."""
+    """Mean of the seen positions y [m], shape (3,)."""
     squares: float
     """Mean of |x|² + |y|² [m²]."""
     products: np.ndarray
-    """Mean of y x' [m²], shape (3, 3)."""
+    """Mean of the outer products y x' [m²], shape (3, 3)."""
 
     @classmethod
     def of(cls, places: np.ndarray, seen: np.ndarray) -> Pairs:
-        """Return the means of some pairs.
+        """Return the means over pairs of positions.
 
         Args:
-            places: Places from the middle of the bar [m], shape (k, 3), k > 0.
-            seen: Seen places, in the same frame and shape.
+            places: Real positions relative to the middle of the bar [m], shape (k, 3), k > 0.
+            seen: Seen positions relative to the middle of the bar [m], shape (k, 3).
         """
         squares = float((places**2 + seen**2).sum(axis=1).mean())
         return cls(places.mean(axis=0), seen.mean(axis=0), squares, seen.T @ places / len(places))
 
     @classmethod
     def mean(cls, each: Sequence[Pairs]) -> Pairs:
-        """Average several recordings with equal weights."""
+        """Return the average of the means of several recordings, with equal weights."""
         return cls(
             np.mean([pairs.place for pairs in each], axis=0),
             np.mean([pairs.seen for pairs in each], axis=0),
@@ -75,29 +77,29 @@ class Pairs:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> Pairs:
-        """Read pairs from plain numbers and lists, as `plain` writes them."""
+        """Make the means from a dictionary that `plain` returned."""
         place, seen, products = (np.array(plain[name]) for name in ("place", "seen", "products"))
         return cls(place, seen, float(plain["squares"]), products)
 
     def plain(self) -> dict[str, Any]:
-        """Return the means as plain data."""
+        """Return the means as a dictionary of numbers and lists, for a JSON file."""
         arrays = {"place": self.place, "seen": self.seen, "products": self.products}
         return {"squares": self.squares, **{name: array.tolist() for name, array in arrays.items()}}
 
     def distance(self, by: Displacement = UNMOVED) -> float:
-        """RMS distance of R x + t and y [m]."""
+        """Return the RMS distance between R x + t and y [m], with the rotation R and the translation t of `by`."""
         turned = by.rotation @ self.place
         moved = float(by.translation @ (by.translation + 2.0 * (turned - self.seen)))
         square = self.squares - 2.0 * float((by.rotation * self.products).sum()) + moved
         return float(np.sqrt(max(square, 0.0)))
 
     def displacement(self) -> Displacement:
-        """Return the displacement with the smallest remaining distance."""
+        """Return the displacement of the camera with which the remaining distance is smallest."""
         left, _, right = np.linalg.svd(self.products - np.outer(self.seen, self.place))
         mirrored = np.sign(np.linalg.det(left @ right))
         rotation = left @ np.diag([1.0, 1.0, mirrored]) @ right
         return Displacement(rotation, self.seen - rotation @ self.place)
 
     def translation(self) -> Displacement:
-        """Return the best displacement without turning."""
+        """Return the displacement without rotation with which the remaining distance is smallest."""
         return Displacement(np.eye(3), self.seen - self.place)

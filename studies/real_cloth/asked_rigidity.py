@@ -1,10 +1,10 @@
-"""The bending rigidity with which `native` would reproduce the measured drape of each fabric.
+"""Finds the bending rigidity with which the simulator `native` would reproduce the measured drape of each fabric.
 
     python -m studies.real_cloth.asked_rigidity --data DATA --out runs/real-cloth [--write-docs]
 
-Fabrics and model are those of the goals of the test "drape". All rigidities of a fabric are multiplied by one factor,
-and its hysteresis stays. The factor that gives the measured coefficient is interpolated. It helps to explain an error;
-nothing is fitted.
+The fabrics and the model are those for which the test "drape" states goals. All rigidities of a fabric are multiplied
+by a factor, and its hysteresis is not changed. The factor that gives the measured drape coefficient is found by
+interpolation. This factor helps to explain the error of a prediction. It is not used in predictions.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from studies.real_cloth.drape import Draped
 from studies.real_cloth.matsudaira import DrapeModel, Matsudaira, MeasuredDrape, judged, models
 
 FACTORS = (0.35, 0.5, 0.7, 0.85, 1.0, 1.3)
-"""Factors of the measured rigidity."""
+"""Factors by which the measured rigidity is multiplied."""
 SIMULATOR = "native"
 Row = dict[str, str]
 
 
 def swept(each: MeasuredDrape, model: DrapeModel, bench: Bench) -> list[Draped]:
-    """Simulate the drapes of a fabric over the factors."""
+    """Simulate the drape of a fabric with each factor of the rigidity."""
     groups = [
         drape.experiments(
             f"{each.fabric.name}, {factor:g} times as stiff",
@@ -45,7 +45,10 @@ def swept(each: MeasuredDrape, model: DrapeModel, bench: Bench) -> list[Draped]:
 
 
 def asked(coefficient: float, drapes: Sequence[Draped]) -> str:
-    """Return the factor that gives a coefficient, or a bound of it."""
+    """Return the factor of the rigidity with which a drape coefficient is reached, as text.
+
+    If no factor in the range is right, the text has a bound of the factor.
+    """
     means = np.maximum.accumulate([drawn.mean for drawn in drapes])
     if coefficient < means[0]:
         return f"below {FACTORS[0]:g}"
@@ -55,7 +58,7 @@ def asked(coefficient: float, drapes: Sequence[Draped]) -> str:
 
 
 def row(each: MeasuredDrape, drapes: Sequence[Draped]) -> Row:
-    """Return a line of the table."""
+    """Return the line of the table for a fabric."""
     means = {f"{factor:g} B": f"{drawn.mean:.1f}" for factor, drawn in zip(FACTORS, drapes, strict=True)}
     return {
         "fabric": f"{each.fabric.name} {each.fabric.kind}",
@@ -66,7 +69,7 @@ def row(each: MeasuredDrape, drapes: Sequence[Draped]) -> Row:
 
 
 def main() -> None:
-    """Parse and run."""
+    """Parse the command line, simulate the drapes, and print or write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)

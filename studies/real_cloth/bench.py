@@ -1,7 +1,7 @@
-"""A bench that simulates each scene of real cloth once and keeps its reading in a folder.
+"""Simulates each experiment with real cloth once, and keeps its reading in a folder.
 
-The name of a kept reading is a digest of the scene, of the kind of reading, and of the simulator's source, so another
-version of the simulator computes its own. A killed run is resumed.
+The file name of a reading is a digest of the scene, of the kind of reading and of the simulator's source code. So a new
+version of the simulator makes new readings. An interrupted run can be resumed.
 """
 
 from __future__ import annotations
@@ -23,40 +23,43 @@ from tatamu.simulators.many import executor_of
 from tatamu.simulators.source import source_digest
 
 Values = dict[str, Any]
-"""Plain data; `failed` has the message of a simulation that failed."""
+"""The values of a reading. If the simulation failed, the key `failed` has the error message."""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A scene to simulate, and what to read from the rollout."""
+    """A scene to simulate, and a function that reads values from the simulation."""
 
     label: str
     scene: Scene
     what: str
-    """Name of the reading, which is part of the kept file's name."""
+    """Name of the kind of reading."""
     read: Callable[[Rollout], Values]
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A simulator, and the folder where readings are kept."""
+    """A simulator, and the folder in which its readings are kept."""
 
     simulator: str
     folder: Path
     seeds: int = 3
-    """Number of repeats of a drape, each with another unevenness."""
+    """Number of repeats of a drape, each with another random unevenness of the cloth."""
     executor: Executor | None = None
-    """Executor on which scenes are simulated and read; None for a thread here for each processor."""
+    """Executor on which experiments are simulated and read; None to use a thread per processor in this process."""
     tick: Callable[[str], None] = lambda label: None
-    """Function that is called after each reading."""
+    """Function that is called after each reading with the label of the experiment."""
 
     @property
     def version(self) -> str:
-        """A digest of the source that determines a rollout."""
+        """Digest of the source code that may change the result of a simulation."""
         return source_digest()
 
     def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
-        """Return the readings in the order of the experiments; several run at a time, and each is kept at once."""
+        """Return the readings of experiments, in the same order. Experiments without a kept reading are simulated.
+
+        Several experiments run at a time. Each new reading is kept as soon as it is known.
+        """
         places = [self.folder / f"{self._key(each)}.json" for each in experiments]
         lacking = {place: each for place, each in zip(places, experiments, strict=True) if not place.exists()}
         given_up: dict[Path, Values] = {}
@@ -72,7 +75,7 @@ class Bench:
                 place = begun[ended]
                 try:
                     write_json(place, ended.result())
-                except WorkerKilledError as error:  # not kept: another run may have better workers
+                except WorkerKilledError as error:  # not kept, because another run may have better workers
                     given_up[place] = {"failed": str(error)}
                 self.tick(lacking[place].label)
         return [given_up[place] if place in given_up else read_json(place) for place in places]
@@ -83,7 +86,10 @@ class Bench:
 
 
 def reading(scene: Scene, read: Callable[[Rollout], Values], simulator: str) -> Values:
-    """Simulate a scene and read its rollout, here or in another process."""
+    """Simulate a scene, and return the values that `read` finds in the simulation.
+
+    This function runs in this process or on a worker.
+    """
     try:
         return read(simulate(scene, simulator))
     except SimulationError as error:

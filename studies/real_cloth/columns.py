@@ -1,4 +1,7 @@
-"""Tables of measurements as CSV files: comment lines, a line of names, rows; wrong ones are refused in one line."""
+"""Reads tables of measurements from CSV files, and refuses wrong files with a message of one line.
+
+A file has comment lines, a line with the names of the columns, and rows of values.
+"""
 
 from __future__ import annotations
 
@@ -18,17 +21,17 @@ from tatamu.files import read_text
 
 @dataclass(frozen=True)
 class Columns:
-    """Rows of one file, as text."""
+    """The rows of a table, with all values as text."""
 
     path: Path
     rows: list[dict[str, str]]
 
     @classmethod
     def load(cls, path: Path, needed: Sequence[str]) -> Columns:
-        """Read a file, .csv or .csv.gz, with at least these columns.
+        """Read a table from a .csv or .csv.gz file; `needed` are the columns that the file must have.
 
         Raises:
-            InputError: If it cannot be read, has no rows or lacks a column.
+            InputError: If the file cannot be read, has no rows or lacks a column.
         """
         text = _unpacked(path) if path.suffix == ".gz" else read_text(path)
         lines = [line for line in text.splitlines() if line and not line.startswith("#")]
@@ -44,10 +47,10 @@ class Columns:
         return cls(path, rows)
 
     def number(self, row: int, column: str) -> float:
-        """Read one finite number.
+        """Return the value in a row and a column as a finite number.
 
         Raises:
-            InputError: If it is not a finite number.
+            InputError: If the value is not a finite number.
         """
         text = self.rows[row].get(column) or ""
         try:

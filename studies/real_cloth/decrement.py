@@ -1,9 +1,10 @@
-"""The damping of a swung cloth by its recordings: how certain the measured decrements are, and laws of air.
+"""Evaluates the damping of a cloth that a robot swings: the uncertainty of the measured decrements, and laws of air.
 
     python -m studies.real_cloth.decrement --data DATA [--write-docs]
 
-The table has the measured line of decrement over amplitude, with its scatter by bootstrap over recordings. It also has
-the plate with one degree of freedom for several laws of air: linear, quadratic, and with drag after a turn.
+The logarithmic decrement describes how fast a swing decays. The table has the measured decrements at several
+amplitudes, with their scatter, which is estimated by bootstrap over the recordings. For comparison, the table has the
+decrements of a stiff plate with several laws of air. The drag is linear, quadratic, or larger after the motion turns.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ from studies.real_cloth.sheet import SIDE
 DRAWS = 2000
 LAWS = [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((1.0, 5.6), (0.6, 8.0), (0.3, 11.0), (0.0, 14.0))]
 LAWS += [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((0.5, 15.0), (0.0, 18.0), (0.0, 25.0))]
-"""Laws of air, from the fit to the swing towards quadratic drag and beyond."""
+"""Laws of air. The first law is from the fit to the swing, and the others have more and more quadratic drag."""
 FREE = (0.4, 2.0, 4.0)
-"""Added mass, quadratic drag and turning drag with which a fit starts."""
+"""Added mass, quadratic drag and turning drag at the start of a fit."""
 Row = dict[str, str]
 
 
 def faded(recordings: list[Recording], signals: list[np.ndarray]) -> list[np.ndarray]:
-    """Return amplitude [m] and decrement of the free swings of each recording, shape (k, 2)."""
+    """Return the amplitudes [m] and decrements of the free swings of each recording, shape (k, 2) each."""
     found = [free_swings(recording, signal) for recording, signal in zip(recordings, signals, strict=True)]
     return [
         np.array([(one.amplitude, one.decrement) for one in each if np.isfinite(one.decrement)]).reshape(-1, 2)
@@ -51,7 +52,7 @@ def _row(
 
 
 def measured(recordings: list[Recording]) -> Row:
-    """Return the row of the measured line with its scatter."""
+    """Return the table's row of measured decrements, with their scatter."""
     each = faded(recordings, [recording.swing for recording in recordings])
     random = np.random.default_rng(0)
     lines = []
@@ -65,7 +66,7 @@ def measured(recordings: list[Recording]) -> Row:
 
 
 def predicted(recordings: list[Recording], air: AirLaw) -> Row:
-    """Return the row of a law of air."""
+    """Return the table's row of decrements that a plate has with a law of air."""
     signals = [plate_swing(recording, air, SIDE) for recording in recordings]
     off = [float(np.sqrt(np.nanmean((s - r.swing) ** 2))) for s, r in zip(signals, recordings, strict=True)]
     fitted, others = (
@@ -78,7 +79,7 @@ def predicted(recordings: list[Recording], air: AirLaw) -> Row:
 
 
 def main() -> None:
-    """Parse and run."""
+    """Parse the command line, and print or write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")

@@ -1,4 +1,4 @@
-"""A drape that is simulated several times with different random unevenness."""
+"""Simulates a drape several times, with different random unevenness of the cloth."""
 
 from __future__ import annotations
 
@@ -18,45 +18,46 @@ from tatamu.rollout import Rollout
 from tatamu.simulators import capabilities
 
 EARLIER = 5
-"""Number of frames before the reading (half a second) whose shape shows whether the cloth still moves."""
+"""Number of frames (half a second) between an earlier shape and the reading. Their difference shows whether the cloth
+still moves."""
 TURN = np.linspace(0.0, 2.0 * np.pi, 181)
 
 
 @dataclass(frozen=True)
 class Size:
-    """A drapemeter by its radii [m]."""
+    """The size of a drapemeter, in which a round specimen of cloth hangs over a round plate: both radii [m]."""
 
     specimen: float
     plate: float
 
     @property
     def name(self) -> str:
-        """The diameters in millimetres."""
+        """Diameters of specimen and plate in millimetres, as text."""
         return f"{2e3 * self.specimen:.0f}/{2e3 * self.plate:.0f} mm"
 
     @property
     def ring(self) -> float:
-        """Area of the cloth beyond the plate [m^2]."""
+        """Area of the cloth outside the plate [m^2]."""
         return float(np.pi * (self.specimen**2 - self.plate**2))
 
     def coefficient(self, outline: PlanOutline) -> float:
-        """The drape coefficient [%]."""
+        """Return the drape coefficient of an outline [%]."""
         return 100.0 * outline.drape_coefficient(self.specimen, self.plate)
 
 
 @dataclass(frozen=True)
 class Draped:
-    """Repeats of one simulated drape without those that failed."""
+    """The repeats of a simulated drape, without repeats that failed."""
 
     size: Size
     outlines: Sequence[PlanOutline]
     moving: float
-    """Largest change of a drape coefficient over the last half second [points]."""
+    """Largest change of a drape coefficient during the last half second [percentage points]."""
     failures: Sequence[str] = ()
 
     @classmethod
     def of(cls, values: Sequence[Values], size: Size) -> Draped:
-        """Return the drape of some readings."""
+        """Return the drape from the readings of its repeats."""
         good = [each for each in values if "failed" not in each]
         moved = [abs(each["area"] - each["area_before"]) / size.ring for each in good]
         outlines = [PlanOutline(np.array(each["radii"])) for each in good]
@@ -65,7 +66,7 @@ class Draped:
 
     @property
     def coefficients(self) -> np.ndarray:
-        """Drape coefficients [%], shape (repeats,)."""
+        """Drape coefficients of all repeats [%], shape (repeats,)."""
         return np.array([self.size.coefficient(outline) for outline in self.outlines])
 
     @property
@@ -75,26 +76,26 @@ class Draped:
 
     @property
     def nodes(self) -> float:
-        """Mean number of nodes."""
+        """Mean number of nodes, which are the folds of the hem."""
         return self._mean([outline.nodes for outline in self.outlines])
 
     @property
     def amplitude(self) -> float:
-        """Mean amplitude of the hem [m]."""
+        """Mean amplitude of the hem's waves [m]."""
         return self._mean([outline.amplitude for outline in self.outlines])
 
     @property
     def wavelength(self) -> float:
-        """Mean wavelength of the hem [m]."""
+        """Mean wavelength of the hem's waves [m]."""
         return self._mean([outline.wavelength for outline in self.outlines])
 
     @property
     def scatter(self) -> float:
-        """Standard deviation of the drape coefficients [points]."""
+        """Standard deviation of the drape coefficients over the repeats [percentage points]."""
         return float(self.coefficients.std()) if self.outlines else float("nan")
 
     def harmonic(self, order: int) -> float:
-        """Mean amplitude of a harmonic of the hem [m]."""
+        """Return the mean amplitude of a harmonic of the hem [m]."""
         return self._mean([outline.harmonic(order) for outline in self.outlines])
 
     @staticmethod
@@ -104,29 +105,32 @@ class Draped:
 
     @property
     def counted(self) -> str:
-        """The nodes of each repeat."""
+        """Numbers of nodes of all repeats, as text."""
         return ", ".join(str(outline.nodes) for outline in self.outlines) or "none came to an end"
 
 
 class Needing(Protocol):
-    """A model of a fabric that needs capabilities of a simulator."""
+    """The interface of models of fabrics that need capabilities of a simulator."""
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Capabilities of a simulator without which it cannot."""
+        """Names of the capabilities that a simulator must have for this model."""
 
 
 Model = TypeVar("Model", bound=Needing)
 
 
 def known_to(simulator: str, models: Sequence[Model]) -> list[Model]:
-    """Return the models that a simulator can simulate."""
+    """Return those of the models that a simulator can simulate."""
     able = capabilities(simulator)
     return [model for model in models if all(getattr(able, name, False) for name in model.needs)]
 
 
 def experiments(name: str, material: Material, size: Size, seeds: int, waviness: float = 0.0) -> list[Experiment]:
-    """Return repeats of one drape, with seeds from 0; the unstrained cloth may be wavy [m]."""
+    """Return the experiments for all repeats of a drape, with the random seeds 0, 1, and so on.
+
+    The unstrained cloth may be wavy: `waviness` is the standard deviation of its height [m].
+    """
     meters = [Drapemeter.fine_enough(size.specimen, size.plate, material, seed, waviness) for seed in range(seeds)]
     return [_experiment(name, meter, material, size) for meter in meters]
 
@@ -142,7 +146,7 @@ def _experiment(name: str, meter: Drapemeter, material: Material, size: Size) ->
 
 
 def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str = "", colour: str = "plot") -> Sketch:
-    """Return a drawing of outlines from above over specimen and plate."""
+    """Return a drawing of outlines from above, with the circles of the flat specimen and of the plate."""
     circle = np.column_stack([np.cos(TURN), np.sin(TURN)])
     drawing = Drawing.around(1.02 * size.specimen * circle, 210.0, 210.0, margin=6.0)
     drawing.line(size.specimen * circle, "muted", 1.0, dash=4.0)

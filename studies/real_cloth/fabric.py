@@ -1,7 +1,7 @@
-"""The fabrics whose drape was measured, with assumptions for properties that were not measured.
+"""Describes fabrics whose drape was measured, with assumptions for properties that were not measured.
 
-A drape paper gives weight, thickness and bending. All other properties are those of typical fabrics, chosen before any
-drape was simulated.
+A paper on drape states weight, thickness and bending rigidity of its fabrics. All other properties are typical values,
+which were chosen before any drape was simulated.
 """
 
 from __future__ import annotations
@@ -11,44 +11,47 @@ from dataclasses import dataclass
 from tatamu.material import Material
 
 GF_CM = 9.80665e-5
-"""KES bending rigidity: gf cm^2/cm in N m."""
+"""Factor from the unit of bending rigidity of KES, a system of fabric testers, to SI: from gf cm^2/cm to N m."""
 GF = 9.80665e-3
-"""KES bending hysteresis: gf cm/cm in N."""
+"""Factor from the unit of bending hysteresis of KES, a system of fabric testers, to SI: from gf cm/cm to N."""
 SOFTENED = 300.0
-"""Stretch stiffness of cloth that is to drape [N/m]. A woven fabric has thousands along its yarns, and a mesh of a
-third of a bending length would lock with them (docs/theory/membrane.md)."""
+"""Stretch stiffness of all simulated fabrics [N/m]. A real woven fabric has thousands of N/m along its yarns. With so
+large a stiffness, a mesh of a third of a bending length would be too stiff against bending (docs/theory/membrane.md).
+"""
 SHEAR = 34.0
-"""Shear stiffness of a woven fabric [N/m]: median of the ten fabrics of Wang, O'Brien and Ramamoorthi 2011 at their
-smallest strain; 0.6 gf/cm/degree, in the unit of KES-FB1."""
+"""Shear stiffness of a woven fabric [N/m]. It is the median of the ten fabrics of Wang, O'Brien and Ramamoorthi 2011 at
+their smallest strain. In the unit of the tester KES-FB1 it is 0.6 gf/cm/degree."""
 WARP, WEFT, TWIST = 1.265, 0.735, 1.62
-"""Rigidity along warp and weft and against twist over their mean: medians of the 618 fabrics of Feng et al. 2022, of
-which the stiffer direction has 1.72 times the rigidity of the other, and strips on the bias 0.90 of the mean."""
+"""Bending rigidities along the warp and along the weft, and rigidity against twist, divided by the mean of warp and
+weft. They are medians of the 618 fabrics of Feng et al. 2022. In these fabrics, the rigidity of the stiffer direction
+is 1.72 times the rigidity of the other direction. Strips at 45 degrees have 0.90 of the mean."""
 
 FRICTION = 22.0
-"""HB over B of a fabric whose hysteresis was not measured [1/m]: median of the four of Matsudaira et al. 2015."""
+"""Ratio HB / B for a fabric without a measured hysteresis [1/m]. HB is half the width of the bending hysteresis, and B
+is the bending rigidity. The ratio is the median of the four fabrics of Matsudaira et al. 2015."""
 
 WAVINESS = 1e-3
-"""Amplitude of cloth that is not quite flat [m]; assumed, because no measurement is known."""
+"""Amplitude of the waves in cloth that is not quite flat [m]. It is assumed, because no measurement is known."""
 
 
 @dataclass(frozen=True)
 class Fabric:
-    """A fabric by its own measurements."""
+    """A fabric with its measured properties."""
 
     name: str
     kind: str
     density: float
     """Areal density [kg/m^2]."""
     bending: float
-    """B, mean of warp and weft [N m]."""
+    """Bending rigidity B, as a mean of warp and weft [N m]."""
     hysteresis: float = 0.0
-    """2HB: width of the bending hysteresis [N]."""
+    """Width of the bending hysteresis 2HB [N]."""
     thickness: float = 4e-4
-    """[m]"""
+    """Thickness of the fabric [m]."""
 
     @property
     def isotropic(self) -> Material:
-        """Return the fabric as an isotropic sheet."""
+        """Material of the fabric, modelled as equal in all directions (isotropic)."""
         return Material(
             areal_density=self.density,
             stretch_stiffness=SOFTENED,
@@ -60,15 +63,15 @@ class Fabric:
 
     @property
     def woven(self) -> Material:
-        """Return the fabric as a typical weave of that rigidity."""
+        """Material of the fabric, modelled as a typical weave with the fabric's mean rigidity."""
         return self._weave(WARP, WEFT)
 
     def weave(self, anisotropy: float) -> Material:
-        """Return the fabric as a weave with this ratio of the rigidities along warp and weft."""
+        """Return the material of the fabric as a weave; `anisotropy` is the ratio of rigidities along warp and weft."""
         return self._weave(2.0 * anisotropy / (1.0 + anisotropy), 2.0 / (1.0 + anisotropy))
 
     def _weave(self, warp: float, weft: float) -> Material:
-        """Return a weave by its rigidities along warp and weft over their mean."""
+        """Return the material of a weave; the arguments are the rigidities along warp and weft over their mean."""
         return self.isotropic.model_copy(
             update={
                 "shear_stiffness": SHEAR,
@@ -80,10 +83,10 @@ class Fabric:
 
     @property
     def frictional(self) -> Material:
-        """Return the typical weave with the measured hysteresis of bending."""
+        """Material of the fabric, modelled as a typical weave with the measured hysteresis of bending."""
         return self.woven.model_copy(update={"bending_hysteresis": 0.5 * self.hysteresis})
 
     @property
     def rubbing(self) -> Material:
-        """Return the typical weave with a typical hysteresis of bending."""
+        """Material of the fabric, modelled as a typical weave with a typical hysteresis of bending."""
         return self.woven.model_copy(update={"bending_hysteresis": FRICTION * self.bending})

@@ -1,4 +1,7 @@
-"""Period and decrement of a cloth that swings while its bar is still."""
+"""Computes the period and the decrement of a cloth that swings while the bar that holds it is still.
+
+The logarithmic decrement describes how fast the swing decays.
+"""
 
 from __future__ import annotations
 
@@ -10,25 +13,28 @@ from studies.real_cloth.recording import Recording
 from tatamu.instruments.oscillation import FreeSwing, swings
 
 STILL = 0.05
-"""A bar slower than this [m/s] lets the cloth swing freely."""
+"""Speed of the bar below which the cloth counts as swinging freely [m/s]."""
 LEAST = 0.004
-"""Smaller extremes of a swing are noise [m]."""
+"""Least size of an extreme of a swing [m]. Smaller extremes count as noise."""
 AMPLITUDES = (0.02, 0.04, 0.06)
-"""Amplitudes from peak to peak at which decrements are compared [m]."""
+"""Amplitudes, from peak to peak, at which decrements are compared [m]."""
 
 
 def free_swings(recording: Recording, swing: np.ndarray) -> list[FreeSwing]:
-    """The swings of a signal at the recording's frames during which the bar is still."""
+    """Return the periods of a swing during which the bar is still.
+
+    The argument `swing` has a value for each frame of the recording [m].
+    """
     times, corners = recording.path
     speed = np.linalg.norm(np.gradient(corners.mean(axis=1), times, axis=0), axis=1)
     seen = np.isfinite(swing)
-    order = np.argsort(recording.clock[seen])  # clocks of their own may overtake one another
+    order = np.argsort(recording.clock[seen])  # corrected times may not be in order
     found = swings(recording.clock[seen][order], swing[seen][order], LEAST)
     return [each for each in found if speed[(times >= each.start) & (times <= each.end)].max(initial=0.0) < STILL]
 
 
 def free_motion(signals: Sequence[np.ndarray], measured: Sequence[Recording]) -> tuple[float, np.ndarray, int]:
-    """Median period [s], decrements at `AMPLITUDES`, and the number of swings."""
+    """Return the median period [s], the decrements at `AMPLITUDES` and the number of periods of free swings."""
     found = [each for recording, swing in zip(measured, signals, strict=True) for each in free_swings(recording, swing)]
     fading = [each for each in found if np.isfinite(each.decrement)]
     if len(fading) < 3:
@@ -38,6 +44,9 @@ def free_motion(signals: Sequence[np.ndarray], measured: Sequence[Recording]) ->
 
 
 def decrement_line(fading: np.ndarray) -> np.ndarray:
-    """Decrements at `AMPLITUDES`, by the line through amplitudes [m] and decrements of swings, shape (k, 2)."""
+    """Return the decrements at `AMPLITUDES`, from a straight line of decrement over amplitude.
+
+    The line is fitted to the amplitudes [m] and decrements of periods, shape (k, 2).
+    """
     amplitudes, decrements = fading.T
     return np.asarray(np.polyval(np.polyfit(amplitudes, decrements, 1), np.array(AMPLITUDES)))

@@ -1,4 +1,8 @@
-"""Drag and added mass of air, over the density of the cloth, fitted to swings; laws with one number or several."""
+"""Fits the effects of air, drag and added mass, to swings of a cloth.
+
+Only the effects divided by the areal density of the cloth can be found. There are several laws of air, with one or more
+fitted numbers.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +18,19 @@ from studies.real_cloth.sheet import SIDE
 from tatamu.plate_in_air import rectangle_added_mass, steady_drag, turning_drag
 
 START = (0.5, 1.0, 6.0)
-"""Added mass, linear and quadratic drag with which a fit starts, divided by the density."""
+"""Added mass, linear drag and quadratic drag at the start of a fit, divided by the density of the cloth."""
 START_TURNING = (0.5, 0.3, 4.0)
-"""Added mass, linear drag and turning drag with which a fit starts, divided by the density."""
+"""Added mass, linear drag and turning drag at the start of a fit, divided by the density of the cloth."""
 START_SIZE = (0.3,)
-"""Density [kg/m^2] with which a fit of the density alone starts."""
+"""Density of the cloth at the start of a fit in which it is the only number [kg/m^2]."""
 STEP = 0.1
-"""Step of the differences in a fit, as a fraction of the starting value."""
+"""Step for numerical derivatives in a fit, as a fraction of the starting value."""
 EVALUATIONS = 3
 """Largest number of evaluations of the residuals' derivatives in a fit."""
 RECTANGLE = rectangle_added_mass(SIDE, SIDE)
-"""Air that a plate of the cloth's size carries [kg/m^2]."""
+"""Mass of air per area that moves with a plate of the cloth's size (added mass) [kg/m^2]."""
 TYPICAL = 0.01
-"""Residuals beyond this [m] count less than their squares, because the camera has outliers."""
+"""Size above which a residual counts less than its square [m]. Large residuals may be outliers of the camera."""
 
 
 def fit(
@@ -35,19 +39,19 @@ def fit(
     law: Callable[[np.ndarray], AirLaw],
     start: Sequence[float],
 ) -> AirLaw:
-    """Air by least squares on the swing, outliers counting less.
+    """Fit a law of air to the swings of recordings by least squares, in which outliers count less.
 
     Args:
-        predict: Swings of the recordings in that air.
-        recordings: The measured recordings.
-        law: Returns the air for some numbers.
-        start: The numbers with which the fit starts.
+        predict: Function that returns the swings of all recordings for a law of air.
+        recordings: Measured recordings.
+        law: Function that returns the law of air for the fitted numbers.
+        start: Numbers at the start of the fit.
     """
     wanted = np.concatenate([recording.swing for recording in recordings])
     good = np.isfinite(wanted)
 
     def air(parts: np.ndarray) -> AirLaw:
-        # rounded, so that a repeated fit asks for the very scenes that are kept
+        # rounded, so a repeated fit simulates exactly the same scenes, whose readings are kept
         return law(np.array([float(f"{value:.4g}") for value in parts * start]))
 
     def residuals(parts: np.ndarray) -> np.ndarray:
@@ -66,29 +70,32 @@ def fit(
 
 
 def steady(numbers: np.ndarray) -> AirLaw:
-    """Added mass, linear and quadratic drag."""
+    """Return a law of air with added mass, linear drag and quadratic drag, from these three numbers."""
     return AirLaw(*(float(value) for value in numbers))
 
 
 def linear(numbers: np.ndarray) -> AirLaw:
-    """Linear drag alone."""
+    """Return a law of air with linear drag alone, from this number."""
     return AirLaw(linear=float(numbers[0]))
 
 
 def of_size(numbers: np.ndarray) -> AirLaw:
-    """Return the air of a rigid plate of the cloth's size, divided by a density [kg/m^2], the only number."""
+    """Return the law of air for a rigid plate of the cloth's size, divided by the density of the cloth.
+
+    The density [kg/m^2] is the only number in `numbers`.
+    """
     density = float(numbers[0])
     return AirLaw(RECTANGLE / density, 0.0, steady_drag() / density, turning_drag(SIDE) / density)
 
 
 def turning(numbers: np.ndarray) -> AirLaw:
-    """Return air with added mass, linear drag and turning drag."""
+    """Return a law of air with added mass, linear drag and turning drag, from these three numbers."""
     added_mass, drag, around = (float(value) for value in numbers)
     return AirLaw(added_mass, drag, 0.0, around)
 
 
 def said(air: AirLaw) -> str:
-    """Return the nonzero numbers as text."""
+    """Return the nonzero numbers of a law of air as text."""
     parts = {
         f"added mass {air.added_mass:.2f} ρ": air.added_mass,
         f"linear drag {air.linear:.2f} ρ/s": air.linear,
@@ -99,7 +106,7 @@ def said(air: AirLaw) -> str:
 
 
 def said_by_size(air: AirLaw) -> str:
-    """Return as text the density for which the air of a plate of that size is this one, and its numbers."""
+    """Return the numbers of a law from `of_size` as text, with the density of the cloth for which it was made."""
     return f"density {RECTANGLE / air.added_mass:.2f} kg/m²; air by size: {said(air)}"
 
 

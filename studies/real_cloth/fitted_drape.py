@@ -1,7 +1,8 @@
-"""Fabrics without a measured rigidity, which is fitted to the drape coefficient, and anisotropy to the hem's ellipse.
+"""Fits the bending rigidity of fabrics for which it was not measured.
 
-Drapes are simulated over a sweep of rigidities, and of a few anisotropies if these are fitted; the fit is interpolated
-between them.
+The rigidity is fitted to the measured drape coefficient. The anisotropy, the ratio of the rigidities along warp and
+weft, may be fitted as well, to the elliptical shape of the hem. For the fit, drapes are simulated with several
+rigidities and, if needed, several anisotropies. The fitted values are interpolated between these simulations.
 """
 
 from __future__ import annotations
@@ -18,46 +19,48 @@ from studies.real_cloth.fabric import WARP, WEFT, Fabric
 from tatamu.material import Material
 
 DENSITY = 0.2
-"""Areal density of all simulated fabrics [kg/m^2]; only ratios to it matter."""
+"""Areal density of all simulated fabrics [kg/m^2]. The choice does not matter, because only ratios to the density
+affect a drape."""
 RIGIDITIES = tuple(np.geomspace(7e-7, 4e-5, 7).tolist())
-"""Rigidities of the sweep [N m]."""
+"""Bending rigidities with which drapes are simulated for a fit [N m]."""
 SWEPT = 2
-"""Number of repeats of each drape."""
+"""Number of repeats of each drape that is simulated for a fit."""
 TYPICAL = WARP / WEFT
-"""Rigidity along the warp over that along the weft, of a typical weave."""
+"""Anisotropy of a typical weave: the ratio of the rigidities along warp and weft."""
 ANISOTROPIES = (1.0, TYPICAL, 3.0)
-"""Anisotropies of the sweep; 18 % of the 618 fabrics of Feng et al. 2022 have 3 or more."""
+"""Anisotropies with which drapes are simulated for a fit. In Feng et al. 2022, 18 % of 618 fabrics have 3 or more."""
 ELLIPSE = 2
-"""Harmonic of the hem that an anisotropy causes."""
+"""Number of the hem's harmonic that an anisotropy causes."""
 
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A model of fabrics without a known rigidity."""
+    """A model of fabrics whose bending rigidity is not known."""
 
     name: str
     fitted: str
-    """The fitted numbers, and the measurements to which they are fitted."""
+    """Description of the fitted numbers, and of the measurements to which they are fitted."""
     material: Callable[[Fabric, float], Material]
-    """Material of a fabric and an anisotropy."""
+    """Function that returns the material of a fabric with a given anisotropy, the ratio of rigidities along warp and
+    weft."""
     anisotropies: Sequence[float] = (TYPICAL,)
-    """The assumed anisotropy, or those of the sweep."""
+    """Anisotropies with which drapes are simulated for a fit. A single value is assumed, not fitted."""
     waviness: float = 0.0
-    """Waviness of the unstrained cloth [m]."""
+    """Standard deviation of the height of wavy unstrained cloth [m]; 0 for flat cloth."""
     times: int = 1
-    """Ratio of its number of repeats to that of other models."""
+    """Factor by which this model has more repeats than other models."""
     needs: tuple[str, ...] = ()
-    """Capabilities of a simulator without which it cannot."""
+    """Names of the capabilities that a simulator must have for this model."""
     rigidities: Sequence[float] = RIGIDITIES
-    """Rigidities of the sweep [N m]."""
+    """Bending rigidities with which drapes are simulated for a fit [N m]."""
 
     @property
     def swept(self) -> int:
-        """Return the number of drapes of a sweep."""
+        """Number of drapes that are simulated for a fit."""
         return len(self.anisotropies) * len(self.rigidities) * SWEPT
 
     def draped(self, fabrics: Sequence[FittedFabric], size: Size, repeats: int, bench: Bench) -> list[Draped]:
-        """Simulate the drapes of some fabrics."""
+        """Simulate the drapes of fabrics with their fitted numbers, and return one drape for each fabric."""
         groups = [
             drape.experiments(
                 f"{each.name}, {self.name}",
@@ -74,27 +77,27 @@ class FittedModel:
 
 @dataclass(frozen=True)
 class FittedFabric:
-    """A fabric with its fitted numbers."""
+    """A fabric with the numbers that were fitted to its drape."""
 
     name: str
     bending: float
-    """B [N m]."""
+    """Bending rigidity B [N m]."""
     anisotropy: float
-    """Rigidity along the warp over that along the weft."""
+    """Ratio of the rigidities along warp and weft."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Drapes over the rigidities of a model, for each of its anisotropies."""
+    """Simulated drapes of a model with all combinations of anisotropies and rigidities."""
 
     anisotropies: Sequence[float]
     rigidities: Sequence[float]
-    """[N m]"""
+    """Bending rigidities [N m]."""
     drapes: Sequence[Sequence[Draped]]
 
     @classmethod
     def of(cls, model: FittedModel, size: Size, bench: Bench) -> Sweep:
-        """Simulate the drapes."""
+        """Simulate the drapes of a model."""
         fabrics = [
             FittedFabric(f"B = {1e6 * bending:.2g} µN m", float(bending), anisotropy)
             for anisotropy in model.anisotropies
@@ -106,7 +109,11 @@ class Sweep:
         return cls(model.anisotropies, model.rigidities, groups)
 
     def fitted(self, name: str, coefficient: float, ellipse: float) -> FittedFabric:
-        """Return the fabric with this drape coefficient [%] and, if anisotropy is fitted, this second harmonic [m]."""
+        """Return the fabric whose simulated drape has the measured properties.
+
+        The properties are the drape coefficient [%] and, if the anisotropy is fitted, the second harmonic of the hem
+        [m].
+        """
         bendings = [self._rigidity(coefficient, drapes) for drapes in self.drapes]
         ellipses = [self._ellipse(bending, drapes) for bending, drapes in zip(bendings, self.drapes, strict=True)]
         rising = np.maximum.accumulate(ellipses)
@@ -115,11 +122,11 @@ class Sweep:
         return FittedFabric(name, bending, float(np.exp(sought)))
 
     def _rigidity(self, coefficient: float, drapes: Sequence[Draped]) -> float:
-        """Return the rigidity at which the sweep has the measured coefficient [N m]."""
+        """Return the bending rigidity with which the simulated drapes reach the measured drape coefficient [N m]."""
         means = np.maximum.accumulate([drawn.mean for drawn in drapes])
         return float(np.exp(np.interp(coefficient, means, np.log(self.rigidities))))
 
     def _ellipse(self, bending: float, drapes: Sequence[Draped]) -> float:
-        """Return the second harmonic of a rigidity [m]."""
+        """Return the second harmonic of the hem for a bending rigidity [m]."""
         harmonics = [drawn.harmonic(ELLIPSE) for drawn in drapes]
         return float(np.interp(np.log(bending), np.log(self.rigidities), harmonics))

@@ -1,8 +1,9 @@
-"""Drape of eleven fabrics, one or two numbers fitted: outlines by Gong, Mao and Wang (CVPR 2024), University of Leeds.
+"""Predicts the drape of eleven fabrics, with one or two fitted numbers per fabric.
 
-Only B / rho matters for the shape of a drape, and it was not measured. It is fitted to the mean drape coefficient of a
-fabric; the last model also fits the ratio of warp and weft to the second harmonic of the hem. Nodes, amplitude,
-wavelength and all other properties of the hem are then predicted.
+The measured outlines are from Gong, Mao and Wang (CVPR 2024), University of Leeds. The shape of a drape depends only on
+the ratio of bending rigidity to density, B / rho, which was not measured. It is fitted to the mean drape coefficient of
+a fabric. The last model also fits the ratio of the rigidities along warp and weft, to the second harmonic of the hem.
+All other properties of the hem are predicted, such as the number of its folds (nodes), their amplitude and wavelength.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from tatamu.presentation.chart import Chart, axis, traces
 FILE = "cusick_outlines.csv.gz"
 SIZE = Size(0.15, 0.09)
 CAPTURED = "cap"
-"""The set of captures that is used; the other repeats fabric 1."""
+"""Name of the set of outlines that is used. The other set in the file repeats fabric 1."""
 RADII = tuple(f"r{angle:03d}" for angle in range(ANGLES))
 MODELS = (
     FittedModel("isotropic", "B/ρ", lambda fabric, _: fabric.isotropic),
@@ -49,34 +50,34 @@ MODELS = (
     ),
 )
 WITHIN = 1.0
-"""Goal: largest difference of predicted nodes from the measured mean."""
+"""Largest difference between the predicted and the measured mean number of nodes that meets the goal."""
 MOST = 9
-"""Goal: number of fabrics of eleven within that difference."""
+"""Number of fabrics, of eleven, that must meet the goal."""
 
 
 @dataclass(frozen=True)
 class MeasuredHems:
-    """All outlines of one fabric."""
+    """All measured outlines of a fabric."""
 
     name: str
     outlines: Sequence[PlanOutline]
 
     def draped(self) -> Draped:
-        """Return the outlines in the form of simulated ones."""
+        """Return the measured outlines in the form of a simulated drape."""
         return Draped(SIZE, self.outlines, 0.0)
 
 
 @dataclass(frozen=True)
 class Leeds(RealTest):
-    """Eleven fabrics, rigidity over density fitted to the mean drape coefficient."""
+    """The test with eleven fabrics, in which the ratio of rigidity to density is fitted to the drape coefficient."""
 
     models: Sequence[FittedModel] = MODELS
-    """Models of the fabrics; the last one that a simulator can simulate is compared with the goal."""
+    """Models of the fabrics. The last model that the simulator can simulate is compared with the goal."""
 
     name = "leeds"
 
     def load(self, data: Path) -> list[MeasuredHems]:
-        """See `RealTest.load`."""
+        """Read the measurements of the test from the folder `data`."""
         table = Columns.load(data / FILE, ("set", "fabric", *RADII))
         hems: dict[str, list[PlanOutline]] = {}
         for number, row in enumerate(table.rows):
@@ -88,12 +89,12 @@ class Leeds(RealTest):
         return [MeasuredHems(name, hems[name]) for name in sorted(hems, key=lambda name: (len(name), name))]
 
     def simulations(self, measured: list[MeasuredHems], bench: Bench) -> int:
-        """See `RealTest.simulations`."""
+        """Return the approximate number of simulations that the test needs."""
         known = drape.known_to(bench.simulator, self.models)
         return sum(model.swept + model.times * len(measured) * bench.seeds for model in known)
 
     def run(self, measured: list[MeasuredHems], bench: Bench) -> Section:
-        """See `RealTest.run`."""
+        """Simulate the experiments, and return the section with the results."""
         known = drape.known_to(bench.simulator, self.models)
         predictions = [_predicted(model, measured, bench) for model in known]
         best = predictions[-1]
@@ -130,14 +131,14 @@ class Leeds(RealTest):
 
 @dataclass(frozen=True)
 class PredictedHems:
-    """Predicted hems of all fabrics by one model."""
+    """The hems of all fabrics that a model predicts."""
 
     model: FittedModel
     fabrics: Sequence[FittedFabric]
     drapes: Sequence[Draped]
 
     def near(self, measured: Sequence[MeasuredHems]) -> int:
-        """Return the number of fabrics whose nodes are near the measured nodes."""
+        """Return the number of fabrics for which the predicted number of nodes is near the measured number."""
         off = _off(measured, self, lambda drawn: drawn.nodes)
         return int((np.abs(off) <= WITHIN).sum())
 
@@ -167,7 +168,7 @@ def _method(repeats: int, last: FittedModel) -> str:
 
 
 def _off(measured: Sequence[MeasuredHems], predicted: PredictedHems, what: Callable[[Draped], float]) -> np.ndarray:
-    """Return the predicted minus the measured value of each fabric."""
+    """Return the difference between the predicted and the measured value for each fabric."""
     return np.array([what(drawn) - what(hems.draped()) for hems, drawn in zip(measured, predicted.drapes, strict=True)])
 
 
@@ -189,7 +190,7 @@ def _summary(predicted: PredictedHems, measured: Sequence[MeasuredHems]) -> Line
 
 
 def _nodes(measured: Sequence[MeasuredHems], predictions: Sequence[PredictedHems]) -> list[Line]:
-    """Return nodes, and in brackets the amplitude of the hem, by each model."""
+    """Return a table of the number of nodes, measured and for each model, with the hem's amplitude in brackets [mm]."""
 
     def told(drawn: Draped) -> str:
         return f"{drawn.nodes:.1f} ({1e3 * drawn.amplitude:.1f})"

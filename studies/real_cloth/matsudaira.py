@@ -1,7 +1,8 @@
-"""Drape without fitting: Matsudaira et al. 2015 measured bending and drape of the same four fabrics.
+"""Predicts the drape of four fabrics from their measured bending rigidity, without any fit.
 
-J. Textile Eng. 61(6) 69-73, doi 10.4188/jte.61.69: rigidity by KES-FB2, drape coefficient and nodes. The size of the
-specimens is not stated; both standard sizes are simulated.
+The measurements are by Matsudaira et al. 2015 (J. Textile Eng. 61(6) 69-73, doi 10.4188/jte.61.69). They are the
+rigidity from a KES-FB2 tester, the drape coefficient and the number of nodes, the folds of the hem. The size of the
+specimens is not stated, so both standard sizes are simulated.
 """
 
 from __future__ import annotations
@@ -32,20 +33,20 @@ NUMBERS = (
     "nodes",
 )
 JAPANESE, BRITISH = Size(0.127, 0.0635), Size(0.15, 0.09)
-"""JIS L 1096 and BS 5058."""
+"""Sizes of drapemeters in the standards JIS L 1096 and BS 5058."""
 
 
 @dataclass(frozen=True)
 class DrapeModel:
-    """A model of a fabric for its drape."""
+    """A model of a fabric, and the size of its drapemeter."""
 
     name: str
     size: Size
     material: Callable[[Fabric], Material]
     needs: tuple[str, ...] = ()
-    """Capabilities of a simulator without which it cannot."""
+    """Names of the capabilities that a simulator must have for this model."""
     waviness: float = 0.0
-    """Waviness of the unstrained cloth [m]."""
+    """Standard deviation of the height of wavy unstrained cloth [m]; 0 for flat cloth."""
 
 
 MODELS = (
@@ -65,14 +66,19 @@ def models(simulator: str) -> list[DrapeModel]:
 
 
 def judged(known: Sequence[DrapeModel]) -> int:
-    """Return the index of the model for the goals: the last flat one of the Japanese standard's size."""
+    """Return the index of the model that is compared with the goals.
+
+    It is the last of the models with flat cloth and the size of the Japanese standard.
+    """
     return max(place for place, model in enumerate(known) if model.size == JAPANESE and not model.waviness)
 
 
 NEAR, NEARER, MOST_NODES = 8.0, 3.0, 1.0
-"""Goals: all coefficients within the first, two within the second [points]; nodes within the third."""
+"""Goals for errors: the errors of all drape coefficients are at most NEAR [percentage points]. The errors of two
+coefficients are at most NEARER. The errors of the numbers of nodes are at most MOST_NODES."""
 FEW = 3
-"""Number of nodes below which a specimen bends over two sides instead of draping; it is stated, not judged."""
+"""Least number of nodes of a fabric that is compared with the goal for nodes. A specimen with fewer nodes does not
+drape, but only bends down on two sides."""
 
 
 @dataclass(frozen=True)
@@ -86,21 +92,21 @@ class MeasuredDrape:
 
 
 class Matsudaira(RealTest):
-    """Four fabrics, from their own bending rigidity."""
+    """The test that predicts the drape of four fabrics from their measured bending rigidity."""
 
     name = "drape"
 
     def load(self, data: Path) -> list[MeasuredDrape]:
-        """See `RealTest.load`."""
+        """Read the measurements of the test from the folder `data`."""
         table = Columns.load(data / FILE, ("id", "fabric", *NUMBERS))
         return [_measured(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[MeasuredDrape], bench: Bench) -> int:
-        """See `RealTest.simulations`."""
+        """Return the approximate number of simulations that the test needs."""
         return len(measured) * len(models(bench.simulator)) * bench.seeds
 
     def run(self, measured: list[MeasuredDrape], bench: Bench) -> Section:
-        """See `RealTest.run`."""
+        """Simulate the experiments, and return the section with the results."""
         known = models(bench.simulator)
         best = judged(known)
         asked = [

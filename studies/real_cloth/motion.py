@@ -1,7 +1,7 @@
-"""Cloth in motion: recordings of a square cloth that a robot swings, by Luque et al.
+"""Predicts recordings of a square cloth that a robot swings, by Luque et al.
 
-Only the size of the cloth is known, so the effects of air divided by its density are fitted on six recordings; all
-others are predicted.
+Only the size of the cloth is known. Therefore the effects of air, divided by the density of the cloth, are fitted to
+six recordings. All other recordings are predicted.
 """
 
 from __future__ import annotations
@@ -41,42 +41,43 @@ from tatamu.simulators import capabilities
 
 FILE = "iri_cloth_motion.npz"
 SESSION = "2021_06_23"
-"""The session with the robot's poses."""
+"""Name of the recording session in which the robot's poses were recorded too."""
 LEFT_OUT = ("calibration", "blooper")
-"""Recordings left out: in the first nothing moves; the authors call the second failed."""
+"""Names of recordings that are left out. In the first, nothing moves. The authors say that the second failed."""
 FITTED = ("n13_traj8_1", "n7_traj9_2", "n4_traj8_1", "n7_traj9_3", "n13_traj10_1", "n13_traj11_1")
-"""Recordings on which the air is fitted."""
+"""Names of the recordings to which the effects of air are fitted."""
 NO_AIR = AirLaw()
 PERIOD, DECREMENT, SWING, NOISE = 0.03, 0.15, 9.0, 1.25
-"""Goals: relative errors of period and decrement, RMS of the swing [mm], RMS of all nodes over the noise."""
+"""Goals for four errors: the relative error of the period, the relative error of the decrement, and the RMS error of
+the swing [mm]. The last is the RMS error of all nodes divided by the camera's noise."""
 
 
 @dataclass(frozen=True)
 class Predicted:
-    """One prediction of every recording."""
+    """The predictions of a model for all recordings."""
 
     name: str
     swings: Sequence[np.ndarray]
-    """Swing at the frames of each recording [m]."""
+    """Predicted swing at the frames of each recording [m]."""
     free: Sequence[Pairs]
-    """All nodes of each recording except those of the held edge."""
+    """Means over predicted and seen positions of each recording, for all nodes except the held edge."""
     lower: Sequence[Pairs]
-    """Nodes of the lower edge of each recording."""
+    """Means over predicted and seen positions of each recording, for the nodes of the lower edge."""
     fitted: str = "nothing"
 
     def camera(self, measured: Sequence[Recording]) -> Displacement:
-        """Return the displacement of the camera that fits the recordings for fitting best."""
+        """Return the displacement of the camera with which the predictions fit the recordings `FITTED` best."""
         fitting = [pairs for pairs, recording in zip(self.free, measured, strict=True) if recording.name in FITTED]
         return Pairs.mean(fitting).displacement()
 
 
 class SwungCloth(RealTest):
-    """Period, decrement and swing of a cloth in a robot's hands."""
+    """The test that predicts the swing, the period and the decrement of a cloth that a robot swings."""
 
     name = "motion"
 
     def load(self, data: Path) -> list[Recording]:
-        """See `RealTest.load`."""
+        """Read the measurements of the test from the folder `data`."""
         recordings = load_recordings(data / FILE, SESSION, LEFT_OUT)
         missing = set(FITTED) - {each.name for each in recordings}
         if missing:
@@ -84,11 +85,11 @@ class SwungCloth(RealTest):
         return recordings
 
     def simulations(self, measured: list[Recording], bench: Bench) -> int:
-        """See `RealTest.simulations`."""
+        """Return the approximate number of simulations that the test needs."""
         return len(FITTED) * (2 + 1 + len(START)) * EVALUATIONS + 3 * len(measured)
 
     def run(self, measured: list[Recording], bench: Bench) -> Section:
-        """See `RealTest.run`."""
+        """Simulate the experiments, and return the section with the results."""
         fitting = [recording for recording in measured if recording.name in FITTED]
 
         def swung(air: AirLaw) -> list[np.ndarray]:
@@ -147,14 +148,14 @@ class SwungCloth(RealTest):
 
 
 def swings_in(air: AirLaw, recordings: Sequence[Recording], bench: Bench) -> list[np.ndarray]:
-    """Return the simulated swings of recordings [m]."""
+    """Simulate recordings with a law of air, and return their swings [m]."""
     return _swings(_simulated(recordings, air, bench))
 
 
 def _simulated(recordings: Sequence[Recording], air: AirLaw, bench: Bench) -> list[Values]:
     values = bench.measure([_experiment(recording, air) for recording in recordings])
     for recording, each in zip(recordings, values, strict=True):
-        if "failed" in each:  # left out it would say that the others are all
+        if "failed" in each:  # otherwise a recording would be missing without notice
             raise SimulationError(f"{recording.name}: {each['failed']}")
     return values
 
@@ -177,7 +178,7 @@ def _experiment(recording: Recording, air: AirLaw) -> Experiment:
 
 
 def _swings(values: Sequence[Values]) -> list[np.ndarray]:
-    """Swings of rollouts [m]."""
+    """Return the swings from the readings of simulations [m]."""
     return [np.array(each["swing"], dtype=float) for each in values]
 
 
@@ -199,7 +200,10 @@ def _plate(
 
 
 def _seen(recording: Recording, nodes: np.ndarray) -> tuple[Pairs, Pairs]:
-    """Return pairs of nodes and seen nodes: all except the held edge, and those of the lower edge."""
+    """Return the means over predicted and seen positions: for all nodes without the held edge, and for the lower edge.
+
+    The means are those that `Pairs` stores.
+    """
     places, seen = nodes - recording.middle, recording.nodes - recording.middle
     free, lower = (recording.good[:, rows] for rows in (slice(None, -1), slice(1)))
     return Pairs.of(places[:, :-1][free], seen[:, :-1][free]), Pairs.of(places[:, :1][lower], seen[:, :1][lower])
@@ -210,7 +214,7 @@ def _held_out(measured: Sequence[Recording]) -> list[int]:
 
 
 def _off(prediction: Predicted, measured: Sequence[Recording]) -> list[float]:
-    """Return the RMS error of the swing of each recording that was not fitted [m]."""
+    """Return the RMS error of the swing for each recording that was not used for fitting [m]."""
     errors = [prediction.swings[k] - measured[k].swing for k in _held_out(measured)]
     return [float(np.sqrt(np.nanmean(error**2))) for error in errors]
 
@@ -230,12 +234,15 @@ def _line(prediction: Predicted, measured: Sequence[Recording]) -> Line:
 
 
 def _distance(pairs: Sequence[Pairs], measured: Sequence[Recording], by: Displacement = UNMOVED) -> float:
-    """Return the median distance over the recordings that were not fitted [m]."""
+    """Return the median distance between predicted and seen nodes [m].
+
+    The median is over the recordings that were not used for fitting.
+    """
     return float(np.median([pairs[k].distance(by) for k in _held_out(measured)]))
 
 
 def _noise(measured: Sequence[Recording]) -> float:
-    """Return the median noise of the recordings that were not fitted [m]."""
+    """Return the median noise of the camera over the recordings that were not used for fitting [m]."""
     return float(np.median([measured[k].noise for k in _held_out(measured)]))
 
 
@@ -273,7 +280,10 @@ def _goal(plate: Predicted, cloth: Predicted, measured: Sequence[Recording]) -> 
 
 
 def _charts(predictions: Sequence[Predicted], measured: Sequence[Recording]) -> list[Chart]:
-    """The measured and the predicted swing of the held-out recording whose error is the median one."""
+    """Return a chart of the measured and predicted swings of a typical recording.
+
+    Of the recordings that were not used for fitting, it is the one with the median error.
+    """
     held = _held_out(measured)
     off = _off(predictions[-1], measured)
     place = held[int(np.argsort(off)[len(off) // 2])]

@@ -1,4 +1,4 @@
-"""The sections as Markdown and as plain data."""
+"""Writes the results of the tests as Markdown and as plain data."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def markdown(lines: Sequence[Line]) -> str:
 
 
 def text(section: Section) -> str:
-    """Return a section as Markdown: method, tables, the best published number, goal and limits."""
+    """Return the result of a test as Markdown: method, tables, the best published number, goal and limits."""
     parts = [
         section.method,
         *(markdown(table.lines) for table in section.tables),
@@ -29,13 +29,13 @@ def text(section: Section) -> str:
 
 
 def page(sections: Sequence[Section], simulator: str) -> str:
-    """Return the whole Markdown file."""
+    """Return a Markdown file with the results of all tests."""
     head = f"# Real cloth, simulated by {simulator}\n\nMade by tatamu {__version__} from published measurements.\n"
     return "\n".join([head, *(f"## {section.title}\n\n{text(section)}\n" for section in sections)])
 
 
 def data(sections: Sequence[Section], simulator: str) -> dict[str, Any]:
-    """Return the sections as plain data for programs."""
+    """Return the results of all tests as a dictionary for a JSON file."""
     return {
         "version": 1,
         "tatamu": __version__,

@@ -1,4 +1,4 @@
-"""The sections as one page that opens offline."""
+"""Writes the results of all tests as an HTML page that opens without a network."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tatamu.presentation.page import render
 
 
 def page(sections: Sequence[Section], simulator: str) -> str:
-    """Return the whole page as HTML."""
+    """Return the page with the results of all tests as HTML."""
     return render(
         Path(__file__).with_name("page.html"),
         charts={section.name: list(section.charts) for section in sections},

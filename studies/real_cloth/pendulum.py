@@ -1,11 +1,20 @@
-"""A stiff plate that hangs from a moving bar in air: a model with one degree of freedom, for comparison.
+"""Computes the swing of a stiff plate that hangs from a moving bar in air, for comparison with cloth.
+
+The plate has the length L. Its angle phi solves the equation:
 
     (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + max(c2, c3 s^(-1/3)) |u| u) r dr
     u = v + r phi'
 
-per density and width: kappa added mass over density, c1 and c2 linear and quadratic drag over density, v and a velocity
-and acceleration of the bar across itself, s the path since u changed its sign. A plate that oscillates by little has
-several times the drag of one in steady motion.
+All terms are divided by the areal density and the width of the plate. The symbols are:
+
+- kappa is the added mass of air.
+- c1, c2 and c3 are the linear, quadratic and turning drag.
+- v and a are the velocity and the acceleration of the bar across itself.
+- u is the velocity of the point of the plate at the distance r from the bar.
+- s is the path of this point since u changed its sign.
+- g is the acceleration of gravity.
+
+The term with s is needed because the drag of a plate in small oscillations is several times the drag in steady motion.
 """
 
 from __future__ import annotations
@@ -18,32 +27,32 @@ from studies.real_cloth.recording import STEP, Recording
 from tatamu.material import GRAVITY
 
 PIECES = 8
-"""Pieces of the plate's height over which the drag is summed."""
+"""Number of pieces of the plate's height over which the drag is summed."""
 SHORTEST = 1e-6
-"""Least path since a turn [m]."""
+"""Least value of the path since the velocity changed its sign [m]."""
 
 
 @dataclass(frozen=True)
 class AirLaw:
-    """Effects of air, over the cloth's areal density."""
+    """A law of air: the effects of air, divided by the areal density of the cloth."""
 
     added_mass: float = 0.0
-    """Added mass kappa [-]."""
+    """Added mass kappa, the mass of air that moves with the cloth [-]."""
     linear: float = 0.0
     """Linear drag c1 [1/s]."""
     quadratic: float = 0.0
     """Quadratic drag c2 [1/m]."""
     turning: float = 0.0
-    """Turning drag c3 [m^(-2/3)]."""
+    """Turning drag c3, which acts after the velocity has changed its sign [m^(-2/3)]."""
 
 
 def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
     """Return the swing of the plate's lower edge at the frames [m], shape (f,).
 
     Args:
-        recording: Recording whose bar moves the plate.
+        recording: Recording of the bar that moves the plate.
         air: Law of air.
-        length: L [m].
+        length: Length of the plate [m].
     """
     times, corners = recording.path
     normal = recording.normal(times)
@@ -70,10 +79,10 @@ def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
 
 
 def plate_nodes(recording: Recording, swing: np.ndarray, length: float) -> np.ndarray:
-    """Return the camera's nodes on the plate at the frames [m], shape (f, n, n, 3).
+    """Return the positions of the camera's nodes at all frames, if the cloth is a stiff plate [m], shape (f, n, n, 3).
 
     Args:
-        recording: Recording whose robot holds the plate.
+        recording: Recording of the robot that holds the plate.
         swing: Swing of the lower edge at the frames [m], shape (f,).
         length: Length of the plate [m].
     """

@@ -1,9 +1,10 @@
-"""Recordings of a cloth in a robot's hands, by Luque et al. (Institut de Robotica i Informatica Industrial, Barcelona).
+"""Reads recordings of a cloth that a robot moves.
 
-A square cloth hangs by its upper edge from a bar in the robot's hand. A camera records a grid of its nodes at about 10
-Hz, and the robot the pose of its tool at 20 Hz. The camera lags by about 0.3 s, and each frame by some tens of
-milliseconds more or less. So the robot's poses drive the simulation, and the time of each frame is corrected until its
-two upper corners are where the robot holds them.
+They are by Luque et al. (Institut de Robotica i Informatica Industrial, Barcelona). A square cloth hangs by its upper
+edge from a bar in the robot's hand. A camera records a grid of nodes on the cloth at about 10 Hz. The robot records the
+pose of its tool at 20 Hz. The camera lags by about 0.3 s, and the lag varies by some tens of milliseconds between
+frames. Therefore the robot's poses drive the simulation. The time of each frame is corrected so that the two upper
+corners are seen where the robot holds them.
 """
 
 from __future__ import annotations
@@ -23,50 +24,55 @@ from tatamu.errors import InputError
 LAGS = np.arange(0.1, 0.6, 0.02)
 """Lags of the camera that are tried [s]."""
 CLOCKS = np.arange(-0.15, 0.151, 0.01)
-"""Offsets of a frame's own clock [s]."""
+"""Corrections of the time of a frame that are tried [s]."""
 JITTER = 0.05
-"""Standard deviation of a frame's own clock [s]."""
+"""Standard deviation of the lag between frames [s]."""
 CORNER_NOISE = 0.008
-"""Standard deviation of a corner that the camera sees [m]."""
+"""Standard deviation of the position of a corner that the camera sees [m]."""
 OUTLIER = 0.04
-"""A node farther than this from the median of five frames is an outlier of the camera [m]."""
+"""Largest distance between a node and its median position in five frames [m]. A node at a larger distance is an outlier
+of the camera."""
 SMOOTHING = 0.05
-"""Standard deviation of the Gaussian that smooths the robot's path [s]."""
+"""Standard deviation of the Gaussian filter that smooths the robot's path [s]."""
 STEP = 0.01
 """Time step of the smoothed path [s]."""
 BEFORE = 1.0
-"""Time for which the robot rests before its recording [s]."""
+"""Time for which the robot rests before the recording begins [s]."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One motion of the robot, and the nodes seen by the camera."""
+    """A recorded motion of the robot, and the nodes of the cloth that the camera saw."""
 
     name: str
     times: np.ndarray
     """Times of the frames on the camera's clock [s], shape (f,)."""
     nodes: np.ndarray
-    """Positions [m], shape (f, n, n, 3): row 0 is the lower edge, the last the held one; not a number where lost."""
+    """Positions of the nodes at each frame [m], shape (f, n, n, 3). Row 0 is the lower edge, and the last row is the
+    held edge. A node that the camera lost is NaN."""
     tool_times: np.ndarray
     """Times of the robot's poses [s], shape (k,), increasing."""
     tool_positions: np.ndarray
-    """[m], shape (k, 3)."""
+    """Positions of the robot's tool [m], shape (k, 3)."""
     tool_rotations: np.ndarray
-    """Quaternions (x, y, z, w), shape (k, 4)."""
+    """Rotations of the robot's tool as quaternions (x, y, z, w), shape (k, 4)."""
 
     @cached_property
     def _turned(self) -> Slerp:
         return Slerp(self.tool_times, Rotation.from_quat(self.tool_rotations))
 
     def pose(self, times: np.ndarray) -> tuple[np.ndarray, Rotation]:
-        """Return places and rotations of the tool at times [s]; it rests before its first pose and after its last."""
+        """Return the positions and rotations of the tool at times [s].
+
+        Before its first recorded pose and after its last, the tool is assumed to rest.
+        """
         inside = np.clip(times, self.tool_times[0], self.tool_times[-1])
         position = np.column_stack([np.interp(inside, self.tool_times, column) for column in self.tool_positions.T])
         return position, self._turned(inside)
 
     @cached_property
     def grip(self) -> tuple[float, np.ndarray]:
-        """Lag of the camera [s], and both upper corners as the tool holds them [m], shape (2, 3)."""
+        """Lag of the camera [s], and positions of both upper corners in the frame of the tool [m], shape (2, 3)."""
         corners = self.nodes[:, -1, [0, -1]]
         seen = np.isfinite(corners).all(axis=(1, 2))
         best = (np.inf, 0.0, np.zeros((2, 3)))
@@ -81,23 +87,23 @@ class Recording:
 
     @cached_property
     def clock(self) -> np.ndarray:
-        """When each frame was taken, on the robot's clock [s], shape (f,)."""
+        """Time at which each frame was taken, on the robot's clock [s], shape (f,)."""
         lag, _ = self.grip
         costs = []
         for offset in CLOCKS:
             off = np.linalg.norm(self.corners(self.times - lag + offset) - self.nodes[:, -1, [0, -1]], axis=2)
-            off = np.minimum(np.nan_to_num(off, nan=OUTLIER), OUTLIER)  # an outlier says nothing of the clock
+            off = np.minimum(np.nan_to_num(off, nan=OUTLIER), OUTLIER)  # an outlier does not help to find the time
             costs.append((off**2).sum(axis=1) / CORNER_NOISE**2 + (offset / JITTER) ** 2)
         return np.asarray(self.times - lag + CLOCKS[np.argmin(costs, axis=0)])
 
     def corners(self, times: np.ndarray) -> np.ndarray:
-        """Return both upper corners by the robot's poses at times [s], [m], shape (k, 2, 3)."""
+        """Return the positions of both upper corners at times [s], according to the robot [m], shape (k, 2, 3)."""
         position, rotation = self.pose(times)
         held = self.grip[1]
         return np.stack([position + rotation.apply(held[k]) for k in (0, 1)], axis=1)
 
     def normal(self, times: np.ndarray) -> np.ndarray:
-        """Level direction across the bar at times [s], shape (k, 3)."""
+        """Return the horizontal unit vector across the bar at times [s], shape (k, 3)."""
         corners = self.corners(times)
         along = corners[:, 1] - corners[:, 0]
         across = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
@@ -105,7 +111,7 @@ class Recording:
 
     @cached_property
     def path(self) -> tuple[np.ndarray, np.ndarray]:
-        """The bar's smoothed path: times [s], shape (k,), and both corners [m], shape (k, 2, 3)."""
+        """Smoothed path of the bar: times [s], shape (k,), and positions of both corners [m], shape (k, 2, 3)."""
         times = np.arange(self.clock.min() - BEFORE, self.clock.max() + 2 * STEP, STEP)
         return times, gaussian_filter1d(self.corners(times), SMOOTHING / STEP, axis=0, mode="nearest")
 
@@ -116,7 +122,7 @@ class Recording:
 
     @cached_property
     def good(self) -> np.ndarray:
-        """Nodes that the camera did not lose or misplace, shape (f, n, n)."""
+        """Whether each node was seen correctly, shape (f, n, n). The camera lost or misplaced the other nodes."""
         from_bar = self.nodes - self.middle
         padded = np.pad(from_bar, ((2, 2), (0, 0), (0, 0), (0, 0)), mode="edge")
         near = np.stack([padded[k : k + len(from_bar)] for k in range(5)])
@@ -124,38 +130,40 @@ class Recording:
         return np.asarray(np.linalg.norm(from_bar - usual, axis=3) <= OUTLIER)
 
     def swing_of(self, nodes: np.ndarray) -> np.ndarray:
-        """Return the distance by which the lower edge is ahead of the upper one, across the bar [m], shape (f,).
+        """Return the swing: the distance of the lower edge from the upper edge, horizontally across the bar [m].
+
+        The result has shape (f,).
 
         Args:
-            nodes: Positions at the frames [m], shape (f, n, n, 3).
+            nodes: Positions of the nodes at all frames [m], shape (f, n, n, 3).
         """
         apart = self._edge(nodes, 0) - self._edge(nodes, -1)
         return np.asarray((apart * self.normal(self.clock)).sum(axis=1))
 
     def _edge(self, nodes: np.ndarray, row: int) -> np.ndarray:
-        """Mean of the good nodes of a row [m], shape (f, 3); not a number where there are none."""
+        """Return the mean position of the correctly seen nodes of a row [m], shape (f, 3); NaN without such nodes."""
         good = self.good[:, row, :, None]
         count = np.where(good.any(axis=1), good.sum(axis=1), np.nan)
         return np.asarray(np.where(good, nodes[:, row], 0.0).sum(axis=1) / count)
 
     @cached_property
     def swing(self) -> np.ndarray:
-        """The measured swing about its rest [m], shape (f,); not a number where the camera lost an edge."""
+        """Measured swing about the position of rest [m], shape (f,); NaN at frames in which the camera lost an edge."""
         measured = self.swing_of(self.nodes)
         return np.asarray(measured - np.nanmedian(measured))
 
     @cached_property
     def noise(self) -> float:
-        """RMS distance of the seen corners from those of the robot [m], which is the noise of the camera."""
+        """Noise of the camera: RMS distance between the corners that it sees and the robot's corners [m]."""
         off = np.linalg.norm(self.corners(self.clock) - self.nodes[:, -1, [0, -1]], axis=2)
         return float(np.sqrt(np.mean(off[self.good[:, -1, [0, -1]]] ** 2)))
 
 
 def load_recordings(path: Path, session: str, left_out: tuple[str, ...]) -> list[Recording]:
-    """The recordings of one session that have the robot's poses.
+    """Read the recordings of a session that have the robot's poses, except the recordings `left_out`.
 
     Raises:
-        InputError: If the file cannot be read, or contains none.
+        InputError: If the file cannot be read, or contains no such recording.
     """
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:

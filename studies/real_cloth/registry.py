@@ -1,4 +1,4 @@
-"""All tests on real cloth, in the order of the notes. A new test is a module, and a name in this list."""
+"""Lists all tests on real cloth, in the order of the notes. To add a test, write a module and add it to this list."""
 
 from __future__ import annotations
 

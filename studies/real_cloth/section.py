@@ -1,4 +1,4 @@
-"""A section: the result of a test on real cloth for the notes and for the page."""
+"""Defines a section: the result of a test on real cloth, for the notes and for the page."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 from tatamu.presentation.chart import Chart
 
 Line = Mapping[str, str]
-"""One line of a table: column to text."""
+"""A line of a table: the text in each column, by the column's name."""
 
 
 @dataclass(frozen=True)
 class Tabulated:
-    """One table."""
+    """A table of a section."""
 
     name: str
-    """Name of its marks in the docs and of its key in the JSON file."""
+    """Name of the table in its marks in the docs, and in the JSON file."""
     lines: Sequence[Line]
-    """Lines with the same columns."""
+    """Lines of the table, which all have the same columns."""
 
 
 @dataclass(frozen=True)
@@ -32,24 +32,24 @@ class Sketch:
 
 @dataclass(frozen=True)
 class Section:
-    """Everything that one test shows."""
+    """The result of a test: texts, tables, charts and drawings."""
 
     name: str
-    """Name that `--only` takes."""
+    """Name of the test in the option `--only`."""
     title: str
     method: str
-    """The simulation and its assumptions, in a few sentences."""
+    """Description of the simulation and its assumptions, in a few sentences."""
     tables: Sequence[Tabulated]
     beat: str
-    """The best published number, and its source."""
+    """Text with the best published number, and its source."""
     goal: str
-    """The goal, and whether it was reached."""
+    """Text with the goal, and whether it was reached."""
     silent: str
-    """Limits of the test: all that it cannot show."""
+    """Text on the limits of the test, which tells what the test cannot show."""
     charts: Sequence[Chart] = ()
     sketches: Sequence[Sketch] = field(default=())
 
 
 def reached(yes: bool) -> str:
-    """Return a goal's verdict as text."""
+    """Return "reached" or "not reached", for the text on a goal."""
     return "reached" if yes else "not reached"

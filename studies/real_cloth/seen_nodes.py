@@ -1,10 +1,16 @@
-"""The causes of the distance between simulated nodes of a swung cloth and those that the camera sees.
+"""Finds causes for the distances between simulated nodes of a swung cloth and the nodes that a camera saw.
 
     python -m studies.real_cloth.seen_nodes --data DATA --out runs/real-cloth [--write-docs]
 
-`native` with fitted air, as in the test `motion` of `studies.real_cloth`; its nodes are compared with the seen ones:
-unchanged, and corrected for a displaced camera, another size of the cloth, another clock, or a motion of the whole.
-Rollouts that are kept in OUT are not simulated again.
+The simulator `native` has fitted effects of air, as in the test `motion` of `studies.real_cloth`. Its nodes are
+compared with the seen nodes, without and with corrections:
+
+- for a displaced camera,
+- for another size of the cloth,
+- for a shift in time,
+- for a motion of the whole cloth.
+
+Simulations that are kept in OUT are not run again.
 """
 
 from __future__ import annotations
@@ -30,102 +36,111 @@ from tatamu.simulators import simulate
 
 SIMULATOR = "native"
 LATENESS = np.arange(-0.1, 0.11, 0.02)
-"""Shifts of the predicted motion that are tried [s]."""
+"""Shifts in time of the predicted motion that are tried [s]."""
 SHORTEST = 0.9
-"""Smallest height of the cloth that is tried, over 0.3 m; the largest is 1.1."""
+"""Smallest height of the cloth that is tried, as a fraction of 0.3 m. The largest is 1.1."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """One recording and its rollout; places are from the middle of the bar."""
+    """A recording and its simulation. All positions are relative to the middle of the bar."""
 
     recording: Recording
     rollout: Rollout
 
     @cached_property
     def seen(self) -> np.ndarray:
-        """Nodes that the camera saw [m], shape (f, n, n, 3); NaN if the camera lost or misplaced a node."""
+        """Positions of the nodes that the camera saw [m], shape (f, n, n, 3). A lost or misplaced node is NaN."""
         return np.where(self.recording.good[..., None], self.recording.nodes - self.recording.middle, np.nan)
 
     @property
     def size(self) -> int:
-        """Nodes in a row of the camera's grid."""
+        """Number of nodes in a row of the camera's grid."""
         return self.recording.nodes.shape[1]
 
     @cached_property
     def predicted(self) -> np.ndarray:
-        """Predicted nodes [m], shape (f, n, n, 3)."""
+        """Predicted positions of the nodes [m], shape (f, n, n, 3)."""
         return self.later(0.0)
 
     def later(self, late: float) -> np.ndarray:
-        """Return the predicted nodes later by `late` [s]."""
+        """Return the predicted positions of the nodes if the whole motion is later by `late` [s]."""
         return Sheet(self.recording).nodes(self.rollout, late) - self.recording.middle
 
     @cached_property
     def axes(self) -> np.ndarray:
-        """Return the directions across the bar, along it and up at each frame, shape (f, 3, 3)."""
+        """Unit vectors across the bar, along the bar and up, at each frame, shape (f, 3, 3)."""
         across = self.recording.normal(self.recording.clock)
         up = np.tile([0.0, 0.0, 1.0], (len(across), 1))
         return np.stack([across, np.cross(across, up), up], axis=1)
 
     def pairs(self, height: float = 1.0) -> Pairs:
-        """Return all nodes except those of the held edge, for a cloth of this part of its height."""
+        """Return the means over predicted and seen positions, for all nodes except the held edge.
+
+        The predicted positions are multiplied by `height`, a fraction of the cloth's height.
+        """
         seen = self.seen[:, :-1]
         good = np.isfinite(seen).all(axis=3)
         return Pairs.of(height * self.predicted[:, :-1][good], seen[good])
 
 
 Change = Callable[[Seen], np.ndarray]
-"""Errors of the nodes of a recording [m], shape (f, n, n, 3)."""
+"""Function that returns the errors of a recording's nodes after a correction [m], shape (f, n, n, 3)."""
 
 
 def displaced(by: Displacement, height: float = 1.0) -> Change:
-    """Return errors with a displaced camera and this part of the cloth's height."""
+    """Return a correction for a displaced camera, with predicted positions multiplied by `height`."""
     return lambda each: height * each.predicted @ by.rotation.T + by.translation - each.seen
 
 
 def unmoved(each: Seen) -> np.ndarray:
-    """Return the uncorrected errors."""
+    """Return the errors of a recording's nodes without a correction."""
     return each.predicted - each.seen
 
 
 def by_grid(fitting: list[Seen]) -> tuple[str, Change]:
-    """Errors after the displacement by the recordings with a grid of the same size, and those displacements."""
+    """Return a correction for a displaced camera, with a separate displacement for each size of the camera's grid.
+
+    The first result is a text with these displacements.
+    """
     sizes = sorted({each.size for each in fitting})
     found = {size: Pairs.mean([each.pairs() for each in fitting if each.size == size]).displacement() for size in sizes}
     return ", ".join(str(by) for by in found.values()), lambda each: displaced(found[each.size])(each)
 
 
 def by_itself(each: Seen) -> np.ndarray:
-    """Return errors after the best displacement for this recording."""
+    """Return the errors of a recording's nodes after the best displacement of the camera for this recording."""
     return displaced(each.pairs().displacement())(each)
 
 
 def per_node(each: Seen) -> np.ndarray:
-    """Errors without the mean of each node over the recording."""
+    """Return the errors of a recording's nodes, without the mean error of each node over all frames."""
     off = unmoved(each)
     return np.asarray(off - np.nanmean(off, axis=0))
 
 
 def per_frame(each: Seen) -> np.ndarray:
-    """Return errors without the mean of each frame over its nodes, which shows the error of the shape."""
+    """Return the errors of a recording's nodes, without the mean error of each frame over all nodes.
+
+    The remaining errors are errors of the cloth's shape.
+    """
     off = unmoved(each)
     return np.asarray(off - np.nanmean(off, axis=(1, 2), keepdims=True))
 
 
 def later(each: Seen) -> np.ndarray:
-    """Return errors with the best shift in time for this recording."""
+    """Return the errors of a recording's nodes after the best shift in time for this recording."""
     errors = [each.later(float(late)) - each.seen for late in LATENESS]
     return min(errors, key=lambda off: float(rms(off[:, :-1])))
 
 
 def rms(off: np.ndarray) -> float:
-    """RMS of errors [m], shape (.., 3); those that are not a number are left out."""
+    """Return the RMS of errors of shape (.., 3) [m]. Errors that are NaN are left out."""
     return float(np.sqrt(np.nanmean((off**2).sum(axis=-1))))
 
 
 def row(name: str, numbers: str, change: Change, held_out: list[Seen]) -> dict[str, str]:
-    """Return medians over the recordings that were not fitted [mm]."""
+    """Return the table's row of a correction, with medians over the recordings that were not used for fitting."""
     found = []
     for each in held_out:
         off = change(each)
@@ -146,7 +161,7 @@ def row(name: str, numbers: str, change: Change, held_out: list[Seen]) -> dict[s
 
 
 def table(measured: list[Seen]) -> list[dict[str, str]]:
-    """Return the rows, with more and more corrections."""
+    """Return the table with a row for each correction."""
     fitting = [each for each in measured if each.recording.name in FITTED]
     sizes = ", ".join(str(size) for size in sorted({each.size for each in fitting}))
     others = [each for each in measured if each.recording.name not in FITTED]
@@ -181,7 +196,7 @@ def table(measured: list[Seen]) -> list[dict[str, str]]:
 
 
 def narrower(measured: list[Seen]) -> str:
-    """Return the difference of width between the held and the lower edge."""
+    """Return a sentence on how much narrower the lower edge is than the held edge, as seen and as predicted."""
     others = [each for each in measured if each.recording.name not in FITTED]
     seen, predicted = (1e3 * np.median([_narrower(nodes) for nodes in group]) for group in _both(others))
     return f"The lower edge is seen {seen:.0f} mm narrower than the bar; predicted are {predicted:.0f} mm."
@@ -192,13 +207,13 @@ def _both(measured: list[Seen]) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def _narrower(nodes: np.ndarray) -> float:
-    """Median over frames of the held edge's width less that of the lower one [m]."""
+    """Return the difference between the widths of the held edge and of the lower edge, as a median over frames [m]."""
     width = np.linalg.norm(nodes[:, :, -1] - nodes[:, :, 0], axis=2)
     return float(np.nanmedian(width[:, -1] - width[:, 0]))
 
 
 def main() -> None:
-    """Parse and run."""
+    """Parse the command line, and print or write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)

@@ -1,4 +1,4 @@
-"""A simulated sheet that hangs from the bar of a recording."""
+"""Simulates a sheet of cloth that hangs from the moving bar of a recording."""
 
 from __future__ import annotations
 
@@ -18,31 +18,35 @@ from tatamu.scene import Cloth, Gripper, Scene
 SIDE = 0.3
 """Side of the cloth [m]."""
 SPACING = 0.02
-"""Spacing of its mesh [m]."""
+"""Edge length ("spacing") of the mesh [m]."""
 DENSITY = 0.2
-"""Assumed areal density [kg/m^2]; only ratios to it matter."""
+"""Assumed areal density of the cloth [kg/m^2]. The choice does not matter, because only ratios to the density affect
+the motion."""
 STRETCH, BENDING = 200.0, 2e-5
-"""Stretch stiffness [N/m] and bending rigidity [N m]; neither affects the swing."""
+"""Stretch stiffness [N/m] and bending rigidity [N m] of the cloth, which do not affect the swing."""
 FRAMES = 50.0
-"""Frames per second."""
+"""Number of frames per second of the simulation."""
 KNOT = 2
-"""Steps of the recording's path between knots of a hand's path."""
+"""Number of steps of the recorded path between two points of the hand's path in the simulation."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """The cloth of one recording."""
+    """The simulated cloth of a recording."""
 
     recording: Recording
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return places on the sheet as fractions of its side, along the bar and down, shape (n, 2), and triangles."""
+        """Vertices of the sheet's mesh, shape (n, 2), and its triangles.
+
+        A vertex is given along the bar and down, as fractions of the sheet's side.
+        """
         flat, faces = staggered_rectangle(SIDE, SIDE, SPACING)
         return np.column_stack([flat[:, 1] / SIDE + 0.5, 0.5 - flat[:, 0] / SIDE]), faces
 
     def scene(self, air: AirLaw) -> Scene:
-        """Return the scene: the sheet hangs at rest, then the bar moves as in the recording."""
+        """Return a scene in which the sheet first hangs at rest, and then the bar moves as in the recording."""
         times, corners = self.recording.path
         parts, faces = self.mesh
         held = np.flatnonzero(parts[:, 1] < 1e-9)
@@ -63,7 +67,10 @@ class Sheet:
         )
 
     def nodes(self, rollout: Rollout, late: float = 0.0) -> np.ndarray:
-        """Return the simulated nodes at the camera's frames plus a delay [s], [m], shape (f, n, n, 3)."""
+        """Return the simulated positions of the camera's nodes at all frames [m], shape (f, n, n, 3).
+
+        The simulated motion is made later by `late` [s].
+        """
         moment = self.recording.clock - self.recording.path[0][0] - late
         frame = np.clip(moment * FRAMES, 0.0, len(rollout.times) - 1.001)
         before = frame.astype(int)
@@ -77,7 +84,7 @@ class Sheet:
 
 
 def material(air: AirLaw) -> Material:
-    """Return the material of the cloth in that air."""
+    """Return the material of the cloth, which includes the law of air."""
     return Material(
         areal_density=DENSITY,
         stretch_stiffness=STRETCH,
@@ -88,7 +95,10 @@ def material(air: AirLaw) -> Material:
 
 
 def air_fields(air: AirLaw) -> dict[str, float]:
-    """Return the fields of air of a material; every simulator has linear drag."""
+    """Return the fields of a material that describe a law of air.
+
+    Every simulator has a field for linear drag. This field is used if the law has no other effects.
+    """
     if air.added_mass == air.quadratic == air.turning == 0.0:
         return {"air_drag": DENSITY * air.linear}
     return {

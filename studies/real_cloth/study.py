@@ -14,11 +14,11 @@ from studies.real_cloth.test import RealTest
 from tatamu.errors import InputError
 
 Loaded = list[tuple[RealTest, Any]]
-"""The chosen tests with their measurements."""
+"""List of chosen tests, each with its measurements."""
 
 
 def load(data: Path, only: Sequence[str] = ()) -> Loaded:
-    """Return the chosen tests, or all, with their measurements.
+    """Return the tests named in `only`, each with its measurements; all tests if `only` is empty.
 
     Raises:
         InputError: If the folder, a test or a file does not exist, or a file is wrong.
@@ -35,9 +35,9 @@ def run(tests: Loaded, bench: Bench, done: Callable[[Section], None] = lambda se
     """Run tests one after the other.
 
     Args:
-        tests: Result of `load`.
-        bench: Bench on which they simulate.
-        done: Function that is called after each test.
+        tests: Tests with their measurements, from `load`.
+        bench: Bench that simulates the experiments of the tests.
+        done: Function that is called with the result of each test.
     """
     sections = []
     for test, measured in tests:
@@ -47,5 +47,5 @@ def run(tests: Loaded, bench: Bench, done: Callable[[Section], None] = lambda se
 
 
 def simulations(tests: Loaded, bench: Bench) -> int:
-    """Return the approximate number of simulations."""
+    """Return the approximate number of simulations of all tests."""
     return sum(test.simulations(measured, bench) for test, measured in tests)

@@ -1,4 +1,4 @@
-"""A test on real cloth: the file it reads, and the section it makes."""
+"""Defines the interface of a test on real cloth, which reads measurements and makes a section with the result."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from studies.real_cloth.section import Section
 
 
 class RealTest(ABC):
-    """Base of all tests on real cloth."""
+    """Base class of all tests on real cloth."""
 
     name: ClassVar[str]
-    """Name that `--only` takes."""
+    """Name of the test in the option `--only`."""
 
     @abstractmethod
     def load(self, data: Path) -> Any:
-        """Read the measurements.
+        """Read the measurements of the test from the folder `data`.
 
         Raises:
-            InputError: If a file is missing in the folder, or is wrong.
+            InputError: If a file is wrong or missing.
         """
 
     @abstractmethod
     def simulations(self, measured: Any, bench: Bench) -> int:
-        """Return the approximate number of simulations."""
+        """Return the approximate number of simulations that the test needs."""
 
     @abstractmethod
     def run(self, measured: Any, bench: Bench) -> Section:
-        """Simulate, compare, and return the section."""
+        """Simulate the experiments, compare the predictions with the measurements, and return the result."""

@@ -1,11 +1,11 @@
-"""A towel folded in half by robots: Garcia-Camacho et al.
+"""Compares learned folds of a towel with five trials in which two TIAGo arms folded a towel in half.
 
-2020, five trials of two TIAGo arms, compared with learned folds. IEEE RA-L 5(2), "Benchmarking Bimanual Cloth
-Manipulation". Their measure of a fold is the area seen from above,
+The trials are from Garcia-Camacho et al. 2020, "Benchmarking Bimanual Cloth Manipulation", IEEE RA-L 5(2). The authors
+compare the areas A of the cloth, seen from above, before and after the fold. The area error is:
 
     E_f = (100 / 0.5) |A_after / A_before - 0.5| %
 
-and it is all that is compared: neither the fabric nor the shape of the folds was published.
+Only this error is compared, because the fabric and the shapes of the folds were not published.
 """
 
 from __future__ import annotations
@@ -28,37 +28,38 @@ from tatamu.simulators.many import executor_of
 
 FILE = "garcia_camacho_2020_towel.csv"
 SIZE = (0.5, 1.0)
-"""Width and length of their towel [m]."""
+"""Width and length of the robots' towel [m]."""
 TRIALS = 30
-"""Trials of each study."""
+"""Number of trials of each study."""
 WORLDS = 30
-"""Disturbed worlds in which the folds of each objective are simulated, all its seeds together."""
+"""Number of disturbed simulations for each objective, divided equally over its seeds. In a disturbed simulation, all
+disturbances have random values."""
 
 
 @dataclass(frozen=True)
 class RobotFold:
-    """One trial of the robots."""
+    """A trial of the robots."""
 
     area_error: float
-    """E_f [%]; NaN if it failed."""
+    """Area error E_f [%]; NaN if the trial failed."""
 
 
 class Towel(RealTest):
-    """The test that compares E_f with that of learned folds of a towel of the same size."""
+    """The test that compares the area errors of the robots' folds and of learned folds of a towel of the same size."""
 
     name = "towel"
 
     def load(self, data: Path) -> list[RobotFold]:
-        """See `RealTest.load`."""
+        """Read the measurements of the test from the folder `data`."""
         table = Columns.load(data / FILE, ("success", "area_before_cm2", "area_after_cm2"))
         return [_robot_fold(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[RobotFold], bench: Bench) -> int:
-        """See `RealTest.simulations`."""
+        """Return the approximate number of simulations that the test needs."""
         return (bench.seeds + 1) * TRIALS + 2 * WORLDS
 
     def run(self, measured: list[RobotFold], bench: Bench) -> Section:
-        """See `RealTest.run`."""
+        """Simulate the experiments, and return the section with the results."""
         theirs = [each.area_error for each in measured if np.isfinite(each.area_error)]
         robots = _line("two TIAGo arms, real towel", len(measured), theirs)
         still = _tried("C of one world", None, bench.seeds, bench)
@@ -103,27 +104,27 @@ def _robot_fold(table: Columns, row: int) -> RobotFold:
 
 @dataclass(frozen=True)
 class Tried:
-    """The folds of one objective, for all seeds."""
+    """The folds that were learned with an objective, for all seeds."""
 
     objective: str
     calm: list[float]
-    """E_f of each fold without disturbances [%]."""
+    """Area error E_f of each fold without disturbances [%]."""
     disturbed: list[tuple[float, bool]]
-    """E_f of each in each world [%], and whether it holds."""
+    """Area error E_f in each disturbed simulation of each fold [%], and whether the fold succeeded."""
 
     @property
     def held(self) -> list[float]:
-        """E_f of the folds that hold [%]."""
+        """Area errors E_f of the disturbed simulations in which the fold succeeded [%]."""
         return [error for error, holds in self.disturbed if holds]
 
     @property
     def groups(self) -> dict[str, list[float]]:
-        """E_f by the groups of the chart [%]."""
+        """Area errors E_f of the groups that the chart shows, by the name of the group [%]."""
         return {f"{self.objective}, undisturbed": self.calm, f"{self.objective}, disturbed": self.held}
 
     @property
     def lines(self) -> list[Line]:
-        """Return two lines of the table."""
+        """Two lines of the table, without disturbances and with disturbances."""
         return [
             _line(f"learned by {self.objective}, undisturbed", len(self.calm), self.calm),
             _line("the same, disturbed", len(self.disturbed), self.held),
@@ -139,7 +140,7 @@ def _tried(objective: str, quantile: float | None, seeds: int, bench: Bench) -> 
 
 
 def _learn(task: Task, seed: int, quantile: float | None, bench: Bench) -> Result:
-    """Learn one study, or resume it."""
+    """Run or resume a study, and return its result."""
     how = "calm" if quantile is None else f"q{100 * quantile:g}"
     disturbances = "none" if quantile is None else "default"
     options = LearnOptions(trials=TRIALS, seed=seed, baselines=False, disturbances=disturbances, quantile=quantile)
@@ -158,13 +159,16 @@ def _learn(task: Task, seed: int, quantile: float | None, bench: Bench) -> Resul
 
 
 def _area_error(result: Result) -> float:
-    """Return E_f of the best fold of a study [%]."""
+    """Return the area error E_f of the best fold of a study [%]; NaN if it failed."""
     score = result.best.score
     return float("nan") if score is None else score.area_error
 
 
 def _disturbed(task: Task, result: Result, seed: int, count: int, bench: Bench) -> list[tuple[float, bool]]:
-    """Return E_f [%] of the learned fold in each world, and whether it holds; kept in the folder of the fold."""
+    """Return the area error E_f [%] of a learned fold in `count` disturbed simulations, and whether it succeeds.
+
+    The values are kept in the folder of the fold.
+    """
     assert result.folder is not None
     kept = result.folder / f"disturbed-{count}.json"
     if not kept.exists():
@@ -178,13 +182,16 @@ def _disturbed(task: Task, result: Result, seed: int, count: int, bench: Bench) 
 
 
 def _ended_in(task: Task, parameters: dict[str, int | float], world: World) -> tuple[float | None, bool]:
-    """Return E_f [%] of a fold in a world, None if it failed, and whether it holds."""
+    """Simulate a fold in a world, which is one random choice of all disturbances.
+
+    The result is the area error E_f [%], which is None if the simulation failed, and whether the fold succeeds.
+    """
     score = Nominal(task).in_world(parameters, world).score
     return (None, False) if score is None else (score.area_error, score.succeeds)
 
 
 def _mean(errors: list[float]) -> float:
-    """Return the mean; NaN, which is never small enough, if there are none."""
+    """Return the mean of errors; NaN without errors. NaN is never small enough for a goal."""
     return float(np.mean(errors)) if errors else float("nan")
 
 

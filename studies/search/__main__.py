@@ -1,11 +1,13 @@
-"""The default search compared with others: the best folds after 1 to 134 simulations (docs/notes/search.md).
+"""Compares the default search with other searches, by the best folds after 1 to 134 simulations.
+
+The results are in docs/notes/search.md. The commands are:
 
     python -m studies.search --out runs/search [--seeds 10] [--pair-seeds 20] [--write-docs]
-    python -m studies.search --out runs/search --show [--write-docs]      tables of what is there
+    python -m studies.search --out runs/search --show [--write-docs]      tables of finished studies only
 
-Every simulation is kept in OUT/rollouts and every study in OUT/studies, so a run that was stopped can be resumed.
-Studies run seed by seed, so partial results can be shown at any time. Optuna's GPSampler needs torch, which tatamu does
-not install (`pip install torch`); without it its row is left out.
+Every simulation is kept in OUT/rollouts, and every study in OUT/studies, so an interrupted run can be resumed. All
+studies of a seed run before the next seed, so partial results can be shown at any time. Optuna's GPSampler needs torch,
+which tatamu does not install (`pip install torch`). Without torch, its row is left out.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from threadpoolctl import threadpool_limits
 
 
 def run(out: Path, seeds: int, pair_seeds: int) -> None:
-    """Run missing studies seed by seed, the most important ones first: those of the towel, which are the fastest."""
+    """Run the missing studies, seed by seed. Studies of the towel come first, because they are fast and important."""
     settings = {name: Setting(name, coarse, out / "rollouts") for name, coarse in GARMENTS.items()}
     studies = Studies(out)
     softer = tuple(name for name, coarse in GARMENTS.items() if coarse.softer != 1.0)
@@ -52,7 +54,7 @@ def run(out: Path, seeds: int, pair_seeds: int) -> None:
 
 
 def show(out: Path, seeds: int, pair_seeds: int, write: bool) -> None:
-    """Print all tables, and write them into the docs if requested."""
+    """Print all tables. If `write` is true, also write them into the docs."""
     studies = Studies(out)
     texts = {f"search: {garment}": table(studies, garment, seeds) for garment in GARMENTS}
     texts["search: answers"] = answers(studies, seeds)
@@ -68,7 +70,7 @@ def show(out: Path, seeds: int, pair_seeds: int, write: bool) -> None:
 
 
 def main() -> None:
-    """Parse and run."""
+    """Parse the command line, and run the studies or show their results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=10)

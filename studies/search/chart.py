@@ -1,4 +1,4 @@
-"""The chart of docs/notes/search.md: lowest objective so far against simulations."""
+"""Draws the chart of docs/notes/search.md: the lowest objective so far over the number of simulations."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 WIDTH, HEIGHT = 11.0, 3.9
 """Size of the drawing [in]."""
 COLOURS = (*(f"C{number}" for number in range(10)), "black")
-"""Colours of the searches: matplotlib's ten, and one more."""
+"""Colours of the searches: the ten colours of matplotlib, and black."""
 
 
 def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:
-    """Draw medians over seeds, a panel for each garment.
+    """Draw the medians over the seeds, in a panel for each garment.
 
     Args:
-        courses: Lowest objectives so far of each study, by garment and search; studies may differ in length.
-        path: An SVG file.
+        courses: Lowest objectives so far of each study, by garment and search. Studies may differ in length.
+        path: Path of the SVG file to write.
     """
     import matplotlib
 
     matplotlib.use("svg")
-    matplotlib.rcParams.update({"svg.hashsalt": "tatamu", "svg.fonttype": "none"})  # the same bytes; text as text
+    matplotlib.rcParams.update({"svg.hashsalt": "tatamu", "svg.fonttype": "none"})  # always the same bytes
     from matplotlib import pyplot
 
     figure, panels = pyplot.subplots(1, len(courses), figsize=(WIDTH, HEIGHT), layout="constrained")

@@ -1,4 +1,4 @@
-"""The studies that are compared, kept in files."""
+"""Runs the studies that are compared, and keeps them in files."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from tatamu.files import write_text
 
 @dataclass(frozen=True)
 class Course:
-    """Objectives and mean vertex distances [m] of a study's trials in order."""
+    """The course of a study: the objectives and the mean vertex distances [m] of its trials, in order."""
 
     objectives: list[float]
     distances: list[float]
 
     def best(self, count: int) -> tuple[float, float]:
-        """Return the lowest objective of the first trials, and the mean vertex distance of that trial."""
+        """Return the lowest objective of the first `count` trials, and the mean vertex distance of the best trial."""
         place = int(np.argmin(self.objectives[:count]))
         return self.objectives[place], self.distances[place]
 
 
 class Studies:
-    """The kept studies."""
+    """The studies in a folder."""
 
     def __init__(self, out: Path) -> None:
-        """Open a folder."""
+        """Open the folder of the studies, and create it if it does not exist."""
         self._folder = out / "studies"
         self._folder.mkdir(parents=True, exist_ok=True)
 
     def run(self, method: str, setting: Setting, seed: int, trials: int) -> None:
-        """Run a study of `trials` trials, unless it exists."""
+        """Run a study with `trials` trials, unless it exists already."""
         held = self.course(setting.name, method, seed)
         if held is not None and len(held.objectives) >= trials:
             return
@@ -51,7 +51,7 @@ class Studies:
         write_text(self._path(setting.name, method, seed), json.dumps(records))
 
     def course(self, garment: str, method: str, seed: int) -> Course | None:
-        """Return the course of a study; None if it does not exist."""
+        """Return the course of a study; None if the study does not exist."""
         path = self._path(garment, method, seed)
         if not path.exists():
             return None
@@ -59,7 +59,7 @@ class Studies:
         return Course([each["objective"] for each in records], [each["distance"] for each in records])
 
     def courses(self, garment: str, method: str, count: int, seeds: int = 100) -> list[Course]:
-        """Return the studies of a method with at least `count` trials, of the first `seeds` seeds."""
+        """Return the courses of a method's studies that have at least `count` trials, for the first `seeds` seeds."""
         found = [self.course(garment, method, seed) for seed in range(seeds)]
         return [each for each in found if each is not None and len(each.objectives) >= count]
 

@@ -1,4 +1,4 @@
-"""The searches that are compared, by name."""
+"""Defines the searches that are compared, by name."""
 
 from __future__ import annotations
 
@@ -22,38 +22,40 @@ from tatamu.search.lm import LMSearch
 from tatamu.search.optuna_search import OptunaSearch, RandomSearch, TPESearch
 
 FEW, MANY = 50, 134
-"""Numbers of simulations in most searches, and in searches that need more."""
+"""Number of simulations in most searches, and in searches that need more simulations."""
 FAR = 2.0
-"""Objective over span above which GPSampler gets one constant value."""
+"""Limit of the excess C / span - 1 of bad trials, as a multiple of the lowest excess. It is used in `logarithms`, where
+the limit is at least 1."""
 
 Proposing = Callable[[Setting, int, int, Sequence[tuple[Any, Simulated]]], tuple[Any, Manipulation]]
-"""Function from setting, seed, number of the trial and earlier trials to parameters and their manipulation."""
+"""Function that proposes a trial. It gets the setting, the seed, the number of the trial and all earlier trials. It
+returns the parameters of the trial and the manipulation, the motion of the hands."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """A way to search."""
+    """A search method, with the number of its simulations."""
 
     title: str
     propose: Proposing
     trials: int = FEW
     """Largest number of simulations."""
     seeds: int | None = None
-    """Number of seeds; None for the number of the command."""
+    """Number of seeds; None for the number that the user gives."""
     needs: tuple[str, ...] = field(default=())
-    """Modules that it needs; without them it is left out."""
+    """Python modules that the method needs. If a module is missing, the method is left out."""
 
     @property
     def possible(self) -> bool:
-        """Whether all needed modules are installed."""
+        """Whether all modules that the method needs are installed."""
         return all(importlib.util.find_spec(module) for module in self.needs)
 
 
 class GPSamplerSearch(OptunaSearch):
-    """Optuna's Gaussian process."""
+    """A search with Optuna's Gaussian process, the GPSampler."""
 
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return the sampler of one proposal."""
+        """Return a sampler, which is used for one proposal."""
         return GPSampler(seed=seed, n_startup_trials=1, deterministic_objective=True)
 
 
@@ -61,11 +63,13 @@ def by_search(
     make: Callable[[Setting, int], Search],
     seen: Callable[[Setting, Sequence[float]], Sequence[float]] | None = None,
 ) -> Proposing:
-    """Return a way to search that is made again for each proposal and told all trials before.
+    """Return a function that proposes trials with a search of tatamu.
+
+    For each proposal, the search is made again and gets all earlier trials.
 
     Args:
-        make: Maker of the search from a setting and a seed.
-        seen: Function that returns the objectives as the search is told them; None for the objectives themselves.
+        make: Function that makes the search from a setting and a seed.
+        seen: Function that converts the objectives for the search; None to give the objectives unchanged.
     """
 
     def propose(
@@ -86,28 +90,33 @@ def by_search(
 
 
 def logarithms(setting: Setting, objectives: Sequence[float]) -> list[float]:
-    """Return log(C / span - 1), equal for all bad trials, which Optuna's GPSampler got while it was the default."""
+    """Return log(C / span - 1) for each objective C, with the same value for all bad trials.
+
+    Optuna's GPSampler got these values when it was tatamu's default search. The span is the horizontal distance that a
+    hand moves.
+    """
     excess = [max(objective / setting.fold.span - 1.0, 1e-6) for objective in objectives]
     bad = max(1.0, FAR * min(excess, default=0.0))
     return [log(min(each, bad)) for each in excess]
 
 
 def sobol(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
-    """Return a point of a scrambled Sobol' sequence."""
+    """Propose a trial: the next point of a scrambled Sobol' sequence."""
     space = setting.spaces["integer"]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that 134 is no power of two
+        warnings.simplefilter("ignore")  # about 134, which is no power of two
         points = qmc.Sobol(space.dimensions, scramble=True, rng=np.random.default_rng(seed)).random(MANY)
     parameters = space.parameters(space.snap(points[number : number + 1])[0])
     return parameters, setting.task.manipulation(parameters)
 
 
 def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
-    """The grid of De Gusseme and wyffels (2022), in an order drawn by the seed.
+    """Propose a trial from the grid of De Gusseme and wyffels (2022), in a random order.
 
-    A quadratic Bezier curve has its middle control point above the middle, at 14 heights from 0.1 to 1 spans. The curve
-    is turned about the line from grasp to release by tilts from 0 to 60 degrees, more of them for higher curves. Both
-    hands lean to the same side, and grasp the corners.
+    Each path is a quadratic Bezier curve whose middle control point is above the middle of the path. The grid has 14
+    heights of this point, from 0.1 to 1 spans. A span is the horizontal distance that a hand moves. The curve is tilted
+    about the line from grasp to release by 0 to 60 degrees. Higher curves get more tilts. Both hands tilt to the same
+    side, and grasp the corners.
     """
     points = [
         (height, tilt)
@@ -132,7 +141,7 @@ def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tup
 
 
 def after_low_curves(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
-    """Return one of the low curves, then a proposal of the Gaussian process, without a random trial."""
+    """Propose a trial: first the low curves, then proposals of the Gaussian process, without a random trial."""
     curves = low_curves(setting.fold)
     if number >= len(curves):
         return _gp(setting, seed, number, before)
@@ -178,10 +187,10 @@ METHODS: dict[str, Method] = {
         trials=MANY,
     ),
 }
-"""Ways to search by name, in the order of the tables."""
+"""Search methods by name, in the order of the tables."""
 CORE = ("ours", "plain", "random")
-"""Ways to search for the first question of the page."""
+"""Names of the methods that answer the first question of the page."""
 OURS = ("ours", "low", "gp")
-"""Forms of our own search."""
+"""Names of the variants of tatamu's own search."""
 PAIR = ("gp", "gpsampler")
-"""Two ways that are compared over more seeds."""
+"""Names of two methods that are compared over more seeds."""

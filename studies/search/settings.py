@@ -1,4 +1,4 @@
-"""Garments to fold on coarse meshes, and their kept simulations."""
+"""Simulates folds of garments on coarse meshes, and keeps the simulations."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ from tatamu.folding.score import residuals, vertex_distances
 
 
 class Coarse(NamedTuple):
-    """A garment to fold on a mesh so coarse that a fold takes a fraction of a second."""
+    """A garment on a coarse mesh. A simulation of its fold takes a fraction of a second."""
 
     garment: str
     fold: str
     spacing: float
-    """Spacing of the mesh [m]."""
+    """Edge length ("spacing") of the mesh [m]."""
     softer: float = 1.0
-    """Factor by which it is softer to stretch than its own cloth; with the square of the ratio of spacings it locks
-    like the default mesh."""
+    """Factor by which the cloth is easier to stretch than the garment's usual cloth. With the usual cloth, a coarse
+    mesh is too stiff against bending in two directions. The suitable factor is the square of the ratio of the spacing
+    to the default spacing."""
 
 
 GARMENTS = {
@@ -40,12 +41,12 @@ GARMENTS = {
 
 @dataclass(frozen=True)
 class Simulated:
-    """One simulation."""
+    """The result of a simulation."""
 
     objective: float
-    """C of Eq. (10)."""
+    """Objective C, Eq. (10)."""
     errors: np.ndarray | None
-    """e_i of Eq. (12) [m], shape (n,); None if the trial failed."""
+    """Vertex errors e_i, Eq. (12) [m], shape (n,); None if the trial failed."""
 
     @property
     def distance(self) -> float:
@@ -54,20 +55,23 @@ class Simulated:
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """Vector whose squares sum to alpha D, shape (n,), in single precision; None if the trial failed."""
+        """Vector with a sum of squares of alpha D, shape (n,), from single-precision errors; None if the trial failed.
+
+        D is the shape distance of Eq. (11), and alpha is its weight in the objective.
+        """
         return None if self.errors is None else residuals(self.errors.astype(np.float32).astype(float))
 
 
 class Setting:
-    """One garment to fold, and its kept simulations."""
+    """A garment to fold, and the simulations that are kept for it."""
 
     def __init__(self, name: str, chosen: Coarse, folder: Path) -> None:
-        """Open the simulations of a garment.
+        """Open the kept simulations of a garment.
 
         Args:
             name: Name of the garment in tables and files.
             chosen: Garment, fold and mesh.
-            folder: Folder of the simulations.
+            folder: Folder in which simulations are kept.
         """
         self.name = name
         garment = coarsened(make_garment(chosen.garment, spacing=chosen.spacing), 1.0, chosen.softer)
@@ -83,16 +87,16 @@ class Setting:
 
     @property
     def fold(self) -> Fold:
-        """The task of folding."""
+        """The fold of the garment, with its grasps and target."""
         return self.task.fold
 
     @cached_property
     def spaces(self) -> dict[Grasps, Space]:
-        """Bounds of the search, with whole and with floored grasps."""
+        """Search spaces by the type of the grasp parameters: whole numbers, or continuous numbers rounded down."""
         return {"integer": search_space(self.fold, "integer"), "continuous": search_space(self.fold, "continuous")}
 
     def simulated(self, manipulation: Manipulation) -> Simulated:
-        """Return the simulation of a manipulation; run only if it is not kept."""
+        """Return the result of a manipulation. It is only simulated if its result is not kept yet."""
         assert manipulation.control_points is not None
         key = _digest(np.array(manipulation.grasps), *manipulation.control_points)
         if key not in self._known:
@@ -109,13 +113,13 @@ class Setting:
         return self._known[key]
 
     def _errors(self, outcome: Evaluation) -> np.ndarray | None:
-        """Return e_i of an outcome [m], shape (n,); None if it failed."""
+        """Return the vertex errors e_i of a simulation [m], shape (n,); None if the simulation failed."""
         if outcome.failed or outcome.rollout is None:
             return None
         return vertex_distances(self.fold.target, outcome.rollout.positions[-1])
 
 
 def _digest(*arrays: np.ndarray) -> str:
-    """Return a short name of arrays that differs if a bit of their numbers does."""
+    """Return a digest of arrays, which changes if any bit of the arrays changes."""
     data = b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in arrays)
     return hashlib.sha256(data).hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""The tables of the comparison, and the data of its chart."""
+"""Makes the tables that compare the searches, and the data of the chart."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from studies.search.methods import FEW, MANY, METHODS, OURS, PAIR
 from studies.search.settings import GARMENTS
 
 COUNTS = (1, 5, 10, 25, 50, 134)
-"""Simulations after which the searches are compared."""
+"""Numbers of simulations after which the searches are compared."""
 
 
 def table(studies: Studies, garment: str, seeds: int) -> list[dict[str, str]]:
-    """Return a row for each method: median and worst of all kept seeds."""
+    """Return a table with a row for each search method: the median and the worst result over all kept seeds."""
     rows = []
     for name, method in METHODS.items():
         counts = {count: studies.courses(garment, name, count, seeds) for count in COUNTS}
@@ -36,7 +36,7 @@ def _seeds(counts: Mapping[int, Sequence[Course]]) -> str:
 
 
 def _spread(values: Sequence[float], digits: str) -> str:
-    """Return the median and the worst as text."""
+    """Return the median and the largest value as text."""
     if not values:
         return "-"
     if len(values) == 1:
@@ -45,7 +45,7 @@ def _spread(values: Sequence[float], digits: str) -> str:
 
 
 def pair_table(studies: Studies, seeds: int) -> list[dict[str, str]]:
-    """Return the comparison of the default search and Optuna's GPSampler over the seeds of both."""
+    """Return a table that compares tatamu's Gaussian process and Optuna's GPSampler, over seeds that both have."""
     rows = []
     for garment in GARMENTS:
         both = [
@@ -65,7 +65,11 @@ def pair_table(studies: Studies, seeds: int) -> list[dict[str, str]]:
 
 
 def answers(studies: Studies, seeds: int) -> list[dict[str, str]]:
-    """Return the median number of trials after which the default search equals others after `FEW` trials."""
+    """Return a table that shows how soon tatamu's search is as good as other searches.
+
+    It has the number of trials after which the median of tatamu's search reaches a reference. The reference is the
+    median of another search after `FEW` trials.
+    """
     rows = []
     for garment in GARMENTS:
         for ours in OURS:
@@ -86,7 +90,7 @@ def answers(studies: Studies, seeds: int) -> list[dict[str, str]]:
 
 
 def courses_of(studies: Studies, seeds: int) -> dict[str, dict[str, list[list[float]]]]:
-    """Return the lowest objectives so far of every study, by garment and title, for the chart."""
+    """Return the data of the chart: the lowest objectives so far of every study, by garment and method's title."""
     return {
         garment: {
             method.title: [

@@ -1,4 +1,7 @@
-"""The command line: parse, call, print. One module per command; each adds itself to `app`."""
+"""The command line `tatamu`. Each module defines a command, and adds it to `app`.
+
+A command parses its arguments, calls the library and prints the result.
+"""
 
 from __future__ import annotations
 
@@ -30,5 +33,5 @@ from tatamu.cli.program import run
 
 
 def main() -> None:
-    """Run `tatamu`."""
+    """Run the command line `tatamu`."""
     run(app, "tatamu")

@@ -1,4 +1,4 @@
-"""The typer application that the commands add themselves to."""
+"""Defines the typer application `app`, to which every command is added."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tatamu.version import __version__
 
 
 class Interrupted(Exception):
-    """Ctrl-C ended a command; the text reports what is kept and how to resume."""
+    """Raised if Ctrl-C ended a command. The text of the error tells what is kept, and how to resume."""
 
 
 app = typer.Typer(

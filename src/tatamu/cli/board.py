@@ -1,4 +1,4 @@
-"""`tatamu board`: a printed board that gives photographs their scale."""
+"""The command `tatamu board`, which makes a board to print. The board gives photographs their scale."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ def board(
         typer.Option(help="Pages, 1 to 8. A second page on the other side of the cloth makes up for an unknown lens."),
     ] = 1,
 ) -> None:
-    """Make a board to print, which lies beside the cloth in photographs and gives them their scale.
+    """Make a board to print. The board lies next to the cloth in photographs, and gives their scale.
 
-    Print it at 100 %, measure its scale bar with a ruler, and correct `bar` in the .toml file if it is not 150 mm long.
+    Print the board at 100 %, and measure its scale bar with a ruler. If the bar is not 150 mm long, correct `bar` in
+    the .toml file.
 
     Examples:
     `tatamu board --out board.pdf`

@@ -1,4 +1,4 @@
-"""`tatamu calibrate`: measurements in, a material with its uncertainties out."""
+"""The command `tatamu calibrate`, which finds the material of a cloth from measurements."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def calibrate(
 ) -> None:
     """Find the material with which a simulator reproduces your measurements.
 
-    Writes MATERIAL.toml for `--material`, and MATERIAL.html with the fits and the readings to repeat.
+    The command writes two files. MATERIAL.toml is for the option `--material` of other commands. MATERIAL.html shows
+    the fits, and names readings that you should repeat.
 
     Examples:
     `tatamu measure --template towel`
@@ -68,7 +69,7 @@ def calibrate(
 
 @contextmanager
 def progress() -> Iterator[Callable[[str], None]]:
-    """Yield a callback that prints the simulated test, and the number of simulations so far."""
+    """Yield a callback that prints which test is simulated, and the number of simulations so far."""
     from rich.console import Console
 
     console = Console(stderr=True)

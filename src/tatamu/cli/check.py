@@ -1,4 +1,4 @@
-"""`tatamu check`: a learned fold in another simulator."""
+"""The command `tatamu check`, which simulates a learned fold in another simulator."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def check(
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> int:
-    """Simulate a learned fold again in another simulator, and report whether it holds there.
+    """Simulate a learned fold again in another simulator, and report whether the fold succeeds there too.
 
-    Exits with 0 if the fold meets the thresholds of success (mean vertex distance, mask IoU) there too, with 1 if not.
+    The exit code is 0 if the fold meets the thresholds of success (mean vertex distance, mask IoU), otherwise 1.
 
     Examples:
     `tatamu check runs/towel --simulator mujoco`
@@ -51,7 +51,7 @@ def check(
 
     `tatamu check runs/towel --all --simulators native,mujoco --random 10`
 
-    With `--all` every simulation is kept: run the same command again to resume.
+    With `--all`, every simulation is kept. To resume an interrupted command, run the same command again.
     """
     from tatamu.cli.progress import prepare
     from tatamu.simulators import require

@@ -1,4 +1,4 @@
-"""Options of commands that can run on other processes and keep their studies in a shared database."""
+"""Options of commands that can use other processes, and can keep their studies in a shared database."""
 
 from __future__ import annotations
 
@@ -25,13 +25,16 @@ StorageOption = Annotated[
 ]
 
 MOST_AT_A_TIME = 256
-"""Largest number of studies at a time: each is a thread that proposes trials and waits for them."""
+"""Largest number of studies at a time. Each study takes a thread, which proposes trials and waits for their results."""
 CALLS_PER_THREAD = 2
-"""Trials under way for each thread of the workers: one runs, one waits."""
+"""Number of trials that are sent to each thread of the workers: one trial runs, and one waits."""
 
 
 def at_a_time(executor: Executor | None, pending: int) -> int:
-    """Return how many studies at a time keep all workers busy, with `pending` trials each; 1 without workers."""
+    """Return the number of studies that must run at a time to keep all workers busy; 1 without workers.
+
+    Each study has `pending` trials at a time.
+    """
     threads = getattr(executor, "threads", None)
     if threads is None:
         return 1

@@ -1,4 +1,4 @@
-"""`tatamu dataset` and `tatamu replay`: folds for policies, and their actions again."""
+"""The commands `tatamu dataset`, which records folds for robot policies, and `tatamu replay`, which repeats a fold."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def dataset(
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Record folds as demonstrations for policies, in LeRobotDataset v3.0 and Zarr, with the score of each.
+    """Record folds as demonstrations for robot policies, in LeRobotDataset v3.0 and Zarr, with the score of each fold.
 
     Examples:
     `tatamu dataset examples/dataset.toml --out runs/folds`
@@ -39,7 +39,7 @@ def dataset(
 
     `tatamu dataset examples/dataset.toml --scheduler tcp://lab:8786 --out runs/folds`
 
-    The dataset does not depend on the number of workers. Run the same command again to resume.
+    The dataset does not depend on the number of workers. To resume an interrupted command, run the same command again.
     """
     from tatamu.cli.progress import prepare
     from tatamu.cluster import executor_at
@@ -68,7 +68,7 @@ def replay(
     folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
     episode: Annotated[int, typer.Argument(metavar="EPISODE", help="Number of the episode, from 0.")],
 ) -> None:
-    """Run the actions of an episode in the simulator again, and print how far the outcome differs.
+    """Run the actions of an episode in the simulator again, and print how much the result differs.
 
     Example: `tatamu replay runs/folds 7`
     """
@@ -91,7 +91,10 @@ def _yes(value: bool) -> str:
 
 @contextmanager
 def _processes(count: int) -> Iterator[Executor]:
-    """Yield processes on this machine that end with this one, or a thread if one is enough."""
+    """Yield an executor with `count` worker processes on this machine. If `count` is 1, it has a single thread instead.
+
+    The processes end when this process ends.
+    """
     pool: Executor = ThreadPoolExecutor(1)
     if count > 1:
         pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _end_with_parent)
@@ -102,7 +105,7 @@ def _processes(count: int) -> Iterator[Executor]:
 
 
 def _end_with_parent() -> None:
-    """Let this process end when its parent does, even if that is killed."""
+    """Let this process end when its parent process ends, even if the parent is killed."""
     parent = multiprocessing.parent_process()
     assert parent is not None
 

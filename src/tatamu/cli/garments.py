@@ -1,4 +1,4 @@
-"""`tatamu garments`: a list of the garments with a name."""
+"""The command `tatamu garments`, which lists the garments that have a name."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from tatamu.cli.app import app
 def garments() -> None:
     """List the garments that have a name, with their default size and fabric.
 
-    Commands also accept files: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb), or a garment file (.toml) with
-    further facts; see docs/reference/garment-file.md. `tatamu show GARMENT` draws any of them.
+    Commands also accept a garment from a file. The file is an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb) or
+    a garment file (.toml), which docs/reference/garment-file.md describes. `tatamu show GARMENT` draws a garment.
 
     Example: `tatamu garments`
     """

@@ -1,4 +1,4 @@
-"""`tatamu install`: software that pip cannot install with tatamu."""
+"""The command `tatamu install`, which installs software that pip cannot install with tatamu."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tatamu.errors import InputError
 
 @app.command()
 def install(what: Annotated[str, typer.Argument(metavar="WHAT", help="What to install: blender.")]) -> None:
-    """Install Blender (about 1 GB) in a place where tatamu finds it, for `--simulator blender`.
+    """Install Blender (about 1 GB) in a folder where tatamu finds it, for the option `--simulator blender`.
 
     Example: `tatamu install blender`
     """

@@ -1,4 +1,4 @@
-"""`tatamu learn`: a garment in, a learned fold and its report out."""
+"""The command `tatamu learn`, which learns a fold of a garment and writes a report."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ from tatamu.options import TaskRequest
 
 
 def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
-    """Return options that are not given: those of the last fold that `--after` names, and fewer trials."""
+    """Return values for options that the user did not give, if the option `--after` names observed folds.
+
+    The values are the options of the last of these folds, but with fewer trials.
+    """
     runs = own["after"] or []
     if not runs:
         if names_garment:
@@ -75,8 +78,9 @@ def learn(
 
     `tatamu learn towel --scheduler tcp://10.0.0.5:8786 --storage postgresql://lab@db/folds --out runs/towel`
 
-    A fold in several steps learns each in turn, in DIR/step-1, DIR/step-2 and so on, with `--trials` each.
-    Run the same command again to resume an interrupted study, or with more `--trials` to extend it.
+    If a fold has several steps, the steps are learned one after the other, in DIR/step-1, DIR/step-2 and so on. Each
+    step gets the number of trials that `--trials` gives. To resume an interrupted study, run the same command again.
+    To extend a study, run the command with more `--trials`.
     """
     with ExitStack() as connections:
         _learn(options, out, after or [], scheduler, storage, connections)
@@ -90,7 +94,7 @@ def _learn(
     storage: str | None,
     connections: ExitStack,
 ) -> None:
-    """Learn, and print the result; connections stay open until it has ended."""
+    """Learn a fold, and print the result. Opened connections are added to `connections`, which closes them later."""
     from tatamu.cli.progress import LearningDisplay, starting
 
     with starting(f"laying out {options.garment}"):
@@ -104,7 +108,7 @@ def _learn(
         from tatamu.folding.baselines import BASELINES
         from tatamu.search import Schedule
         from tatamu.study import Result
-        from tatamu.study.database import shared_database  # imported last, because it takes seconds
+        from tatamu.study.database import shared_database  # the import takes seconds
 
         database = connections.enter_context(shared_database(storage))
         task = task_of(options)

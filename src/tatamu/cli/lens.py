@@ -1,4 +1,4 @@
-"""`tatamu lens`: the lens of a camera, from photographs of a board."""
+"""The command `tatamu lens`, which measures the lens of a camera from photographs of a board."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ def lens(
     board: Annotated[Path, typer.Option(metavar="BOARD.toml", help="The board.")],
     out: Annotated[Path, typer.Option(metavar="LENS.toml", help="File of the lens.")],
 ) -> None:
-    """Find focal length and distortion of a camera from photos of the board, taken from different sides and angles.
+    """Find the focal length and distortion of a camera from photos of the board.
 
-    Let the board fill much of each photo, also its edges and corners, and keep the zoom.
+    Take the photos from different sides and angles, with the same zoom. Let the board fill much of each photo,
+    including the photo's edges and corners.
 
     Example:
     `tatamu lens photos/*.jpg --board board.toml --out lens.toml`

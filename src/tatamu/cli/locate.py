@@ -1,4 +1,4 @@
-"""`tatamu locate`: where a garment lies, from a photograph."""
+"""The command `tatamu locate`, which finds a garment on the table in a photograph."""
 
 from __future__ import annotations
 
@@ -55,7 +55,9 @@ def locate(
         Path | None, typer.Option(metavar="LOCATED.json", help="Write pose, size, corners and outline.")
     ] = None,
 ) -> None:
-    """Find a garment on the table from a photo: pose, size, outline, and the --place that `tatamu plan` takes.
+    """Find the pose, size and outline of a garment on the table from a photo.
+
+    The command also prints the value for the option `--place` of `tatamu plan`.
 
     Examples:
     `tatamu locate towel.jpg --board board.toml --picture found.jpg`
@@ -109,12 +111,12 @@ def locate(
 
 
 def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
-    """Return pixels of corners by name, shape (2,), from texts NAME=X,Y.
+    """Read the pixels of corners from texts NAME=X,Y. The result has the pixel of each corner by name, shape (2,).
 
     Raises:
-        InputError: If one of them is no name and pixel, or a name is given twice.
+        InputError: If a text has another form, or a name is given twice.
     """
-    import numpy as np  # late, so that `tatamu --help` is quick
+    import numpy as np  # imported here, so `tatamu --help` is quick
 
     found: dict[str, np.ndarray] = {}
     for text in texts:

@@ -1,4 +1,4 @@
-"""`tatamu margins`: how much error a learned fold tolerates before it fails."""
+"""The command `tatamu margins`, which measures how much error a learned fold tolerates before it fails."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def margins(
 ) -> None:
     """Measure how large errors of hands, grasps, cloth and table may be before a learned fold fails.
 
-    Tests each disturbance alone in both directions, then all of them at once in many draws.
+    First, each disturbance is tested alone, in both directions. Then many random draws of all disturbances are tested.
 
     Examples:
     `tatamu margins runs/towel`
@@ -59,7 +59,7 @@ def margins(
 
     `tatamu margins runs/towel --distance 0.005`
 
-    Every simulation is kept: run the same command again to resume.
+    Every simulation is kept. To resume an interrupted command, run the same command again.
     """
     from tatamu.cluster import executor_at
     from tatamu.folding.score import Limits
@@ -83,7 +83,10 @@ def margins(
 
 
 def _disturbances(folder: ResultFolder) -> Disturbances:
-    """Return the disturbances in which a fold was learned, or the default ones."""
+    """Return the disturbances with which a fold was learned.
+
+    If the fold was learned without disturbances, return the default disturbances.
+    """
     from tatamu.disturbances import Disturbances
 
     used = folder.record.disturbances
@@ -91,7 +94,7 @@ def _disturbances(folder: ResultFolder) -> Disturbances:
 
 
 def _load(given: str) -> Disturbances:
-    """Return the disturbances of a name or file."""
+    """Return the disturbances that the user gave as a name or a file."""
     from tatamu.disturbances import load_disturbances
 
     found = load_disturbances(given)
@@ -142,7 +145,7 @@ def _one(
     folder.write_margins(measured.result, target)
     page = write_page(measured, target)
     if target == folder.margins_folder:
-        write_report(learned)  # its headline has the success rate
+        write_report(learned)  # the headline shows the new success rate
     console.print(table(measured.result))
     print(summary(measured.result))
     print(f"margins: {page}")

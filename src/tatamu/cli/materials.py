@@ -1,4 +1,4 @@
-"""`tatamu materials`: measured materials to start from."""
+"""The command `tatamu materials`, which lists the measured materials that come with tatamu."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def materials(
         str | None, typer.Argument(metavar="[NAME]", help="One preset, with its sources; default: all in a table.")
     ] = None,
 ) -> None:
-    """List the materials that come with tatamu, each with source and spread.
+    """List the materials ("presets") that come with tatamu, with their sources and ranges.
 
-    Presets describe other people's cloth; to measure yours, see `tatamu measure`.
+    Presets describe other people's cloth. To measure your own cloth, see `tatamu measure`.
 
     Examples:
     `tatamu materials`
@@ -68,11 +68,12 @@ def materials(
 
 
 COLUMNS = ("ρ g/m²", "Y N/m", "B µN m", "l_b cm", "μ table", "t mm")
-"""Heads of the table: areal density, stretch stiffness, bending rigidity and length, friction, thickness."""
+"""Headings of the table's columns: areal density, stretch stiffness, bending rigidity, bending length, friction on the
+table, and thickness."""
 
 
 def _lines(presets: list[Preset]) -> Iterator[str]:
-    """Yield the table: two lines for each preset, so that its title fits on a narrow terminal."""
+    """Yield the lines of the table. Each preset takes two lines, because its title must fit on a narrow terminal."""
     yield f"{'preset':28}" + "".join(f"{head:>8}" for head in COLUMNS)
     for each in presets:
         m = each.material
@@ -84,12 +85,12 @@ def _lines(presets: list[Preset]) -> Iterator[str]:
 
 
 def _rounded(number: float) -> str:
-    """Return three digits of a number, but no exponent, which would fill a column."""
+    """Return a number rounded to three digits as text, without an exponent, which would need too much space."""
     return f"{number:.3g}" if abs(number) < 1000.0 else f"{number:.0f}"
 
 
 def described(preset: Preset) -> str:
-    """Return all fields of one preset, one per line."""
+    """Return all fields of a preset as text, one field per line."""
     from tatamu.material import UNSAID
 
     lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]

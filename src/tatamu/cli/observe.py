@@ -1,4 +1,7 @@
-"""The commands `tatamu observe`, for measurements of a real fold, and `tatamu correct`, for the next one."""
+"""The commands `tatamu observe`, which records measurements of a real fold, and `tatamu correct`.
+
+The second command corrects the next fold against the errors that were inferred from the measurements.
+"""
 
 from __future__ import annotations
 
@@ -65,8 +68,9 @@ def observe(
 ) -> None:
     """Record how a real fold ended, and infer the errors of hands, table and cloth.
 
-    The first time, the fold is simulated with 200 random disturbances; the simulations are kept, and a killed run
-    resumes. Without any number, earlier observations are evaluated again.
+    At the first observation, the fold is simulated with 200 random disturbances. The simulations are kept, and an
+    interrupted command can be run again to resume. If no measurement is given, earlier observations are evaluated
+    again.
 
     Examples:
     `tatamu observe runs/towel --left 12,-3 --right 8,4 --slip 2,0`
@@ -143,7 +147,7 @@ def _from_photo(
     failed: bool,
     turned_in: list[str],
 ) -> tuple[Observation, FoldReading]:
-    """Read a photograph, and draw the result if a picture is requested."""
+    """Read the measurements from a photograph. If a picture is requested, draw what was found."""
     from tatamu.cli.locate import parse_corners
     from tatamu.files import check_targets
     from tatamu.observation.photo import read_photo
@@ -189,7 +193,8 @@ def correct(
 ) -> None:
     """Correct the next fold: shift grasps, releases and heights against the inferred errors.
 
-    N is how many folds were observed. `tatamu plan` takes the folder of the corrected fold.
+    In the name RUN/corrected-N, N is the number of observed folds. The command `tatamu plan` accepts the folder of the
+    corrected fold.
 
     Examples:
     `tatamu correct runs/towel`
@@ -212,7 +217,7 @@ def correct(
 
 
 def _observed(folder: Path, observation: Observation | None, scheduler: str | None) -> Observed:
-    """Observe with progress on the console."""
+    """Evaluate an observation, and print the progress on the console."""
     from rich.console import Console
 
     from tatamu.cli.progress import prepare
@@ -256,7 +261,7 @@ def _refuse(wrong: bool, message: str) -> None:
 
 
 def _pair(name: str, text: str) -> tuple[float, float]:
-    """Return two lengths [m] from two numbers in millimetres."""
+    """Read two numbers in millimetres from a text, and return them in metres."""
     numbers = re.fullmatch(r"\s*([-+]?\d+(?:\.\d*)?)\s*,\s*([-+]?\d+(?:\.\d*)?)\s*", text)
     if numbers is None:
         raise InputError(f"--{name}: must be two numbers in millimetres, such as 12,-3, given {text!r}")

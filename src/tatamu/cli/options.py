@@ -1,4 +1,4 @@
-"""Options of commands, generated from the records of the library that have them."""
+"""Generates the options of commands from the fields of records in the library."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ from tatamu.records import Record
 
 PLAIN = (bool, int, float)
 CONTEXT = "context"
-"""Parameter of a command that has the options that are given."""
+"""Name of the parameter with typer's context, which tells which options the user gave."""
 
 
 Defaults = Callable[[Mapping[str, Any], bool], Mapping[str, Any]]
-"""Function of a command's parameters, and of whether its argument is given, that returns values of missing options."""
+"""Function that returns values for options that the user did not give. It gets two arguments: the parameters of the
+command, and whether the command's argument is given."""
 
 
 def options_from(
     record: type[Record], argument: str, defaults: Defaults | None = None
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Give a command one option for each field of a record, in place of its parameter `options`.
+    """Decorate a command so that its parameter `options` is replaced by one option for each field of a record.
 
     Args:
-        record: The record; defaults and descriptions of its fields are those of the options.
-        argument: Name of the field that is the command's argument.
-        defaults: Returns the values of options that are not given, the argument among them; None for those of the
-            record, whose argument has to be given.
+        record: Class of the record. Its fields define the defaults and the descriptions of the options.
+        argument: Name of the field that is the argument of the command, not an option.
+        defaults: Function that returns values for options that the user did not give. The argument may then be missing
+            too. None to use the defaults of the record, and to require the argument.
     """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -66,13 +67,13 @@ def options_from(
 
 
 def _is_given(context: typer.Context, name: str) -> bool:
-    """Return whether an option of the running command is given on the command line."""
+    """Return whether the user gave an option of the running command on the command line."""
     source = context.get_parameter_source(name)
     return source is not None and source.name not in ("DEFAULT", "DEFAULT_MAP")
 
 
 def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parameter:
-    """Return the parameter of a command for a field of a record."""
+    """Return the command's parameter that corresponds to a field of a record."""
     extra = field.json_schema_extra
     metavar = str(extra["metavar"]) if isinstance(extra, dict) and "metavar" in extra else None
     if is_argument:
@@ -87,7 +88,7 @@ def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parame
 
 
 def _kinds(annotation: Any) -> list[Any]:
-    """Return the types of a union, without None and without what pydantic adds to them."""
+    """Return the types of a union, without None and without the annotations that pydantic adds."""
     if get_origin(annotation) is Annotated:
         return _kinds(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):
@@ -96,16 +97,16 @@ def _kinds(annotation: Any) -> list[Any]:
 
 
 def _plain_type(field: FieldInfo) -> type:
-    """Return bool, int or float if the field has that type, otherwise str, from which `parse` makes other types."""
+    """Return the type of a field if it is bool, int or float, otherwise str; `parse` converts such texts later."""
     kinds = _kinds(field.annotation)
     return kinds[0] if len(kinds) == 1 and kinds[0] in PLAIN else str
 
 
 def parse(record: type[Record], given: Mapping[str, Any]) -> Any:
-    """Return the record of a command's options; numbers of options that take words as well are parsed.
+    """Make a record from the options of a command. Texts are converted to the types of the fields.
 
     Raises:
-        InputError: If a value is wrong; the message names the option.
+        InputError: If a value is wrong. The message names the option.
     """
     values = {name: _parsed(name, record.model_fields[name], value) for name, value in given.items()}
     assert issubclass(record, Options)

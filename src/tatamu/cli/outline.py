@@ -1,4 +1,4 @@
-"""`tatamu outline`: a photo of a flat garment in, its outline out."""
+"""The command `tatamu outline`, which finds the outline of a flat garment in a photo."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def outline(
         ),
     ] = False,
 ) -> None:
-    """Find the outline of a garment on a photo, and draw it on the photo for you to check.
+    """Find the outline of a garment in a photo, and draw the outline on the photo for you to check.
 
     Examples:
     `tatamu outline shirt.jpg --width 0.52 --out shirt.svg`
@@ -54,8 +54,9 @@ def outline(
 
     `tatamu outline shirt.jpg --width 0.52 --garment tshirt --out shirt.svg`
 
-    Then run `tatamu show shirt.svg`. A garment file names the parts that are open (docs/reference/garment-file.md).
-    With --garment this file, shirt.toml, is written too: `tatamu show shirt.toml --fold shop`.
+    Then run `tatamu show shirt.svg`. A garment file can name the open parts of the outline
+    (docs/reference/garment-file.md). With `--garment`, the command writes this file too, here shirt.toml. Then run
+    `tatamu show shirt.toml --fold shop`.
     """
     from tatamu.cli.pixels import corners_of, drawn_over, to_metres
     from tatamu.files import check_targets, replacing, write_text
@@ -97,7 +98,7 @@ def outline(
 
 
 def _description(outline: Path, openings: Mapping[str, np.ndarray]) -> str:
-    """Return a garment file of a T-shirt with this outline."""
+    """Return the text of a garment file for a T-shirt with this outline."""
     import tomli_w
 
     table = {"name": outline.stem[:60], "kind": "tshirt", "outline": outline.name, "openings": list(openings)}

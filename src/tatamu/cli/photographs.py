@@ -1,4 +1,4 @@
-"""Options of the commands that read a photograph with a board or a sheet of paper in it."""
+"""Options of the commands that read a photograph in which a board or a sheet of paper gives the scale."""
 
 from __future__ import annotations
 

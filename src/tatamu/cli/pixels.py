@@ -1,4 +1,7 @@
-"""Pixels of a photo in options of `tatamu outline` and `tatamu measure`: the scale that they give, and the outline."""
+"""Reads pixels from options of `tatamu outline` and `tatamu measure`, and draws outlines on photos.
+
+The pixels and a length determine the scale of the photo.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +15,11 @@ from tatamu.garments.photo import Photo, homography
 from tatamu.size import parse_size
 
 FARTHEST = 1e6
-"""Largest coordinate of a given pixel."""
+"""Largest coordinate of a pixel that the user may give."""
 
 
 def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
-    """Return the matrix from pixels to metres, shape (3, 3)."""
+    """Return the matrix that converts pixels to metres, shape (3, 3), from the options that give the scale."""
     if sheet is not None:
         return homography(corners_of(sheet), *parse_size(sheet.split()[-1], "sheet"))
     if ruler is not None:
@@ -35,7 +38,7 @@ def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str |
 
 
 def corners_of(sheet: str) -> np.ndarray:
-    """Return the corners of a sheet [pixels], shape (4, 2)."""
+    """Read the corners of a sheet of paper from the option `--sheet` [pixels], shape (4, 2)."""
     corners = sheet.split()[:-1]
     if len(corners) != 4:
         raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
@@ -63,7 +66,7 @@ def _number(option: str, text: str) -> float:
 
 
 def drawn_over(photo: Photo, openings: Mapping[str, np.ndarray]) -> bytes:
-    """Return the photo with the outline and its openings drawn on it, as a JPEG file."""
+    """Draw the outline and its openings on the photo, and return the bytes of a JPEG file."""
     from PIL import Image, ImageDraw
 
     image = Image.fromarray(photo.pixels)

@@ -1,4 +1,4 @@
-"""`tatamu plan`: a learned fold in, a robot's motion out."""
+"""The command `tatamu plan`, which plans a robot's motion for a learned fold."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def plan(
         ),
     ] = None,
 ) -> None:
-    """Plan a learned fold for a dual-arm robot, check it, and write it for ROS.
+    """Plan the motion of a dual-arm robot for a learned fold, check the plan, and write it for ROS.
 
     Examples:
     `tatamu plan runs/hand-towel --robot hironx --out runs/hand-towel-plan`
@@ -104,7 +104,7 @@ def plan(
 
 
 def _robot_of(folder: Path) -> str | None:
-    """Return name or file of the robot within whose reach a fold was learned; None if there was none."""
+    """Return the name or file of the robot for which a fold was learned; None if it was learned without a robot."""
     from tatamu.study import ResultFolder
     from tatamu.study.inputs import kept_input
 

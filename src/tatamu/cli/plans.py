@@ -1,4 +1,4 @@
-"""`tatamu plans`: fold plans for a garment, from its outline."""
+"""The command `tatamu plans`, which lists fold plans for a garment, found from its outline."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ def plans(
         typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
     ] = None,
 ) -> None:
-    """List the fold plans for a garment, the best first; nothing is simulated.
+    """List the fold plans for a garment, from the best to the worst. Nothing is simulated.
 
-    Parts that stick out of the body of the outline are folded in first (sleeves, a hood), then the garment is folded in
-    half. Plans whose hands leave a part behind come last, with the name of the part.
+    A plan first folds in the parts that stick out of the body of the garment, such as sleeves or a hood. Then it folds
+    the garment in half. If the hands of a plan leave a part behind, the plan comes last, with the name of the part.
 
     Examples:
     `tatamu plans hoodie.toml`
@@ -59,7 +59,7 @@ def plans(
 
     `tatamu learn hoodie.toml --fold my-fold.toml --out runs/hoodie`
 
-    `tatamu learn hoodie.toml --fold auto --out runs/hoodie` takes the best.
+    `tatamu learn hoodie.toml --fold auto --out runs/hoodie` (uses the best plan)
     """
     from tatamu.folding.advice import chosen
     from tatamu.garments import make_garment
@@ -82,7 +82,7 @@ def plans(
 
 
 def _print(proposal: Proposal, best: bool) -> None:
-    """Print a plan, its steps, and the parts that no hand carries."""
+    """Print a plan, its steps, and the parts of the garment that no hand carries."""
     plan = proposal.plan
     print(f"{plan.name}{' (the best)' if best else ''}")
     for number, step in enumerate(plan.steps, start=1):
@@ -93,7 +93,7 @@ def _print(proposal: Proposal, best: bool) -> None:
 
 
 def _write(garment: Garment, found: list[Proposal], out: Path) -> None:
-    """Write pictures and plan files."""
+    """Write the page, the picture or the plan file that `--out` names, or a folder with all of them."""
     from tatamu.files import replacing, write_text
     from tatamu.report.candidates import page, picture
 

@@ -1,4 +1,4 @@
-"""The frame of a command line: exit codes, and one line on standard error for each failure."""
+"""Runs a command line, and handles its failures: an exit code, and one line on standard error for each failure."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from tatamu.errors import InputError, TatamuError, one_line
 from tatamu.extras import missing
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
-"""Errors of standard output that is full, broken or closed."""
+"""Codes of errors that occur if standard output is full, broken or closed."""
 INTERRUPTED = 130
-"""Exit code of a program that Ctrl-C ended: 128 + SIGINT."""
+"""Exit code of a program that was ended by Ctrl-C (128 + SIGINT)."""
 
 
 def run(app: typer.Typer, name: str) -> NoReturn:
-    """Run a command line; a wrong input gives one line on standard error and exit code 2.
+    """Run a command line. A wrong input gives one line on standard error and the exit code 2.
 
     Args:
-        app: The commands.
-        name: Name of the program, with which every message on standard error begins.
+        app: Application with all commands.
+        name: Name of the program. Every message on standard error begins with this name.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -45,7 +45,7 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     except typer.Abort:
         _stop(name, "aborted", INTERRUPTED)
     except KeyboardInterrupt:
-        code = INTERRUPTED  # as typer returns it if it sees the exception first
+        code = INTERRUPTED  # the code that typer returns if it catches the exception first
     except ModuleNotFoundError as error:
         refused = missing(error)
         if refused is None:

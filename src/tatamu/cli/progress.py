@@ -1,4 +1,4 @@
-"""Progress of learning on the console: a bar on a terminal, otherwise a line every few seconds."""
+"""Shows the progress of learning on the console: a bar on a terminal, otherwise a line every few seconds."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ if TYPE_CHECKING:
     from tatamu.study import Progress
 
 LINE_EVERY = 5.0
-"""Time between printed lines if there is no terminal [s]."""
+"""Time between two printed lines if the output is not a terminal [s]."""
 BAR_EVERY = 0.2
-"""Seconds between two updates on a terminal."""
+"""Time between two updates on a terminal [s]."""
 STEADY = 4
-"""Number of trials after which their pace is known; the first ones start together."""
+"""Number of finished trials after which the time per trial is known. It is not 1, because the first trials start
+together."""
 SILENT = 10.0
-"""Seconds without a finished trial after which the time of one simulation is measured."""
+"""Time without a finished trial after which the time of a single simulation is measured [s]."""
 WRITING = 3.0
-"""Approximate seconds for writing a folder and its page, the only long stage that is not measured."""
+"""Approximate time for writing a folder and its page [s]. This time is assumed, because it is not measured."""
 
 
 @contextmanager
 def starting(text: str) -> Iterator[None]:
-    """Print at once what starts, before slow imports."""
+    """Print immediately what is starting, because the imports that follow are slow."""
     console = Console()
     if not console.is_terminal:
         print(text, flush=True)
@@ -42,7 +43,7 @@ def starting(text: str) -> Iterator[None]:
 
 @contextmanager
 def ticking(every: float, look: Callable[[], None]) -> Iterator[None]:
-    """Call a function every few seconds [s] during the block, in a separate thread."""
+    """Call `look` repeatedly in a separate thread while the block runs; `every` is the time between two calls [s]."""
     stopped = Event()
 
     def tick() -> None:
@@ -59,10 +60,10 @@ def ticking(every: float, look: Callable[[], None]) -> Iterator[None]:
 
 
 def prepare(simulator: str, console: Console | None = None) -> None:
-    """Load a simulator, or compile it, and print the progress of the compilation.
+    """Load or compile a simulator, and print the progress of the compilation.
 
     Raises:
-        InputError: If there is no simulator of that name.
+        InputError: If there is no simulator with this name.
     """
     from tatamu.simulators import named
 
@@ -84,13 +85,13 @@ def prepare(simulator: str, console: Console | None = None) -> None:
 
 
 def compiling(done: int, total: int, seconds: float) -> str:
-    """Return the text for a simulator of which `done` parts of `total` were compiled in this time [s]."""
+    """Return the progress of a compilation as text: `done` of `total` parts were compiled in `seconds` [s]."""
     left = duration(seconds * (total - done) / max(done, 1))
     return f"compiling the simulator, once on this machine, about {left} left"
 
 
 def duration(seconds: float) -> str:
-    """Return a time in words: 8 s, 1 min 10 s, 2 h 5 min."""
+    """Return a time [s] as text, such as "8 s", "1 min 10 s" or "2 h 5 min"."""
     whole = max(round(seconds), 1)
     if whole < 60:
         return f"{whole} s"
@@ -101,19 +102,19 @@ def duration(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class Workload:
-    """The amount of work, in rollouts; each step has its trials and then the fixed trajectories."""
+    """The amount of work of a study. Each step of the plan simulates its trials, and then the fixed trajectories."""
 
     steps: int
     trials: int
     baselines: int
 
     def seconds(self, step: int, pace: float, rollouts: int) -> float:
-        """Return the time that remains from a place in a step [s].
+        """Return the remaining time of the study [s].
 
         Args:
-            step: Number of the step, from 1.
-            pace: Seconds for each rollout.
-            rollouts: Number of rollouts left in this step.
+            step: Number of the current step, from 1.
+            pace: Time per simulation [s].
+            rollouts: Number of simulations that remain in this step.
         """
         later = self.steps - step
         pages = later + 1 + (self.steps > 1)
@@ -126,19 +127,22 @@ class Workload:
 
 
 class LearningDisplay:
-    """Shows the progress of learning; a context around the study, whose `show` is called with each progress."""
+    """Shows the progress of learning on the console.
+
+    The display is a context manager around the study. The study calls `show` whenever its progress changes.
+    """
 
     def __init__(
         self, task: Task, trials: int, baselines: int, console: Console | None = None, *, prepares: bool = True
     ) -> None:
-        """Make a display; nothing starts yet.
+        """Make a display, which is not shown yet.
 
         Args:
             task: The task to learn.
             trials: Number of trials of each step.
             baselines: Number of fixed trajectories simulated after the trials of each step.
             console: Console to print on; None for standard output.
-            prepares: Whether this process simulates, and so compiles the simulator if necessary.
+            prepares: Whether this process simulates. If so, it loads or compiles the simulator first.
         """
         from tatamu.simulators import named
 
@@ -175,7 +179,7 @@ class LearningDisplay:
         return self
 
     def _interrupt(self, number: int, frame: object) -> None:
-        """Handle Ctrl-C; a second one has its default effect."""
+        """Handle Ctrl-C. If the user presses it a second time, it has its default effect."""
         signal.signal(signal.SIGINT, self._before)
         self._ending = True
         self.say("interrupted: waiting for running trials, then finished ones are written; Ctrl-C again ends at once")
@@ -201,7 +205,7 @@ class LearningDisplay:
         self._step.show(progress)
 
     def prepare(self) -> None:
-        """Compile the simulator, or load it, once; the display shows the progress."""
+        """Load or compile the simulator, if this was not done before, and show the progress."""
         if not self._prepared:
             began = monotonic()
             self._lines = lambda: self._compiling(began)
@@ -209,13 +213,13 @@ class LearningDisplay:
             self._prepared = True
 
     def forecast(self, step: int, pace: float, rollouts: int, known: bool) -> None:
-        """Estimate when everything will have ended; the estimate is printed when it is first known.
+        """Estimate when the study will end. The first good estimate is printed.
 
         Args:
-            step: Number of the step, from 1.
-            pace: Seconds for each rollout.
-            rollouts: Number of rollouts left in this step.
-            known: Whether the pace is known; otherwise it is an upper bound, because the first trials start together.
+            step: Number of the current step, from 1.
+            pace: Time per simulation [s].
+            rollouts: Number of simulations that remain in this step.
+            known: Whether `pace` is accurate. If not, it is an upper bound, because the first trials start together.
         """
         left = self.work.seconds(step, pace, rollouts)
         if known and self._how_long != "about":
@@ -224,7 +228,7 @@ class LearningDisplay:
         self._ends = monotonic() + left
 
     def now(self, text: str, done: int, total: int, more: Callable[[], str] = str) -> None:
-        """Show this text from now on, with what `more` returns, and the remaining time if it is known."""
+        """Show a text until the next call, with the text that `more` returns and, if known, the remaining time."""
         self._lines = lambda: (text + more() + self._left(), done, total)
         if self._bar:
             self._look()
@@ -254,7 +258,7 @@ class LearningDisplay:
 
 
 class _Step:
-    """A running step."""
+    """Shows the progress of a step of the plan while the step runs."""
 
     def __init__(self, display: LearningDisplay, number: int) -> None:
         self._display = display
@@ -266,7 +270,7 @@ class _Step:
         self._simulation: str | None = None
 
     def show(self, progress: Progress) -> None:
-        """Show the progress; before the first trial the simulator is prepared."""
+        """Show the progress. Before the first trial, the simulator is loaded or compiled."""
         display = self._display
         self._latest = progress
         if self._began is None:
@@ -293,14 +297,14 @@ class _Step:
         display.now(text, progress.done, progress.trials, self._waiting if waits else str)
 
     def _waiting(self) -> str:
-        """Return how long no trial has ended, and, after a while, how long one simulation takes."""
+        """Return the time since a trial last ended as text. Later, the text also has the time per simulation."""
         silent = monotonic() - (self._began or monotonic())
         if silent > SILENT and self._simulation is None:
             self._simulation = self._one_simulation()
         return f", for {duration(silent)}{self._simulation or ''}" if silent >= LINE_EVERY else ""
 
     def _one_simulation(self) -> str:
-        """Return the time of one simulation in words; empty if it is not known."""
+        """Return the time of one simulation as text; empty if this time is not known."""
         from tatamu.evaluation.pace import simulation_seconds
 
         seconds = simulation_seconds(self._display.task) if self.number == 1 else None
@@ -316,7 +320,7 @@ class _Step:
 
 
 def best(progress: Progress) -> str:
-    """Return the best trial so far, in words."""
+    """Return a text about the best trial so far."""
     if progress.best is None or progress.best_distance is None:
         return "no fold yet" if progress.done else "the first trials are running"
     objective = "objective under disturbances" if progress.disturbed else "C"

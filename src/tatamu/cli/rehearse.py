@@ -1,4 +1,4 @@
-"""`tatamu rehearse`: a robot plan in, its rehearsal in simulation out."""
+"""The command `tatamu rehearse`, which simulates a robot that executes a plan."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def rehearse(
     ] = None,
     film: Annotated[bool, typer.Option(help="Also write an animated GIF.")] = True,
 ) -> None:
-    """Drive a robot through a plan in MuJoCo, and fold the cloth with its hands.
+    """Simulate a robot that executes a plan in MuJoCo, and the cloth that its hands fold.
 
     Examples:
     `tatamu rehearse runs/hand-towel-plan`
@@ -36,7 +36,7 @@ def rehearse(
     `tatamu rehearse runs/hand-towel-plan --simulator native`
     """
     if sys.platform == "linux" and "DISPLAY" not in os.environ:
-        os.environ.setdefault("MUJOCO_GL", "egl")  # read once, when mujoco is imported
+        os.environ.setdefault("MUJOCO_GL", "egl")  # mujoco reads it only when it is imported
     from tatamu.robots.film import save_film
     from tatamu.robots.page import write_page
     from tatamu.robots.planned import Planned

@@ -1,4 +1,4 @@
-"""`tatamu show`: a garment drawn flat."""
+"""The command `tatamu show`, which draws a flat garment."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def show(
         ),
     ] = None,
 ) -> None:
-    """Draw a garment laid flat, with its seams, openings and names of its edges.
+    """Draw a flat garment with its seams, its openings and the names of its edges.
 
     Examples:
     `tatamu show tshirt --fold half --out tshirt.html`
@@ -76,7 +76,7 @@ def show(
 
 
 def _targets(out: Path | None, name: str) -> list[Path]:
-    """Return the files to write."""
+    """Return the paths of the files to write: a page, a picture or both."""
     if out is None:
         return [Path(f"{name}.html")]
     if out.suffix.lower() in (".html", ".png"):
@@ -87,7 +87,7 @@ def _targets(out: Path | None, name: str) -> list[Path]:
 
 
 def _marks(garment: Garment, name: str) -> list[FoldMark]:
-    """Return every fold of a plan as marks on the flat garment, including later grasps."""
+    """Return the marks of all folds of a plan for a drawing of the flat garment."""
     from tatamu.folding.plans import make_plan
     from tatamu.report.candidates import marks
 

@@ -1,4 +1,4 @@
-"""`tatamu simulate`: a scene file in, a rollout file out."""
+"""The command `tatamu simulate`, which simulates a scene file and writes a rollout file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def simulate(
     out: Annotated[Path, typer.Option(metavar="ROLLOUT.npz", help="File of the rollout.")],
     simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
 ) -> None:
-    """Simulate a scene file and write the motion of its cloth.
+    """Simulate a scene file, and write the motion of the cloth to a rollout file.
 
     Example: `tatamu simulate runs/towel/scene.json --out again.npz`
     """

@@ -1,4 +1,4 @@
-"""`tatamu sweep`: many learned folds from one file."""
+"""The command `tatamu sweep`, which learns many folds that a file describes."""
 
 from __future__ import annotations
 
@@ -38,9 +38,10 @@ def sweep(
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,
 ) -> int:
-    """Learn many folds: a grid of garments, sizes, materials, seeds and other options, or a list.
+    """Learn many folds: a list of tasks, or a grid of garments, sizes, materials, seeds and other options.
 
-    Exits with 0 if every task is complete, with 1 if some failed: `sweep.json` and the page give the errors.
+    The exit code is 0 if every task is complete, and 1 if a task failed. The errors are in `sweep.json` and on the
+    page.
 
     Examples:
     `tatamu sweep examples/sweep.toml --out runs/sweep`
@@ -49,7 +50,7 @@ def sweep(
 
     `tatamu sweep examples/sweep.toml --scheduler tcp://lab:8786 --storage postgresql://lab@db/folds --out runs/sweep`
 
-    Run the same command again to resume; failed tasks are tried again.
+    To resume an interrupted sweep, run the same command again. Failed tasks are then tried again.
     """
     from tatamu.sweep.description import read_sweep
     from tatamu.sweep.table import check_parquet
@@ -62,7 +63,7 @@ def sweep(
     from tatamu.cluster import executor_at
     from tatamu.study.database import shared_database
 
-    warnings.simplefilter("ignore")  # warnings of single folds are in their reports
+    warnings.simplefilter("ignore")  # the reports contain the warnings of single folds
     with shared_database(storage) as database, executor_at(scheduler) as executor:
         return _run(tasks, out, at_a_time or most_at_a_time(executor, _pending(tasks)), executor, database)
 
@@ -88,7 +89,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
 
 
 def _pending(tasks: Sequence[SweepTask]) -> int:
-    """Return the lowest number of pending trials of any task."""
+    """Return the lowest of all tasks' numbers of pending trials, the trials that a study runs at a time."""
     from tatamu.study import usual_pending
 
     options = [TaskRequest(**task.options) for task in tasks]
@@ -130,14 +131,17 @@ def _run(
 
 
 def _words(now: Progress) -> str:
-    """Return the progress of a study in words."""
+    """Return the progress of a study as text."""
     step = f"step {now.step} of {now.steps}, " if now.steps > 1 else ""
     return f"{step}trial {now.done}/{now.trials}"
 
 
 @contextmanager
 def _display(console: Console, tasks: Sequence[SweepTask]) -> Iterator[Callable[[TaskRecord, Any], None]]:
-    """Yield a callback that updates a table on a terminal, or otherwise prints a line for each task that ends."""
+    """Yield a callback that shows the progress of a sweep.
+
+    On a terminal, the callback updates a table. Otherwise it prints a line for each task that ends.
+    """
     from tatamu.sweep import TaskRecord
     from tatamu.sweep.table import LiveTable, said
 

@@ -1,4 +1,4 @@
-"""`tatamu validate`: textbook checks of a simulator; tables and a page."""
+"""The command `tatamu validate`, which compares a simulator with textbook results, in tables and on a page."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def validate(
 ) -> None:
     """Compare a simulator with textbook results for cloth.
 
-    Exits with 0 if every judged quantity is within its limit, with 1 if not.
+    The exit code is 0 if every quantity that has a limit is within this limit, otherwise 1.
 
     Example: `tatamu validate --only hang --only cantilever --out runs/validation`
     """

@@ -1,4 +1,4 @@
-"""The last lines of a command on a learned fold: the verdict, notes, and advice."""
+"""Makes the last lines that a command prints about a learned fold: the conclusion, notes and advice."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from tatamu.study import PlanResult, Result, ResultFolder
 
 
 def conclusion_of(result: Result | PlanResult) -> Conclusion:
-    """Return the verdict on a learned fold, or on a plan of several."""
+    """Return the conclusion for a learned fold, or for a plan of several folds."""
     if isinstance(result, Result):
         return of_fold(result.record)
     return of_plan(result.record, [step.record for step in result.steps])
 
 
 def verdict_lines(verdict: Conclusion) -> Iterator[str]:
-    """Yield the lines of a verdict as the console prints them."""
+    """Yield the lines of a conclusion as the console prints them."""
     for name, step in verdict.steps:
         yield f"{name}: {step.text}"
     yield f"{'in all: ' if verdict.steps else ''}{verdict.text}"
@@ -28,7 +28,7 @@ def verdict_lines(verdict: Conclusion) -> Iterator[str]:
 
 
 def success_lines(result: Result | PlanResult) -> Iterator[str]:
-    """Yield the share of disturbed worlds in which each fold succeeded, if that is known."""
+    """Yield a line for each fold with its success rate in disturbed simulations, if this rate is known."""
     for step in [result] if isinstance(result, Result) else result.steps:
         if step.held is not None:
             name = "" if isinstance(result, Result) or step.folder is None else f"{step.folder.name}: "
@@ -36,7 +36,7 @@ def success_lines(result: Result | PlanResult) -> Iterator[str]:
 
 
 def kept(path: Path) -> str:
-    """Return the line on what an interrupted command leaves in a folder, and on how to resume."""
+    """Return a line that tells what an interrupted command left in a folder, and how to resume the command."""
     folder = ResultFolder(path)
     resume = "run the same command again to resume"
     if not folder.has_study:

@@ -1,6 +1,6 @@
-"""Work on other processes and machines: a Dask scheduler as a `concurrent.futures.Executor`.
+"""Runs work on other processes and machines, through a Dask scheduler used as a `concurrent.futures.Executor`.
 
-Dask is imported only when an address is given; it is the extra `tatamu[cluster]`.
+Dask is installed with the extra `tatamu[cluster]`. It is only imported if the address of a scheduler is given.
 """
 
 from tatamu.cluster.connection import connected, executor_at

@@ -1,4 +1,7 @@
-"""Addresses of schedulers: `tcp://HOST:PORT`, `tls://HOST:PORT`, or `local:N` for N processes on this machine."""
+"""Reads addresses of schedulers.
+
+An address is `tcp://HOST:PORT` or `tls://HOST:PORT`. The address `local:N` starts N processes on this machine.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,15 @@ from dataclasses import dataclass
 from tatamu.errors import InputError
 
 MOST_LOCAL = 1024
-"""Largest number of worker processes on this machine."""
+"""Largest number of worker processes that can be started on this machine."""
 
 
 @dataclass(frozen=True)
 class SchedulerAddress:
-    """Address of the scheduler that gets the work."""
+    """The address of a scheduler."""
 
     text: str
-    """The address as given."""
+    """The address as the user gave it."""
     local: int | None
     """Number of worker processes to start on this machine; None if the scheduler runs elsewhere."""
 

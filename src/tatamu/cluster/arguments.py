@@ -1,7 +1,7 @@
-"""Arguments of calls: large ones go to the scheduler once, and then from worker to worker.
+"""Sends the arguments of calls to workers. A large argument is sent only once, and then passed from worker to worker.
 
-Each large argument is the result of a separate call, so the scheduler can make it again if all workers that have it are
-dead.
+To the scheduler, each large argument is the result of a separate call. If all workers that have the argument die, the
+scheduler repeats this call.
 """
 
 from __future__ import annotations
@@ -18,16 +18,17 @@ import distributed
 from tatamu.cluster.call import unpacked
 
 LARGE = 65_536
-"""Size above which arguments are shared [bytes]. A task is larger and is shared; a manipulation is sent with its
-call."""
+"""Size above which an argument is sent only once and shared by calls [bytes]. A task is larger than this, and a
+manipulation is smaller."""
 KEPT = 256_000_000
-"""Bytes of arguments kept on the workers for later calls, in addition to those of running calls."""
+"""Largest total size of the shared arguments that are kept on the workers for later calls [bytes]. An argument that is
+in use is always kept."""
 PLAIN = (str, bytes, int, float, bool, type(None))
-"""Types whose size needs no pickling."""
+"""Types of arguments that are never shared."""
 
 
 class SharedArguments:
-    """The large arguments that are on the workers, the most recently used at the end."""
+    """The large arguments that are stored on the workers, from the least to the most recently used."""
 
     def __init__(self, client: distributed.Client, kept: int = KEPT) -> None:
         self._client = client
@@ -36,7 +37,7 @@ class SharedArguments:
         self._futures: dict[str, distributed.Future] = {}
 
     def replaced(self, value: Any) -> Any:
-        """Return the value, or the future that replaces it if it is large; equal values get the same future."""
+        """Return a small value unchanged. For a large value, return a future; equal values get the same future."""
         if isinstance(value, PLAIN):
             return value
         content = cloudpickle.dumps(value)
@@ -51,14 +52,17 @@ class SharedArguments:
         return self._futures[key]
 
     def _forget(self, used: str) -> None:
-        """Delete the least recently used arguments if they are too large in all."""
+        """Delete the least recently used arguments until the total size is small enough.
+
+        The argument with the key `used` is kept.
+        """
         while sum(self._sizes.values()) > self._kept and next(iter(self._sizes)) != used:
             oldest, _ = self._sizes.popitem(last=False)
             del self._futures[oldest]
 
 
 def unbound(function: Callable[..., Any]) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-    """Return a function and the first arguments that are bound to it, if any."""
+    """Split a `partial` or a bound method into a plain function and the arguments that are bound to it."""
     if isinstance(function, partial) and not function.keywords:
         inner, first = unbound(function.func)
         return inner, (*first, *function.args)

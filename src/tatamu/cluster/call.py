@@ -1,4 +1,4 @@
-"""The functions that run on workers and on the scheduler."""
+"""Functions that run on workers and on the scheduler."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from tatamu.cluster.versions import Versions, difference, processor, versions
 from tatamu.errors import UnavailableError
 
 RESTART_SECONDS = 20.0
-"""Longest time in which a nanny must restart its worker [s]."""
+"""Time within which a nanny, Dask's process that supervises a worker, must restart its worker [s]."""
 
 
 def unpacked(content: bytes) -> Any:
-    """Return an argument that many calls share, as the worker keeps it."""
+    """Unpickle an argument that many calls share. The worker keeps the result."""
     return pickle.loads(content)
 
 
 def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """Call a function if tatamu and the packages that compute have the client's versions.
+    """Call a function on a worker, if the worker has the same versions of all relevant packages as the client.
 
     Raises:
-        UnavailableError: If a version differs; the worker then joined after the check at the start.
+        UnavailableError: If a version differs. This happens if the worker joined after the check at the start.
     """
     if of_client != versions():
         differing = difference(of_client)
@@ -33,18 +33,18 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
 
 
 def identify() -> tuple[Versions, str]:
-    """Return the versions and the processor of a worker."""
+    """Return the versions of packages on a worker, and the kind of its processor."""
     return dict(versions()), processor()
 
 
 async def replace_workers(keys: Sequence[str], dask_scheduler: Any = None) -> None:
-    """Restart the workers whose calls take too long, or drop them; their calls run elsewhere.
+    """Restart the workers on which calls take too long, or remove them. Their calls run on other workers.
 
     This function runs on the scheduler.
 
     Args:
-        keys: Keys of the calls.
-        dask_scheduler: The scheduler.
+        keys: Keys of the calls that take too long.
+        dask_scheduler: Scheduler, which Dask provides.
     """
     states = [dask_scheduler.tasks.get(key) for key in keys]
     workers = {state.processing_on for state in states if state is not None and state.processing_on is not None}
@@ -64,5 +64,5 @@ async def _replace(worker: Any, scheduler: Any) -> None:
 
 
 def _turned(differing: str | None) -> str:
-    """Return `difference` as seen by the client."""
+    """Rewrite a text from `difference` so that it is correct for the user, who is at the client."""
     return (differing or "").replace(" there", " at the client").replace(" here", " at the worker")

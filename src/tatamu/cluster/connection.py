@@ -1,4 +1,4 @@
-"""Connections to a scheduler that runs elsewhere, or to worker processes that end with the program."""
+"""Connects to a scheduler that runs elsewhere, or starts worker processes that end with the program."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from tatamu.cluster.executor import DaskExecutor
 
 CONNECT_SECONDS = 5.0
-"""Longest time in which a scheduler must answer [s]."""
+"""Time within which a scheduler must answer [s]."""
 KILLED_WORKERS = 3
-"""Number of workers that a call may kill before it fails, if tatamu started the scheduler."""
+"""Number of workers that may die during a call before the call fails. It applies if tatamu started the scheduler."""
 CERTIFICATES = tuple(f"distributed.comm.tls.{name}" for name in ("ca-file", "client.cert", "client.key"))
-"""Fields of Dask's configuration that a client needs for `tls://`."""
+"""Fields of Dask's configuration that a client needs for addresses `tls://`."""
 QUIET = {name: "critical" for name in ("distributed", "distributed.client", "distributed.nanny", "distributed.worker")}
 SETTINGS: dict[str, Any] = {
     "logging": {**QUIET, "distributed.scheduler": "critical", "bokeh": "critical", "tornado": "critical"},
     "distributed.scheduler.allowed-failures": KILLED_WORKERS - 1,
     "distributed.comm.retry.count": 2,
-    "distributed.worker.profile.enabled": False,  # 100 stacks a second cost one per cent of a core
-    "distributed.admin.tick.interval": "1s",  # by default fifty times a second, in each nanny too
-    "distributed.deploy.lost-worker-timeout": "1 day",  # less never restarts one that dies twice in 15 s
+    "distributed.worker.profile.enabled": False,  # profiling takes 1 % of a core
+    "distributed.admin.tick.interval": "1s",  # the default is fifty ticks a second, also in each nanny
+    "distributed.deploy.lost-worker-timeout": "1 day",  # with less, a worker that dies twice in 15 s is not restarted
 }
 
 
@@ -40,7 +40,7 @@ def executor_at(address: str | None) -> Iterator[Executor | None]:
     """Yield the workers of a scheduler as an executor; None if no address is given.
 
     Args:
-        address: `tcp://HOST:PORT`, `tls://HOST:PORT` or `local:N`.
+        address: Address of the scheduler: `tcp://HOST:PORT`, `tls://HOST:PORT` or `local:N`; None to use no scheduler.
 
     Raises:
         InputError: If the address is invalid, Dask is not installed, or versions differ.
@@ -55,7 +55,7 @@ def executor_at(address: str | None) -> Iterator[Executor | None]:
 
 @contextmanager
 def connected(address: str) -> Iterator[DaskExecutor]:
-    """Yield the workers of a scheduler as an executor; for errors see `executor_at`."""
+    """Yield the workers of a scheduler as an executor. The possible errors are listed at `executor_at`."""
     parsed = parse_address(address)
     _configure()
     if address.startswith("tls://"):
@@ -72,7 +72,7 @@ def connected(address: str) -> Iterator[DaskExecutor]:
 
 
 def _configure() -> None:
-    """Import Dask, silent, with the settings above."""
+    """Import Dask with `SETTINGS`, which suppress its log messages."""
     try:
         import dask
     except ImportError:
@@ -85,10 +85,10 @@ def _configure() -> None:
 
 
 def _check_certificates(address: str) -> None:
-    """Refuse to start without the files that Dask's configuration must name for `tls://`.
+    """Check that Dask's configuration names the certificate files that an address `tls://` needs.
 
     Raises:
-        InputError: If a file is not named, or does not exist.
+        InputError: If the configuration does not name a file, or a file does not exist.
     """
     import dask
 
@@ -137,7 +137,7 @@ def _opened(to: Any, name: str) -> Iterator[distributed.Client]:
 
 
 def refuse_other_versions(client: distributed.Client, name: str) -> None:
-    """Compare the versions of all workers with the versions here; print one line if processors differ.
+    """Compare the versions of packages on all workers with the versions here. If processors differ, print a line.
 
     Raises:
         InputError: If a version differs.
@@ -147,7 +147,7 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
 
     kinds = {processor()}
     for worker, found in client.run(identify, on_error="return").items():
-        if isinstance(found, OSError):  # the worker died meanwhile; the first call of its successor checks the versions
+        if isinstance(found, OSError):  # the worker has died; the first call on its successor checks the versions
             continue
         if isinstance(found, BaseException):
             raise InputError(f"--scheduler: {name}: worker {worker} cannot run tatamu ({found})")

@@ -1,7 +1,8 @@
-"""Calls on the workers of a Dask scheduler, as a `concurrent.futures.Executor`.
+"""Runs calls on the workers of a Dask scheduler, with the interface of `concurrent.futures.Executor`.
 
-Calls wait here until workers are free. Each thread has one call that it runs and one that waits there, which hides the
-time of messages. So a worker that dies loses few calls, and the time since a call was sent shows how long it has run.
+Calls wait in this process until workers are free. Each thread of a worker gets only two calls: the first call runs, and
+the second call waits at the worker. So the thread need not wait for a message between two calls. Only few calls are
+lost if a worker dies. The time since a call was sent also shows approximately how long the call has run.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from tatamu.cluster.watch import Watch
 from tatamu.errors import UnavailableError, WorkerKilledError
 
 CALLS_PER_THREAD = 2
-"""Calls under way per thread of the workers: one runs, one waits."""
+"""Number of calls that are sent to each thread of the workers: one call runs, and one waits."""
 
 
 class Call:
-    """A submitted call."""
+    """A call that was submitted to the executor."""
 
     def __init__(self, function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
         self.function = function
@@ -38,7 +39,7 @@ class Call:
 
 
 class DaskExecutor(Executor):
-    """Runs calls on the workers of a scheduler; a call whose worker dies, hangs or is slow runs on another."""
+    """Runs calls on the workers of a scheduler. If a worker dies, hangs or is slow, its calls run on other workers."""
 
     def __init__(self, client: distributed.Client, name: str, watch: Watch | None = None) -> None:
         """Make an executor.
@@ -46,7 +47,7 @@ class DaskExecutor(Executor):
         Args:
             client: Client of the scheduler.
             name: Name of the scheduler, for messages.
-            watch: Finds calls that take too long; None for the default.
+            watch: Object that finds calls that take too long; None for the default limits.
         """
         self._client = client
         self._loop: asyncio.AbstractEventLoop = client.loop.asyncio_loop  # type: ignore[union-attr]
@@ -63,7 +64,7 @@ class DaskExecutor(Executor):
         self._watch.start(client, self._set_threads)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Run a call on some worker; arguments and result must be picklable. Large arguments are sent once."""
+        """Run a call on a worker. Arguments and result must be picklable. Large arguments are sent only once."""
         with self._lock:
             if self._closed:
                 raise RuntimeError("the executor was shut down")
@@ -75,11 +76,11 @@ class DaskExecutor(Executor):
 
     @property
     def threads(self) -> int:
-        """Number of calls that the workers can run at a time, at the last update; at least 1."""
+        """Number of threads that the workers had at the last update; at least 1."""
         return self._watch.threads
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Accept no more calls; with `cancel_futures`, drop those that have not ended."""
+        """Accept no more calls. If `cancel_futures` is true, cancel all calls that have not ended."""
         with self._lock:
             self._closed = True
             calls = [*self._waiting, *self._away.values()]
@@ -100,7 +101,7 @@ class DaskExecutor(Executor):
         self._send()
 
     def _send(self) -> None:
-        """Send calls while the workers have room for them."""
+        """Send waiting calls until each thread of the workers has its number of calls."""
         with self._lock:
             while self._waiting and len(self._away) < self._room:
                 call = self._waiting.popleft()
@@ -115,7 +116,7 @@ class DaskExecutor(Executor):
             sent = self._client.submit(
                 checked_call, dict(versions()), call.function, *args, **kwargs, key=key, pure=False
             )
-        except Exception as error:  # an argument that cannot be pickled, or a closed client
+        except Exception as error:  # an argument cannot be pickled, or the client is closed
             _end(call.future, error=error)
             return
         self._away[key] = call
@@ -123,7 +124,7 @@ class DaskExecutor(Executor):
         asyncio.run_coroutine_threadsafe(self._receive(key, sent), self._loop)
 
     async def _receive(self, key: str, sent: distributed.Future) -> None:
-        """Wait for the result of a call and pass it on; runs in the client's event loop."""
+        """Wait for the result of a call, and give it to the caller. This runs in the event loop of the client."""
         try:
             result = await sent
         except distributed.scheduler.KilledWorker as error:
@@ -141,18 +142,18 @@ class DaskExecutor(Executor):
         sent.release()
         with self._lock:
             call = self._away.pop(key)
-            call.args = ()  # so that large arguments can be freed
+            call.args = ()  # allows large arguments to be freed
         self._watch.ended(key)
         self._loop.run_in_executor(None, self._hand_over, call, outcome)
 
     def _hand_over(self, call: Call, outcome: dict[str, Any]) -> None:
-        """Send the next call, then give the caller the result of this one."""
+        """Send the next waiting call, and then give the result of `call` to its caller."""
         self._send()
         _end(call.future, **outcome)
 
 
 def _end(future: Future[Any], result: Any = None, error: BaseException | None = None) -> None:
-    """Set the result of a future, unless it has one."""
+    """Set the result or the error of a future, unless the future has ended already."""
     if future.done():
         return
     if error is not None:

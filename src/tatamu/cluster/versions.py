@@ -1,4 +1,7 @@
-"""Versions that must be equal everywhere for equal results: of Python, tatamu's code, and packages that compute."""
+"""Finds the versions of Python, of tatamu's code and of packages, which must be equal on all machines.
+
+Otherwise, results might depend on the machine.
+"""
 
 from __future__ import annotations
 
@@ -12,20 +15,23 @@ from pathlib import Path
 from tatamu.version import __version__
 
 COMPUTING = ("numpy", "numba", "scipy")
-"""Packages whose versions results may depend on."""
+"""Packages whose versions may change results."""
 
 Versions = Mapping[str, str]
 
 
 @cache
 def versions() -> Versions:
-    """Return the versions here, by name."""
+    """Return the versions in this process, by name."""
     found = {"Python": platform.python_version(), "tatamu": f"{__version__} ({source_digest()})"}
     return found | {name: _version(name) for name in COMPUTING}
 
 
 def difference(there: Versions) -> str | None:
-    """Return the first version that differs, in words; None if all are equal."""
+    """Compare the versions of another process with the versions here.
+
+    The result is a text on the first difference; None if all versions are equal.
+    """
     for name, here in versions().items():
         if there.get(name) != here:
             return f"{name} {there.get(name, 'missing')} there, {here} here"
@@ -45,7 +51,10 @@ def source_digest() -> str:
 
 @cache
 def processor() -> str:
-    """Return the kind of processor, as the compiler of `native` sees it; equal kinds give equal bytes."""
+    """Return the kind of processor for which the simulator `native` is compiled.
+
+    Processors of the same kind give exactly the same results.
+    """
     try:
         from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 

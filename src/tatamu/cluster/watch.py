@@ -1,6 +1,6 @@
-"""Calls that take too long, and the number of threads, checked every second in a separate thread.
+"""Finds calls that take too long, and counts the threads of the workers. A separate thread does this every second.
 
-The watch determines where a call runs, never its result.
+A call that takes too long is moved to another worker. This never changes the result of the call.
 """
 
 from __future__ import annotations
@@ -16,32 +16,32 @@ import distributed
 from tatamu.cluster.call import replace_workers
 
 EVERY = 1.0
-"""Seconds between two checks."""
+"""Time between two checks [s]."""
 NO_WORKERS = 10.0
-"""Seconds without any worker after which a warning is logged."""
+"""Time without any worker after which a warning is logged [s]."""
 
 logger = logging.getLogger("tatamu.cluster")
 
 
 @dataclass
 class Patience:
-    """Longest time that a call may take."""
+    """Limits of the time that a call may take."""
 
     first: float = 1800.0
-    """Limit until the first call has ended [s]; the first call includes the compilation."""
+    """Limit until the first call has ended [s]. It is long because the first call includes a compilation."""
     least: float = 60.0
-    """Lowest limit, however quick other calls were [s]."""
+    """Least limit [s], which applies even if all calls are short."""
     factor: float = 10.0
-    """Ratio of the limit to the longest time of any call."""
+    """Ratio of the limit to the longest time of a finished call."""
 
     def limit(self, longest: float | None) -> float:
-        """Return the limit of a call's time [s], given the longest time so far [s]."""
+        """Return the limit of the time of a call [s]; `longest` is the longest time of a finished call [s]."""
         return self.first if longest is None else max(self.least, self.factor * longest)
 
 
 @dataclass
 class Watch:
-    """The times of the calls under way."""
+    """Measures how long each sent call has taken, and checks these times in a thread."""
 
     patience: Patience = field(default_factory=Patience)
     threads: int = 1
@@ -53,7 +53,7 @@ class Watch:
     _nobody: bool = False
 
     def start(self, client: distributed.Client, tell: Callable[[int], None]) -> None:
-        """Start the checks; `tell` is called with the number of the workers' threads."""
+        """Start the checks. At each check, `tell` is called with the number of the workers' threads."""
         self._look(client, tell)
         self._thread = Thread(target=self._run, args=(client, tell), name="tatamu-watch", daemon=True)
         self._thread.start()
@@ -65,25 +65,25 @@ class Watch:
             self._thread.join(timeout=2 * EVERY)
 
     def sent(self, key: str) -> None:
-        """Record that a call was sent."""
+        """Record that the call with this key was sent."""
         with self._lock:
             self._since[key] = monotonic()
 
     def ended(self, key: str) -> None:
-        """Record that a call has ended."""
+        """Record that the call with this key has ended."""
         with self._lock:
             taken = monotonic() - self._since.pop(key)
             self._longest = max(taken, self._longest or 0.0)
 
     def overdue(self) -> list[str]:
-        """Return the calls that have taken too long."""
+        """Return the keys of the calls that have taken too long."""
         now = monotonic()
         with self._lock:
             limit = self.patience.limit(self._longest)
             return [key for key, since in self._since.items() if now - since > limit]
 
     def begin_again(self) -> None:
-        """Restart the time of every call, because a worker was replaced and its calls run on other workers."""
+        """Restart the time of every call. This is done after a worker was replaced, because its calls start again."""
         with self._lock:
             self._since = dict.fromkeys(self._since, monotonic())
 
@@ -96,7 +96,7 @@ class Watch:
                 if late:
                     client.run_on_scheduler(replace_workers, late)
                     self.begin_again()
-            except Exception as error:  # the scheduler is gone or busy; callers that wait for results get the error
+            except Exception as error:  # the scheduler is gone or busy; callers get the error elsewhere
                 logger.debug("the scheduler did not answer: %s", error)
                 continue
             empty = empty + EVERY if self._nobody and self._since else 0.0

@@ -1,4 +1,4 @@
-"""Cross-check: a learned fold is simulated in another simulator, and simulators are compared in general."""
+"""Cross-checks: simulates a learned fold in another simulator, and compares simulators over several folds."""
 
 from tatamu.crosscheck.agreement import Agreement, compare
 from tatamu.crosscheck.check import Opinion, check

@@ -1,6 +1,8 @@
-"""Agreement of simulators over a set of manipulations: the order of their scores, and the final shapes of the cloth.
+"""Compares simulators over a set of manipulations.
 
-Every simulation is kept, so an interrupted comparison is resumed.
+A manipulation is the motion of the hands in a fold. Two simulators agree well if they order the manipulations in the
+same way, and if the final shapes of the cloth are similar. Every simulation is kept, so an interrupted comparison can
+be resumed.
 """
 
 from __future__ import annotations
@@ -36,19 +38,19 @@ LEARNED = "learned"
 
 @dataclass(frozen=True)
 class Entry:
-    """One manipulation in one simulator."""
+    """The result of a manipulation in a simulator."""
 
     manipulation: str
     simulator: str
     objective: float
-    """C, or the penalty of a failed simulation."""
+    """Objective C of the fold, or a penalty if the simulation failed."""
     score: Score | None
     final: np.ndarray | None
-    """Final vertices of the cloth [m], shape (n, 3)."""
+    """Final positions of the cloth's vertices [m], shape (n, 3); None if the simulation failed."""
     error: str | None
 
     def distance_to(self, other: Entry) -> float | None:
-        """Return the mean distance between two final shapes [m]; None if one is missing."""
+        """Return the mean distance between the final vertices of two results [m]; None if a simulation failed."""
         if self.final is None or other.final is None:
             return None
         return float(np.linalg.norm(self.final - other.final, axis=1).mean())
@@ -56,31 +58,32 @@ class Entry:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two simulators over all manipulations."""
+    """The comparison of two simulators over all manipulations."""
 
     first: str
     second: str
     objective_rank: float
-    """Spearman's rank correlation of C."""
+    """Spearman's rank correlation of the objective C in both simulators."""
     distance_rank: float
-    """Spearman's rank correlation of the mean vertex distance, the part of C that the simulation alone determines."""
+    """Spearman's rank correlation of the mean vertex distance in both simulators. Unlike C, this distance depends only
+    on the simulation."""
     between: dict[str, float]
-    """Mean distance between the final shapes of each manipulation that both finished [m]."""
+    """Mean distance between the final vertices in both simulators [m], for each manipulation that both finished."""
 
     @property
     def mean_between(self) -> float | None:
-        """Mean over the manipulations [m]; None if no manipulation finished in both."""
+        """Mean of `between` over the manipulations [m]; None if no manipulation finished in both simulators."""
         return float(np.mean(list(self.between.values()))) if self.between else None
 
     @property
     def median_between(self) -> float | None:
-        """Median over the manipulations [m]; None if no manipulation finished in both."""
+        """Median of `between` over the manipulations [m]; None if no manipulation finished in both simulators."""
         return float(np.median(list(self.between.values()))) if self.between else None
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """All results of a comparison."""
+    """All results of a comparison of simulators."""
 
     learned: Result
     simulators: list[str]
@@ -90,7 +93,7 @@ class Agreement:
 
     @property
     def pairs(self) -> list[Pair]:
-        """Results for each pair of simulators."""
+        """Comparisons of all pairs of simulators."""
         return [self._pair(first, second) for first, second in combinations(self.simulators, 2)]
 
     def _pair(self, first: str, second: str) -> Pair:
@@ -106,7 +109,7 @@ class Agreement:
         )
 
     def column(self, simulator: str) -> list[Entry]:
-        """Return the results of all manipulations in one simulator."""
+        """Return the results of all manipulations in a simulator."""
         return [self.entries[name, simulator] for name in self.manipulations]
 
     @property
@@ -116,7 +119,7 @@ class Agreement:
         return all(entry.score is not None and entry.score.succeeds for entry in entries)
 
     def to_json(self) -> dict[str, Any]:
-        """Return plain data for `agreement.json`."""
+        """Return the results as a dictionary for the file `agreement.json`."""
         return {
             "version": 1,
             "tatamu": __version__,
@@ -130,7 +133,10 @@ class Agreement:
 
 
 def rank_correlation(first: list[float], second: list[float]) -> float:
-    """Return Spearman's rank correlation; NaN of fewer than three values, or if one list is constant."""
+    """Return Spearman's rank correlation of two lists.
+
+    The result is NaN if there are fewer than three values, or if one of the lists is constant.
+    """
     if len(first) < 3 or len(set(first)) == 1 or len(set(second)) == 1:
         return float("nan")
     return float(spearmanr(first, second).statistic)
@@ -157,7 +163,11 @@ def _entry_data(entry: Entry) -> dict[str, Any]:
 
 
 def manipulations(learned: Result, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
-    """Return scene and l_x [m] of the learned fold, the baselines and `count` random manipulations, by name."""
+    """Return the manipulations to compare, by name: the learned fold, fixed trajectories and random manipulations.
+
+    Each manipulation has a scene and the length l_x of a hand's path [m]. The number of random manipulations is
+    `count`.
+    """
     fold = learned.task.fold
     length = learned.score.trajectory_length
     made = {name: make(fold) for name, (_, make) in BASELINES.items()}
@@ -167,7 +177,7 @@ def manipulations(learned: Result, count: int, seed: int) -> dict[str, tuple[Sce
 
 
 def _random(learned: Result, count: int, seed: int) -> Iterator[Manipulation]:
-    """Draw manipulations uniformly from the search space."""
+    """Yield random manipulations with a uniform distribution over the search space."""
     random = np.random.default_rng(seed)
     for _ in range(count):
         drawn = {
@@ -193,14 +203,15 @@ def compare(
     """Simulate a set of manipulations in several simulators.
 
     Args:
-        learned: The fold whose task the manipulations belong to.
+        learned: Learned fold; all manipulations are for its task.
         simulators: Names of the simulators.
-        folder: Folder that keeps every simulation.
+        folder: Folder in which every simulation is kept.
         count: Number of random manipulations.
         seed: Random seed of the random manipulations.
         halved: Whether to simulate on a mesh of half the spacing.
-        progress: Called before each simulation, or before waiting for it.
-        executor: Executor of the simulations, all at the same time; None to run them in this process, one by one.
+        progress: Callback that is called before each simulation, or before waiting for the result of a simulation.
+        executor: Executor to which all simulations are submitted at once; None to run them in this process, one after
+            the other.
 
     Raises:
         InputError: If a simulator does not exist or cannot run here, or the folder cannot be used.
@@ -227,7 +238,7 @@ def compare(
 
 @dataclass(frozen=True)
 class _Run:
-    """One manipulation in one simulator, and the file that keeps its first and last frame."""
+    """The simulation of a manipulation in a simulator, and the file that keeps its first and last frame."""
 
     simulator: str
     name: str
@@ -237,7 +248,7 @@ class _Run:
 
     @property
     def arguments(self) -> tuple[Scene, str, np.ndarray]:
-        """Arguments of `ends`."""
+        """Arguments with which `ends` runs this simulation."""
         return self.scene, self.simulator, self.faces
 
     @cached_property
@@ -247,14 +258,17 @@ class _Run:
 
     @cached_property
     def kept(self) -> Rollout | None:
-        """The rollout in the file, if it is of this scene; None otherwise."""
+        """Rollout from the file; None if there is no file, or it belongs to another scene."""
         if not self.path.exists():
             return None
         rollout = Rollout.load(self.path)
         return rollout if rollout.info.get("scene") == self.digest else None
 
     def rollout(self, future: Future[Rollout] | None) -> Rollout:
-        """Return the first and last frame, read from the file, or simulated and written."""
+        """Return the first and last frame: from the file or, without a file, from a simulation.
+
+        The frames of a simulation are written to the file.
+        """
         if self.kept is not None:
             return self.kept
         try:
@@ -267,7 +281,10 @@ class _Run:
 
 
 def ends(scene: Scene, simulator: str, faces: np.ndarray) -> Rollout:
-    """Return the first and last frame of a simulation on the mesh `faces`; the first and the error if it failed."""
+    """Simulate a scene, and return the first and last frame on the mesh `faces`.
+
+    If the simulation fails, the result has only the first frame, twice, and the error.
+    """
     try:
         rollout = on_coarse_mesh(named(simulator).simulate(scene), faces)
     except SimulationError as error:

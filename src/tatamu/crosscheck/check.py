@@ -1,4 +1,4 @@
-"""The best manipulation of a learned fold, simulated again in another simulator."""
+"""Simulates the best manipulation of a learned fold again in another simulator."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from tatamu.version import __version__
 
 @dataclass(frozen=True)
 class Opinion:
-    """The result of the same manipulation in another simulator."""
+    """The result of simulating a learned fold in another simulator."""
 
     learned: Result
     simulator: str
     scene: Scene
-    """The scene that was simulated."""
+    """Scene that was simulated."""
     rollout: Rollout | None
-    """Motion of the learned fold's vertices in that simulator; None if the simulation failed."""
+    """Motion of the learned fold's vertices in the other simulator; None if the simulation failed."""
     score: Score | None
     error: str | None
-    """Why the simulation failed; None if it did not."""
+    """Reason why the simulation failed; None if it succeeded."""
 
     @property
     def apart(self) -> np.ndarray:
-        """Distance of each vertex's final place from its place after learning [m], shape (n,)."""
+        """Distance between the final positions of each vertex in both simulators [m], shape (n,)."""
         assert self.rollout is not None
         return np.asarray(np.linalg.norm(self.rollout.positions[-1] - self.learned.final, axis=1))
 
     @property
     def holds(self) -> bool:
-        """Whether the fold meets the thresholds of success in that simulator too."""
+        """Whether the fold meets the thresholds of success in the other simulator too."""
         return self.score is not None and self.score.succeeds
 
     def to_json(self) -> dict[str, Any]:
-        """Return plain data for `check.json`."""
+        """Return the result as a dictionary for the file `check.json`."""
         info = self.rollout.info if self.rollout else {}
         between = None
         if self.rollout is not None:
@@ -69,16 +69,16 @@ class Opinion:
 
 
 def check(learned: Result, simulator: str, material: Material | None = None, halved: bool = False) -> Opinion:
-    """Simulate the best manipulation of a learned fold again.
+    """Simulate the best manipulation of a learned fold again in another simulator.
 
     Args:
-        learned: The fold.
-        simulator: Name of the simulator.
-        material: Material of the cloth in that simulation; None for the same.
+        learned: Learned fold.
+        simulator: Name of the other simulator.
+        material: Material of the cloth in the other simulator; None for the material of the learned fold.
         halved: Whether to simulate on a mesh of half the spacing.
 
     Raises:
-        InputError: If there is no such simulator, or it cannot run here.
+        InputError: If there is no simulator with this name, or the simulator cannot run here.
     """
     scene = modify_scene(learned.scene, material, halved)
     try:
@@ -90,7 +90,10 @@ def check(learned: Result, simulator: str, material: Material | None = None, hal
 
 
 def modify_scene(scene: Scene, material: Material | None, halved: bool) -> Scene:
-    """Return a scene in another material, or on half the spacing; thicker cloth lies higher."""
+    """Return a scene with another material, with half the mesh spacing, or with both.
+
+    If the other material has another thickness, the height of the cloth is adapted.
+    """
     if material is not None:
         raised = scene.cloth.vertices * [1.0, 1.0, material.thickness / scene.material.thickness]
         rest = scene.cloth.rest_vertices

@@ -1,4 +1,4 @@
-"""The page, and the table on the terminal, of the agreement of simulators."""
+"""Writes the page and the terminal's table that compare simulators."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from tatamu.report.headline import title
 
 
 def save(agreement: Agreement, folder: Path) -> Path:
-    """Write `agreement.json` and `agreement.html`; return the path of the page."""
+    """Write `agreement.json` and the page `agreement.html`, and return the path of the page."""
     write_json(folder / "agreement.json", agreement.to_json())
     write_text(folder / "agreement.html", page(agreement))
     return folder / "agreement.html"
 
 
 def pair_cells(pair: Pair) -> list[str]:
-    """Return the cells of a pair of simulators."""
+    """Return the table cells for a pair of simulators."""
     learned = pair.between.get(LEARNED)
     return [
         f"{pair.first}, {pair.second}",
@@ -46,7 +46,7 @@ def terminal(agreement: Agreement) -> Table:
 
 
 def page(agreement: Agreement) -> str:
-    """Return the whole page."""
+    """Return the page that compares simulators as HTML."""
     pairs = [Chart(f"{pair.first} and {pair.second}", _scatter(agreement, pair)) for pair in agreement.pairs]
     return render(
         "crosscheck/matrix.html",
@@ -64,7 +64,7 @@ def page(agreement: Agreement) -> str:
 
 
 def _spelled(name: str) -> str:
-    """Return a manipulation's name for readers."""
+    """Return the name of a manipulation as it is shown to readers."""
     return BASELINES[name][0] if name in BASELINES else name
 
 

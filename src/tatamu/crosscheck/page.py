@@ -1,4 +1,4 @@
-"""The page and the picture of a second opinion."""
+"""Writes the page and the picture of a learned fold that was simulated in another simulator."""
 
 from __future__ import annotations
 
@@ -25,10 +25,12 @@ from tatamu.study import Result
 
 
 def save(opinion: Opinion, folder: Path) -> Path:
-    """Write `check.json`, `check.html` and, if the simulation succeeded, `rollout.npz` and `check.png`.
+    """Write `check.json` and the page `check.html`.
+
+    If the simulation succeeded, `rollout.npz` and `check.png` are written as well.
 
     Returns:
-        The path of the page.
+        Path of the page.
     """
     if opinion.rollout is not None:
         second = seen(opinion)
@@ -49,7 +51,7 @@ def seen(opinion: Opinion) -> Result:
 
 
 def page(opinion: Opinion) -> str:
-    """Return the whole page."""
+    """Return the page of a result from another simulator as HTML."""
     shown: dict[str, Any] = {"charts": {}, "views": []}
     if opinion.rollout is not None:
         second = seen(opinion)

@@ -1,4 +1,4 @@
-"""Garments by name or from a file."""
+"""Makes garments: built-in garments by their name, and the user's garments from a file."""
 
 from __future__ import annotations
 
@@ -39,15 +39,16 @@ __all__ = [
 
 
 def register_garment(name: str, make: Callable[..., Garment], description: str = "") -> None:
-    """Add a garment, so that `make_garment(name)` makes it.
+    """Register a garment. After this call, `make_garment(name)` returns this garment.
 
     Args:
         name: Name of the garment.
-        make: Makes it from the keywords `size`, `material` and `spacing`; those that are not given have its defaults.
-        description: The garment in a few words.
+        make: Function that makes the garment from the keywords `size`, `material` and `spacing`. The function must
+            have a default for each keyword.
+        description: Description of the garment in a few words.
 
     Raises:
-        InputError: If a garment of that name exists.
+        InputError: If a garment with this name exists already.
     """
     if name in GARMENTS:
         raise InputError(f"name: must be new, given {name!r}, which is a garment already")
@@ -62,19 +63,21 @@ def make_garment(
     spacing: float | None = None,
     scale: float | None = None,
 ) -> Garment:
-    """Return the garment of a name or file; arguments that are None have the garment's own default.
+    """Return a built-in garment by its name, or a garment from a file.
+
+    If an argument is None, the default value of the garment is used.
 
     Args:
         name: A name of `GARMENTS`, or the path of a garment file, an outline or a mesh (docs/guide/garments.md).
-        size: Width (y) and length (x) [m]; None for the garment's own size. If `material` is a file calibrated with
-            this garment, None stands for the measured size.
-        material: Material of the cloth, or its preset or file.
-        spacing: Edge length of its mesh [m].
-        scale: Metres per unit of a file.
+        size: Width (y) and length (x) [m]; None for the default size of the garment. If `material` is a file that was
+            calibrated with this garment, None stands for the size that was measured in the calibration.
+        material: Material of the cloth, or the name of a preset, or the path of a material file.
+        spacing: Edge length of the mesh [m].
+        scale: Length of one unit of the garment's file [m].
 
     Raises:
-        InputError: If there is no such garment, if it cannot have such a size, material or spacing, or if the file is
-            wrong.
+        InputError: If there is no garment with this name, or its file is wrong. Also if the garment cannot have the
+            given size, material or spacing.
     """
     made = load_material(Path(material)) if isinstance(material, str | Path) else material
     if size is None and isinstance(material, str | Path):

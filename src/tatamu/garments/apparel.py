@@ -1,10 +1,15 @@
-"""The apparel industry's form of DXF, ANSI/AAMA-292 and ASTM D6673: a block for each piece, layers with a meaning.
+"""Sewing patterns in the apparel industry's form of DXF, which ANSI/AAMA-292 and ASTM D6673 define.
 
-The layers have numbers. Layer 1 has the boundary of a piece, along which it is cut, and layer 14 the lines along which
-it is sewn. Layer 11 has cut-outs, layer 7 the grain line, and layer 6 the fold line of a piece that is cut on a fold. A
-flat garment does not need the other layers: turn points (2), curve points (3), notches (4 and 80 to 83), reference
-lines (5, 9, 10), lines that are only drawn (8), drill holes (13), annotations (15) and the finer copies for checking
-(84 to 87). Texts state the name of a piece and the unit: METRIC is millimetres, ENGLISH is inches.
+The file has one block for each piece of the pattern. Each layer has a number and a meaning:
+
+- Layer 1 has the boundary of a piece, along which the piece is cut.
+- Layer 14 has the lines along which the piece is sewn.
+- Layer 11 has the cut-outs.
+- Layer 7 has the grain line.
+- Layer 6 has the fold line of a piece that is cut on a fold.
+
+All other layers are ignored, because a flat garment does not need them. Examples are notches (4 and 80 to 83), drill
+holes (13) and annotations (15). Texts state the name of a piece and the unit: METRIC is millimetres, ENGLISH is inches.
 """
 
 from __future__ import annotations
@@ -24,12 +29,12 @@ STYLE = re.compile(r"\s*(ANSI/AAMA|ASTM|UNITS|PIECE NAME|STYLE NAME)\b", re.IGNO
 
 
 def is_pattern(texts: Sequence[str]) -> bool:
-    """Return whether the texts of a drawing are those of a pattern in this form."""
+    """Return whether the texts of a drawing show that the drawing is a sewing pattern in the industry's form."""
     return any(STYLE.match(text) for text in texts)
 
 
 def unit(texts: Iterable[str]) -> Unit | None:
-    """The unit that a pattern's text states; None if it states none."""
+    """Return the unit that the texts of a pattern state; None if no text states a unit."""
     for text in texts:
         found = re.fullmatch(r"\s*UNITS\s*:\s*(METRIC|ENGLISH)\s*", text, re.IGNORECASE)
         if found:
@@ -39,7 +44,7 @@ def unit(texts: Iterable[str]) -> Unit | None:
 
 
 def title(texts: Iterable[str], block: str) -> str:
-    """Return the name of a piece: its text, or the name of its block."""
+    """Return the name of a piece: the name in its texts or, without such a text, the name of its block."""
     for text in texts:
         found = re.fullmatch(r"\s*PIECE NAME\s*:\s*(\S.*?)\s*", text, re.IGNORECASE)
         if found:
@@ -48,10 +53,10 @@ def title(texts: Iterable[str], block: str) -> str:
 
 
 def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None:
-    """A piece from its curves by layer; None without a closed boundary.
+    """Make a piece from its curves by layer; None if the piece has no closed boundary.
 
-    The outline is the sew line if it is closed, because cloth outside of it ends up inside the garment; otherwise it is
-    the cut line.
+    The outline is the sew line if the sew line is closed, because cloth outside the sew line ends up inside the
+    garment. Otherwise the outline is the cut line.
     """
     cut = _closed(layers, BOUNDARY)
     if not cut:
@@ -72,18 +77,18 @@ def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None
 
 
 def loose_pieces(layers: Mapping[str, Sequence[DrawnCurve]]) -> tuple[Piece, ...]:
-    """Return the pieces of a pattern without blocks: its boundaries, without names."""
+    """Return the pieces of a pattern without blocks: one piece without a name for each closed boundary."""
     return grouped([DrawnCurve("", curve.points, True) for curve in _closed(layers, BOUNDARY)])
 
 
 def _closed(layers: Mapping[str, Sequence[DrawnCurve]], layer: str) -> list[DrawnCurve]:
-    """Closed curves of a layer, the one of largest extent first."""
+    """Return the closed curves of a layer, from the largest extent to the smallest."""
     loops = [curve for curve in layers.get(layer, ()) if curve.closed]
     return sorted(loops, key=lambda curve: -float(np.prod(np.ptp(curve.points, axis=0))))
 
 
 def _longest(layers: Mapping[str, Sequence[DrawnCurve]], layer: str) -> np.ndarray | None:
-    """Ends of the longest line of a layer, shape (2, 2)."""
+    """Return both ends of the longest line of a layer, shape (2, 2); None if the layer has no line."""
     ends = [curve.points[[0, -1]] for curve in layers.get(layer, ())]
     return max(ends, key=lambda pair: float(np.linalg.norm(pair[1] - pair[0])), default=None)
 

@@ -1,4 +1,8 @@
-"""An outline from a piece of a drawing: its largest closed curve, its holes, and curves that name parts of it."""
+"""Turns a piece of a drawing into the outline of a garment.
+
+The outline is the largest closed curve of the piece. Closed curves inside are holes, and open curves along the outline
+name parts of the outline.
+"""
 
 from __future__ import annotations
 
@@ -16,46 +20,48 @@ from tatamu.garments.outline import Outline, counted
 from tatamu.garments.sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
-"""Points that change the outline by less than this are left out [m]."""
+"""Distance below which a point does not matter [m]: without the point, the outline changes by less than this."""
 MOST_CORNERS = 2_000
-"""Largest number of corners of an outline's curves, because libraries recurse for each corner, or try all pairs."""
+"""Largest number of corners of each curve of an outline. It is limited because libraries recurse once for each corner,
+or try all pairs of corners."""
 MOST_NOTES = 5
-"""Largest number of notes on curves that are no openings; further ones are counted."""
+"""Largest number of notes on curves that are no openings; further curves are only counted."""
 SAME = 0.99
-"""Fraction of the outline's area above which a hole is the outline itself, drawn twice."""
+"""Fraction of the outline's area. A hole with a larger area is the outline itself, which was drawn twice."""
 WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
-"""Largest width of seam allowances and hems [m], and the same as a fraction of the root of a piece's area."""
+"""Largest width of seam allowances and hems: in metres, and as a fraction of the square root of a piece's area."""
 MARK = 0.05
-"""Largest extent of a closed curve across the outline that is a mark, such as a notch, as a fraction of the
-outline's."""
+"""Largest extent of a mark, such as a notch, as a fraction of the outline's extent. A mark is a small closed curve that
+crosses the outline."""
 Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
 @dataclass(frozen=True)
 class Cut:
-    """The layers cut out of a drawing."""
+    """Outline and openings of a garment that was cut out of a drawing."""
 
     outline: Outline
     """The outline in the garment's frame [m]."""
     openings: tuple[str, ...]
-    """Names of its open sides."""
+    """Names of the open sides of the outline."""
     notes: tuple[str, ...]
     """Notes for the user on how the drawing was understood."""
 
 
 def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path, holes: bool | None = None) -> Cut:
-    """The outline of a piece.
+    """Return the outline of a piece.
 
     Args:
-        piece: Its curves.
+        piece: Piece of the drawing, with its curves.
         matrix: Matrix that turns the drawing's coordinates into metres in a garment's frame, shape (2, 2).
-        openings: Curves in the drawing's coordinates by name; or names of open curves, or of sides, that are openings;
-            None for all named open curves along the outline.
-        path: The file, for messages.
-        holes: Whether closed curves inside are holes; None if those that follow the outline are not.
+        openings: The openings: curves in the drawing's coordinates by name, or names of open curves or of sides. None
+            if every named open curve along the outline is an opening.
+        path: Path of the file, for messages.
+        holes: Whether closed curves inside are holes. With None, a closed curve is a hole unless it follows the
+            outline.
 
     Raises:
-        InputError: If there is no closed curve, it crosses itself, or an opening does not exist.
+        InputError: If the piece has no closed curve, the outline crosses itself, or an opening does not exist.
     """
     loops = sorted((c for c in piece.curves if c.closed), key=lambda c: -float(shapely.Polygon(c.points).area))
     if not loops:
@@ -87,7 +93,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
     """Return the cloth within the first ring, and notes on how the other rings were interpreted.
 
-    A pattern is drawn with two lines around a piece: the cut line, and the sewn line within it. No drawing states
+    A pattern may have two lines around a piece: the cut line and, inside the cut line, the sewn line. No drawing states
     whether a closed curve inside is a hole or the sewn line. But only a sewn line follows the outline.
     """
     outer, *inner = (_valid(_bounded(ring, path), path) for ring in rings)
@@ -123,7 +129,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
 
 
 def _follows(inner: shapely.Polygon, outer: shapely.Polygon) -> bool:
-    """Whether a curve runs along another one all around, no farther within it than a seam allowance."""
+    """Return whether the inner curve runs along the whole outer curve, at most a seam allowance inside it."""
     allowance = min(WIDEST_ALLOWANCE, ALLOWANCE * float(np.sqrt(outer.area)))
     return bool(outer.exterior.hausdorff_distance(inner.exterior) < allowance)
 
@@ -152,10 +158,10 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """Return a closed curve of few points, shape (k, 2); a long one is simplified part by part.
+    """Return a closed curve with few points, shape (k, 2); a curve with many points is simplified part by part.
 
     Raises:
-        InputError: If too many of its points matter.
+        InputError: If the simplified curve still has too many points.
     """
     if len(points) <= MOST_CORNERS:
         return points
@@ -175,7 +181,7 @@ def _ring(region: shapely.Polygon) -> np.ndarray:
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return curves by name; repeated names, as of curves in one DXF layer, are numbered."""
+    """Return curves by name. Repeated names are numbered; for example, curves in one DXF layer have one name."""
     found: dict[str, np.ndarray] = {}
     for name, points in named:
         number = sum(other == name or other.startswith(f"{name} ") for other in found)

@@ -12,7 +12,7 @@ from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 from tatamu.material import preset_names
 
 LARGEST_SCALE = 1e3
-"""Metres per unit of a file, at most."""
+"""Largest length of one unit of a file [m]."""
 Position = tuple[float, float]
 
 
@@ -45,35 +45,41 @@ class GarmentFile(BaseModel):
     name: Annotated[str, AfterValidator(one_line)] = Field("", max_length=60)
     """Name of the garment; by default the name of the file."""
     kind: Literal["towel", "tshirt", "trousers"] | None = None
-    """The built-in garment whose fold plans suit it; their grasps need edges of the same names."""
+    """Name of the built-in garment whose fold plans suit this garment. This garment must have edges with the same
+    names, because the plans grasp edges by name."""
     outline: str | None = None
-    """An SVG or DXF file in the same folder."""
+    """Name of an SVG or DXF file in the same folder."""
     mesh: str | None = None
-    """An OBJ, PLY, STL or GLB file in the same folder."""
+    """Name of an OBJ, PLY, STL or GLB file in the same folder."""
     scale: Annotated[float, AfterValidator(_scale)] | None = None
-    """Metres per unit of that file; by default the file's unit, otherwise 0.001 for outlines and 1 for meshes."""
+    """Length of one unit of the outline or mesh [m]. The default is the unit that the file states. If the file states
+    no unit, the default is 0.001 for outlines and 1 for meshes."""
     up: Axis | None = None
-    """Direction of that file that points away from the hem; by default y for flat files, otherwise it is found."""
+    """Axis of the outline or mesh that points away from the hem. The default is y for flat files; for other files, the
+    axis is found from the shape."""
     piece: str | None = None
-    """Name of the piece, if the file has several."""
+    """Name of the piece to use if the file has several pieces."""
     grain: bool = True
     """Whether to turn the piece of a pattern so that its grain line runs along the garment's length."""
     layers: Literal[1, 2] | None = None
-    """Number of layers of an outline: cut once, or twice and sewn; by default 2 if it has openings."""
+    """Number of layers: 1 if the outline is cut once, 2 if it is cut twice and sewn. The default is 2 if the outline
+    has openings, otherwise 1."""
     openings: list[str] | dict[str, Annotated[list[Position], Field(min_length=2)]] | None = None
-    """Openings of an outline: names of open curves in the file, or curves in its units by name; by default all."""
+    """Openings of an outline: names of open curves in the file, or curves by name in units of the file. By default,
+    every named open curve along the outline is an opening."""
     holes: bool | None = None
-    """Whether closed curves inside an outline are holes; by default those that follow the outline are sewn lines."""
+    """Whether closed curves inside an outline are holes. By default, a closed curve that follows the outline is a sewn
+    line, and every other one is a hole."""
     size: tuple[Side, Side] | None = None
-    """Width and length that it is scaled to [m]."""
+    """Width and length to which the garment is scaled [m]; None to keep the size of the file."""
     spacing: Annotated[float, AfterValidator(_spacing)] | None = None
-    """Edge length of the mesh [m]."""
+    """Edge length of the mesh [m]; None for the default."""
     fabric: str | None = None
-    """Name of a preset; a table [material] may replace it."""
+    """Name of a material preset. If the file has a table [material], it replaces the preset."""
     weld: bool = False
-    """Whether to join vertices at the same place."""
+    """Whether to join vertices that have the same position."""
     remesh: bool = False
-    """Whether to mesh it again within its outline."""
+    """Whether to replace the mesh of the file with a new one inside its outline."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

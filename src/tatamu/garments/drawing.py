@@ -11,11 +11,11 @@ from tatamu.errors import InputError, one_line
 from tatamu.garments.units import Unit
 
 FARTHEST = 1e9
-"""Largest coordinate of a drawing, in any unit."""
+"""Largest allowed coordinate of a drawing, in the drawing's unit."""
 MOST_POINTS = 100_000
 """Largest number of points of a curve in a drawing."""
 SAME = 1e-3
-"""Largest distance of two ends that count as one point, as a fraction of the curve's length."""
+"""Largest distance between the two ends of a closed curve, as a fraction of the curve's length."""
 
 
 @dataclass(frozen=True)
@@ -23,28 +23,29 @@ class DrawnCurve:
     """A polyline of a drawing: x to the right, y up, in the drawing's unit."""
 
     name: str
-    """The name given by its author; empty if there is none."""
+    """Name that the author of the drawing gave the curve; empty if the curve has no name."""
     points: np.ndarray
-    """Shape (k, 2); of a closed curve without the closing point."""
+    """Points of the polyline, shape (k, 2). A closed curve does not repeat its first point."""
     closed: bool
 
 
 @dataclass(frozen=True)
 class Piece:
-    """One part of a pattern: its closed outline, holes in it, and open curves that name parts of the outline."""
+    """One piece of a pattern: a closed outline, holes in it, and open curves that name parts of the outline."""
 
     name: str
     curves: tuple[DrawnCurve, ...]
     grain: np.ndarray | None = None
-    """Direction of the grain line, shape (2,)."""
+    """Direction of the grain line, shape (2,); None if the piece has no grain line."""
     fold: np.ndarray | None = None
-    """Two points of the line on which the cloth is folded when the piece is cut, shape (2, 2): the piece is a half."""
+    """Two points of the fold line, shape (2, 2). The cloth is folded along this line when the piece is cut, so the
+    drawing shows one half of the piece. None if the piece is not cut on a fold."""
     remarks: tuple[str, ...] = ()
-    """Notes on choices made while reading."""
+    """Notes for the user on how the piece was interpreted."""
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Width and height as drawn, in the drawing's unit."""
+        """Width and height of the piece, in the drawing's unit."""
         points = np.concatenate([curve.points for curve in self.curves])
         width, height = np.ptp(points, axis=0)
         return float(width), float(height)
@@ -52,17 +53,17 @@ class Piece:
 
 @dataclass(frozen=True)
 class DrawnPieces:
-    """The contents of a file."""
+    """Pieces and unit of a drawing."""
 
     pieces: tuple[Piece, ...]
     unit: Unit
 
 
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
-    """Make a curve without repeated points; None if fewer than two are left.
+    """Make a curve without repeated points; None if fewer than two points are left.
 
     Raises:
-        InputError: If a point is not finite, or farther from the origin than any drawing is.
+        InputError: If a coordinate is not finite or exceeds `FARTHEST`, or the curve has too many points.
     """
     if not (np.abs(points) < FARTHEST).all():
         raise InputError(f"outline: must have coordinates that are finite and at most {FARTHEST:g}")
@@ -77,5 +78,5 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
 
 
 def where(path: Path, text: str) -> str:
-    """Return the beginning of a message about the outline in a file."""
+    """Return an error message about the outline in a file: the path, the word "outline" and the text."""
     return f"{path}: outline: {text}"

@@ -1,4 +1,8 @@
-"""DXF files: their curves by layer or, of a pattern in the apparel industry's form, its pieces; and their unit."""
+"""Reads DXF files: their curves and their unit.
+
+If the file is a sewing pattern in the apparel industry's form of DXF, the pieces of the pattern are read. Otherwise
+each layer gives curves, which have the name of the layer.
+"""
 
 from __future__ import annotations
 
@@ -18,27 +22,28 @@ from tatamu.garments.units import NAMES, Unit
 from tatamu.garments.unpacking import LARGEST_DRAWING, MOST_PARTS, check_unpacked
 
 KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
-"""Entities that are curves."""
+"""Types of DXF entities that are curves."""
 NAMELESS = ("0", "defpoints")
-"""Layers that every DXF has: no name of a curve."""
+"""Layers that every DXF file has. Curves in these layers have no name."""
 FLATNESS = 1e-4
-"""Largest distance of the polyline of an arc from the arc [m] ..."""
+"""Largest distance between an arc and the polyline that replaces it [m]."""
 RELATIVE_FLATNESS = 1e-5
-"""... or as a fraction of the extent of the arc, which limits the number of points of very large arcs."""
+"""Distance between an arc and its polyline that is always allowed, as a fraction of the arc's extent. It limits the
+number of points of very large arcs."""
 MOST_ENTITIES = 60_000
-"""Largest number of entities of an unpacked drawing; each takes a third of a millisecond."""
+"""Largest number of entities of an unpacked drawing. Reading takes a third of a millisecond per entity."""
 MOST_BENT = 10_000
-"""Largest number of curves of a drawing, without straight lines; each takes a millisecond."""
+"""Largest number of curves of a drawing; straight lines are not counted. Reading takes a millisecond per curve."""
 MEETING = 1e-6
-"""Ends that are this near to each other were drawn to meet [m]."""
+"""Largest distance between two ends that count as the same point [m]."""
 Layers = dict[str, list[np.ndarray]]
 
 
 def read_dxf(path: Path) -> DrawnPieces:
-    """The pieces of a DXF file; lines and arcs of one layer that meet are one curve.
+    """Read the pieces of a DXF file. Lines and arcs of one layer that meet become one curve.
 
     Raises:
-        InputError: If the file cannot be read or is no DXF.
+        InputError: If the file cannot be read or is not a DXF file.
     """
     from ezdxf.filemanagement import readfile
 
@@ -49,10 +54,10 @@ def read_dxf(path: Path) -> DrawnPieces:
 
 
 def _check_unpacked(document: Any) -> None:
-    """Refuse a drawing whose blocks unpack to more than a drawing may have.
+    """Check that a drawing does not unpack to too many entities, because a block may include other blocks many times.
 
     Raises:
-        InputError: If they do.
+        InputError: If the unpacked drawing has too many entities.
     """
     blocks = {"": document.modelspace(), **{f"*{block.name.casefold()}": block for block in document.blocks}}
 
@@ -85,14 +90,14 @@ def _pieces(document: Any, path: Path) -> DrawnPieces:
 
 
 def _parts(entities: Iterable[Any]) -> Iterable[Any]:
-    """Yield the entities of blocks at the places of their insertion."""
+    """Yield all entities, with inserted blocks replaced by their entities at the position of the insertion."""
     from ezdxf.disassemble import recursive_decompose
 
     return recursive_decompose(entities)
 
 
 def _texts(entities: Iterable[Any]) -> list[str]:
-    """The texts of a drawing."""
+    """Return the texts of a drawing."""
     return [
         one_line(str(entity.dxf.text if entity.dxftype() == "TEXT" else entity.plain_text()))
         for entity in entities
@@ -101,14 +106,17 @@ def _texts(entities: Iterable[Any]) -> list[str]:
 
 
 def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
-    """The unit in the text of the pattern overrides $INSUNITS of the header, which many programs do not set."""
+    """Return the unit of a drawing. A unit in a text of the drawing overrides $INSUNITS in the header.
+
+    The reason is that many programs do not set $INSUNITS.
+    """
     from ezdxf.enums import InsertUnits
     from ezdxf.units import conversion_factor
 
     stated = apparel.unit(_texts(entities))
     if stated is not None:
         return stated
-    # A file without a header has none of its own: its unit is then not known, whatever the reader's default is.
+    # A file without a header states no unit: the unit is then unknown, even if the reader has a default.
     code = int(document.units) if b"$INSUNITS" in read_bytes(path, LARGEST_DRAWING) else 0
     if code == 0:
         return Unit(1e-3, "millimetres", "assumed: the DXF states no unit")
@@ -121,10 +129,10 @@ def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
 
 
 def _layers(entities: Iterable[Any], scale: float) -> Layers:
-    """All lines of a drawing by layer, each of shape (k, 2).
+    """Return all polylines of a drawing by layer, each of shape (k, 2).
 
     Raises:
-        InputError: If there are too many, or they have too many points.
+        InputError: If there are too many polylines, or they have too many points.
     """
     layers: Layers = {}
     drawn = [entity for entity in entities if entity.dxftype() in KINDS]
@@ -143,10 +151,10 @@ def _layers(entities: Iterable[Any], scale: float) -> Layers:
 
 
 def _flattened(entity: Any, scale: float) -> np.ndarray:
-    """Points along an entity, shape (k, 2).
+    """Return points along an entity, shape (k, 2).
 
     Raises:
-        InputError: If it lies farther from the origin than any drawing does, or makes too many points.
+        InputError: If a coordinate exceeds `FARTHEST`, or the entity needs too many points.
     """
     from ezdxf.path import make_path
 
@@ -175,21 +183,21 @@ def _curves(layers: Layers, scale: float) -> list[DrawnCurve]:
 
 
 def _merged(lines: list[np.ndarray], near: float) -> list[np.ndarray]:
-    """Return the lines with touching ones joined."""
+    """Return the lines, with lines that touch at their ends joined into one."""
     rounded = [np.round(line / near) for line in lines]
     joined = shapely.line_merge(shapely.MultiLineString([line for line in rounded if len(np.unique(line, axis=0)) > 1]))
     return [near * np.array(line.coords) for line in shapely.get_parts(joined)]
 
 
 def _pattern(blocks: list[tuple[str, list[Any]]], loose: list[Any], scale: float) -> tuple[Piece, ...]:
-    """Return the pieces of a pattern in the apparel industry's form; none if it is no such pattern."""
+    """Return the pieces of a sewing pattern in the apparel industry's form; none if the drawing is no such pattern."""
     made = []
     for block, entities in blocks:
         curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(entities, scale).items()}
         piece = apparel.piece(apparel.title(_texts(entities), block), curves)
         if piece is not None:
             made.append((block, piece))
-    if not made and apparel.is_pattern(_texts(loose)):  # its blocks were exploded
+    if not made and apparel.is_pattern(_texts(loose)):  # the blocks were exploded: their entities lie outside blocks
         curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(loose, scale).items()}
         return apparel.loose_pieces(curves)
     titles = [piece.name for _, piece in made]

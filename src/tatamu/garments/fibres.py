@@ -1,8 +1,8 @@
-"""The direction of the warp in each triangle of a garment whose panels have different directions.
+"""Computes the direction of the warp in each triangle of a garment whose panels have different warp directions.
 
-A garment cut from one outline has its warp along its length, +x, and needs no such directions. If a UV map is the
-pattern of a garment, the warp is along +v of every panel, because patterns are drawn along the grain. In a set-in
-sleeve the warp is along the sleeve.
+The warp is the direction of the threads along the length of a fabric. A garment cut from one outline has its warp along
+its length, +x, in all triangles. A mesh file may have a UV map that is the sewing pattern of the garment. Then the warp
+is along +v of every panel, because patterns are drawn along the grain.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from tatamu.topology import facing_down
 
 
 def along_v(uv: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """The direction of +v in each triangle, unit vectors of shape (m, 3).
+    """Return the direction of the UV map's +v axis in each triangle, as unit vectors of shape (m, 3).
 
     Args:
         uv: Corners of the triangles in the pattern, shape (m, 3, 2).
-        corners: The same corners in the garment [m], shape (m, 3, 3).
+        corners: Corners of the triangles in the garment [m], shape (m, 3, 3).
     """
     first, second = (uv[:, k] - uv[:, 0] for k in (1, 2))
     one, other = (corners[:, k] - corners[:, 0] for k in (1, 2))
-    # first * b + second * a = (0, det) with det their cross product
+    # a and b solve first * b + second * a = (0, det), with det the cross product of first and second
     along = first[:, :1] * other - second[:, :1] * one
     turned = np.sign(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])[:, None]
     return turned * along / np.linalg.norm(along, axis=1, keepdims=True)
@@ -35,14 +35,16 @@ def carried(
     new_points: np.ndarray,
     new_faces: np.ndarray,
 ) -> np.ndarray:
-    """Return the directions on another mesh of a flat garment, from the nearest triangle of the layer, shape (k, 3).
+    """Return the warp directions on a new mesh of a flat garment, shape (k, 3).
+
+    Each new triangle has the direction of the nearest old triangle in the same layer.
 
     Args:
-        fibre: Directions, shape (m, 3).
-        points: Vertices of the old mesh as it lies [m], shape (n, 3).
-        faces: Its triangles, shape (m, 3).
+        fibre: Warp directions on the old mesh, shape (m, 3).
+        points: Vertices of the old mesh of the flat garment [m], shape (n, 3).
+        faces: Triangles of the old mesh, shape (m, 3).
         new_points: Vertices of the new mesh [m].
-        new_faces: Its triangles, shape (k, 3).
+        new_faces: Triangles of the new mesh, shape (k, 3).
     """
     out = np.empty((len(new_faces), 3))
     down, new_down = facing_down(points, faces), facing_down(new_points, new_faces)

@@ -1,4 +1,7 @@
-"""A garment from a mesh that lies flat already: one layer, or a front that faces up and a back that faces down."""
+"""Makes a garment from a mesh that is flat already.
+
+The mesh has one layer, or two layers: a front that faces up and a back that faces down.
+"""
 
 from __future__ import annotations
 
@@ -18,23 +21,24 @@ from tatamu.material import Material
 from tatamu.topology import Topology, edge_lengths
 
 OVERLAP = 1.01
-"""Largest ratio of the area of triangles that face up to the area that they cover; above it, they lie on each other."""
+"""Largest ratio of two areas: the area of all triangles that face one way, and the area that they cover on the table.
+With a larger ratio, triangles lie on each other."""
 
 UNLIKE = 0.02
-"""Largest difference between the outlines of front and back, as a fraction of the area."""
+"""Largest area in which the outlines of front and back may differ, as a fraction of the garment's area."""
 
 
 def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """Return the garment of a flat mesh with the same vertices and triangles.
+    """Return a garment that has the vertices and triangles of a flat mesh.
 
     Args:
-        name: Its name.
-        plan: Vertices in a garment's frame [m], shape (n, 2).
+        name: Name of the garment.
+        plan: Vertices in the garment's frame [m], shape (n, 2).
         faces: Triangles, shape (m, 3), of consistent orientation.
-        material: The fabric.
+        material: Material of the cloth.
 
     Raises:
-        InputError: More than two layers lie on each other.
+        InputError: If more than two layers lie on each other.
     """
     faces, up = _facing(plan, faces)
     _check_layers(plan, faces, up)
@@ -61,10 +65,10 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
 
 
 def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
-    """Return the same outline and openings with a new mesh.
+    """Return a garment with the outline and the openings of the given garment, but a new mesh.
 
     Raises:
-        InputError: Front and back differ, or the outline cannot be meshed.
+        InputError: If front and back differ, or the outline cannot be meshed.
     """
     plan = garment.vertices[:, :2]
     up = _facing(garment.vertices[:, :2], garment.faces)[1]
@@ -90,7 +94,10 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
 
 
 def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.ndarray]:
-    """Return edges of the back, shape (k, 2), at openings where the front ends lower, such as a neck, by name."""
+    """Return the edges of the back, by name, at openings where the front ends lower, such as a neck.
+
+    Each edge is a path of shape (k, 2).
+    """
     plan = garment.vertices[:, :2]
     found = {}
     for name in garment.openings:
@@ -110,12 +117,15 @@ def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.nda
 
 
 def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
-    """Median length of a mesh's edges [m]."""
+    """Return the median length of a mesh's edges [m]."""
     return float(np.median(edge_lengths(points, Topology(faces).edges)))
 
 
 def _facing(plan: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles, a single layer turned to face up, and whether each faces up, shape (m,)."""
+    """Return the triangles, and whether each triangle faces up, shape (m,).
+
+    If all triangles face down, the orientation of each triangle is reversed, so a single layer faces up.
+    """
     a, b, c = (plan[faces[:, k]] for k in range(3))
     up = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 0
     return (faces, up) if up.any() else (faces[:, ::-1], ~up)
@@ -135,7 +145,7 @@ def _outer_loop(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _between(faces: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Edges between a triangle that faces up and one that faces down, shape (s, 2)."""
+    """Return the edges between a triangle that faces up and a triangle that faces down, shape (s, 2)."""
     topology = Topology(faces)
     ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
     return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]

@@ -1,10 +1,12 @@
-"""Flattening of a worn garment: front and back in one plane, one over the other, with little distortion.
+"""Flattens the mesh of a worn garment: front and back lie in one plane, one over the other, with little distortion.
 
-Triangles are divided into those of the front and those of the back. The front shall face up, and the back shall face
-down. Where the two meet, at the side seams and along the top of the sleeves, the garment is folded. Then all vertices
-are placed in the plane. Every triangle is to be as near as possible to a rotated copy of itself, or of its mirror image
-if it faces down ("as rigid as possible": Sorkine and Alexa 2007; Liu et al. 2008 for the plane). The undeformed
-triangle is that of the mesh, or that of the pattern if the file has one as its UV map.
+First, every triangle is assigned to the front, which faces up, or to the back, which faces down. The garment is folded
+where front and back meet: at the side seams and along the top of the sleeves.
+
+Then all vertices are moved into the plane. Each triangle keeps its shape as well as possible, except for a rotation. A
+triangle of the back becomes its mirror image. This method is called "as rigid as possible" (Sorkine and Alexa 2007; Liu
+et al. 2008 for the plane). The shape to keep is the triangle's shape in the mesh. If the file has a UV map that is the
+sewing pattern, the shape in the pattern is kept instead.
 """
 
 from __future__ import annotations
@@ -22,51 +24,55 @@ from tatamu.topology import Topology
 
 ROUNDS = 400
 PASSES, TENSE = 3, 0.3
-"""Number of passes, each with more weight on triangles whose sides changed by about this part."""
+"""Number of passes, and a relative change of length. After each pass, triangles whose sides changed get more weight.
+The weight is doubled if the relative change is TENSE."""
 SMOOTHINGS, SLIVER = 60, 0.12
-"""Number of passes that correct triangles facing the wrong way, or with a height below this part of their length."""
+"""Largest number of passes that correct triangles, and the least height of a triangle as a fraction of its length.
+Thinner triangles are corrected, and so are triangles that face the wrong way."""
 STILL = 1e-6
-"""Motion below which a vertex has reached its place, as a fraction of the garment's extent."""
+"""Motion of a vertex per step below which the iteration ends, as a fraction of the garment's extent."""
 LEAST_WEIGHT = 0.05
-"""Smallest cotangent weight of an edge: obtuse triangles would have negative ones."""
+"""Smallest cotangent weight of an edge, because obtuse triangles would give negative weights."""
 PRICES = (0.35, 1.0, 3.0)
-"""Costs of an edge between front and back, in triangles that face the wrong way. A higher cost makes the border
-shorter, and it follows wrinkles less. Each cost is tried, and the plan that strains the garment least is kept."""
+"""Costs of an edge on the border between front and back. The unit is the cost of one triangle that faces the wrong way.
+With a higher cost, the border is shorter and follows wrinkles less. All costs are tried, and the flat garment with the
+least strain is kept."""
 ONE_SIDED = 0.5
-"""Share of agreeing triangles above which a whole panel belongs to the front or the back."""
+"""Limit above which a whole panel belongs to the front or the back. The limit is for the difference between the areas
+that face up and down, divided by the panel's area."""
 
 
 @dataclass(frozen=True)
 class Flattened:
-    """A garment in the plane."""
+    """A garment that was flattened into the plane."""
 
     plan: np.ndarray
     """Positions of the vertices [m], shape (n, 2)."""
     strain: np.ndarray
-    """Relative elongation of the edges of triangles against the mesh or pattern, shape (m, 3)."""
+    """Relative elongation of each triangle's edges compared with the mesh or the pattern, shape (m, 3)."""
 
     wrong: int
     """Number of triangles that face the wrong way."""
 
     @property
     def median(self) -> float:
-        """Median relative change of the edges."""
+        """Median relative change of the edges' lengths."""
         return float(np.median(np.abs(self.strain)))
 
     @property
     def most(self) -> float:
-        """95 % quantile of the relative change of the edges."""
+        """95 % quantile of the relative change of the edges' lengths."""
         return float(np.quantile(np.abs(self.strain), 0.95))
 
 
 def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels: np.ndarray) -> Flattened:
-    """Lay a garment into the plane.
+    """Flatten a garment into the plane.
 
     Args:
-        points: Vertices in a garment's frame [m], its front upwards, shape (n, 3).
+        points: Vertices in the garment's frame [m], with the front upwards, shape (n, 3).
         faces: Triangles whose normals point out of the garment, shape (m, 3).
-        lengths: Desired lengths of the sides opposite each corner [m], shape (m, 3).
-        panels: Number of the panel that each triangle belongs to, shape (m,).
+        lengths: Desired length of the side opposite each corner of each triangle [m], shape (m, 3).
+        panels: Number of the panel to which each triangle belongs, shape (m,).
     """
     divisions = [facing_up(points, faces, panels, price) for price in PRICES]
     distinct = [up for k, up in enumerate(divisions) if not any((up == other).all() for other in divisions[:k])]
@@ -75,11 +81,14 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
 
 
 def _laid_out(plan: np.ndarray, faces: np.ndarray, lengths: np.ndarray, up: np.ndarray) -> Flattened:
-    """Return the garment in the plane, from a first plan (n, 2), with the triangles `up` facing up."""
+    """Return the garment in the plane.
+
+    The iteration starts from the positions `plan`, shape (n, 2). The triangles `up` shall face up.
+    """
     stress = np.ones(len(faces))
     for _ in range(PASSES):
         plan = _rigid(plan, faces, _templates(lengths, up), stress)
-        turned = _signed(plan, faces) > 0.0  # one beside the fold that will not turn belongs to the other side
+        turned = _signed(plan, faces) > 0.0  # a triangle next to the fold that does not turn is moved to the other side
         up = turned if _in_one_piece(faces, turned) else up
         strain = side_lengths(plan[faces]) / lengths - 1.0
         stress *= 1.0 + (np.abs(strain).max(axis=1) / TENSE) ** 2
@@ -90,12 +99,15 @@ def _laid_out(plan: np.ndarray, faces: np.ndarray, lengths: np.ndarray, up: np.n
 
 
 def side_lengths(corners: np.ndarray) -> np.ndarray:
-    """Lengths of the sides opposite each corner, shape (m, 3), of triangles with corners (m, 3, d)."""
+    """Return the length of the side opposite each corner of triangles, shape (m, 3); `corners` has shape (m, 3, d)."""
     return np.linalg.norm(np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1), axis=2)
 
 
 def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
-    """Return the panel of each triangle, shape (m,), by the pattern; one panel without a pattern."""
+    """Return the number of the pattern's panel to which each triangle belongs, shape (m,).
+
+    Without a UV map, all triangles belong to panel 0.
+    """
     if uv is None:
         return np.zeros(len(faces), dtype=np.int64)
     keys = np.concatenate([np.repeat(faces.reshape(-1, 1), 1, axis=1), np.round(uv.reshape(-1, 2), 6)], axis=1)
@@ -107,10 +119,11 @@ def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
 
 
 def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: float) -> np.ndarray:
-    """Return whether each triangle belongs to the front, shape (m,), for a `price` of the border to the back.
+    """Return whether each triangle belongs to the front, shape (m,); `price` is the cost of an edge of the border.
 
-    A panel that mostly faces one way belongs to that side. Others are divided along the shortest border between
-    triangles that face up and down: a minimum cut of the graph of neighbouring triangles.
+    If most of a panel faces one way, the whole panel belongs to that side. Other panels are divided into a part that
+    mostly faces up and a part that mostly faces down, with a short border between both parts. The division is a minimum
+    cut of the graph of neighbouring triangles.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)[:, 2]
@@ -124,14 +137,17 @@ def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: 
 
 
 def inside_out(points: np.ndarray, faces: np.ndarray) -> bool:
-    """Whether the normals of a garment point inwards."""
+    """Return whether the normals of a garment point inwards."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     outwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), (a + b + c) / 3.0 - points.mean(axis=0))
     return float(outwards.sum()) < 0.0
 
 
 def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) -> np.ndarray:
-    """Return the triangles on the source's side of the minimum cut: mostly those with a positive wish."""
+    """Return whether each triangle is on the front's side of the minimum cut, shape (m,).
+
+    A positive `wish` means that the triangle faces the front. Each edge of the border has the cost `price`.
+    """
     topology = Topology(faces)
     count = len(faces)
     owner = np.tile(np.arange(count), 3)
@@ -164,8 +180,11 @@ def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) 
 
 
 def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return each triangle in the plane, as complex numbers, counter-clockwise if it faces up, shape (m, 3)."""
-    opposite, b, c = lengths.T  # of corners 0, 1 and 2: corner 0 lies at 0, corner 1 on the real axis at c
+    """Return the corners of each triangle in the plane as complex numbers, shape (m, 3).
+
+    Triangles that face up are counter-clockwise, and the others are clockwise.
+    """
+    opposite, b, c = lengths.T  # corner 0 is at 0, corner 1 on the real axis at c
     x = (b**2 + c**2 - opposite**2) / (2.0 * c)
     y = np.sqrt(np.maximum(b**2 - x**2, 1e-6 * c**2))
     corners = np.stack([np.zeros_like(c) + 0j, c + 0j, x + 1j * y], axis=1)
@@ -173,21 +192,23 @@ def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """Return the plan after local and global steps until convergence; triangles have the weights `stress`, shape (m,).
+    """Return the positions in the plane at which all triangles keep their shapes as well as possible.
 
-    In complex numbers, the best turn of a triangle is the phase of a weighted sum over its corners (local step). The
-    best places of the vertices for given turns solve a linear system with a constant matrix (global step).
+    The local step finds the best rotation of each triangle: the phase of a weighted sum over its corners, which are
+    complex numbers. The global step finds the best positions of the vertices for these rotations. The positions solve
+    a linear system with a constant matrix. Both steps are repeated until convergence. Each triangle has a weight
+    `stress`, shape (m,).
     """
     count = len(plan)
     weights = _cotangents(templates) * stress[:, None]
-    ahead = np.roll(faces, -1, axis=1)  # of corner k the side opposite it, from its next to its last corner
+    ahead = np.roll(faces, -1, axis=1)  # start of the side opposite corner k; `behind` is the end
     behind = np.roll(faces, -2, axis=1)
     wished = np.roll(templates, -2, axis=1) - np.roll(templates, -1, axis=1)
     rows = np.concatenate([ahead.ravel(), behind.ravel(), ahead.ravel(), behind.ravel()])
     columns = np.concatenate([ahead.ravel(), behind.ravel(), behind.ravel(), ahead.ravel()])
     values = np.concatenate([weights.ravel(), weights.ravel(), -weights.ravel(), -weights.ravel()])
     stiffness = coo_array((values, (rows, columns)), shape=(count, count)).tocsc()
-    stiffness[[0], [0]] = stiffness[0, 0] + 1e-6 * float(weights.max())  # the plan may lie anywhere
+    stiffness[[0], [0]] = stiffness[0, 0] + 1e-6 * float(weights.max())  # otherwise singular
     solve = splu(stiffness)
     pull = (weights * wished).conj().ravel()
     owner = np.repeat(np.arange(len(faces)), 3)
@@ -211,7 +232,10 @@ def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: n
 
 
 def _in_one_piece(faces: np.ndarray, up: np.ndarray) -> bool:
-    """Whether front and back each hang together by edges, and touch themselves in no vertex."""
+    """Return whether the front is a single piece of cloth, and the back as well.
+
+    Triangles belong to one piece if they are connected by shared edges. A piece must not touch itself at a vertex.
+    """
     for side in (up, ~up):
         try:
             border_loops(faces[side])
@@ -225,8 +249,8 @@ def _in_one_piece(faces: np.ndarray, up: np.ndarray) -> bool:
 def _turned_right(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> np.ndarray:
     """Return the plan with the corners of inverted or thin triangles moved until they are correct.
 
-    A corner moves towards the middle of its neighbours. If front and back meet there, only neighbours along the fold
-    count.
+    A corner moves towards the middle of its neighbours. If the corner lies on the fold between front and back, only
+    neighbours along the fold count.
     """
     plan = plan.copy()
     topology = Topology(faces)
@@ -245,7 +269,7 @@ def _turned_right(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> np.nda
 
 
 def _neighbours(edges: np.ndarray, count: int) -> csr_array:
-    """The matrix that takes the mean over the neighbours of each of `count` vertices."""
+    """Return the matrix that computes the mean over the neighbours of each vertex, shape (count, count)."""
     both = np.concatenate([edges, edges[:, ::-1]])
     joined = coo_array((np.ones(len(both)), both.T), shape=(count, count)).tocsr()
     number = np.maximum(np.asarray(joined.sum(axis=1)).ravel(), 1.0)
@@ -253,13 +277,17 @@ def _neighbours(edges: np.ndarray, count: int) -> csr_array:
 
 
 def _narrow(plan: np.ndarray, faces: np.ndarray, up: np.ndarray, least: float) -> np.ndarray:
-    """Triangles with less area, in their own sense, than half this part of their longest side squared, shape (m,)."""
+    """Return whether each triangle is too narrow or faces the wrong way, shape (m,).
+
+    A triangle is too narrow if twice its area is at most `least` times the square of its longest side. The area of a
+    triangle that faces the wrong way counts as negative.
+    """
     area = np.where(up, 1.0, -1.0) * _signed(plan, faces)
     return np.asarray(area <= least * (side_lengths(plan[faces]) ** 2).max(axis=1))
 
 
 def _cotangents(templates: np.ndarray) -> np.ndarray:
-    """Return half the cotangent of each corner, shape (m, 3), at least `LEAST_WEIGHT`."""
+    """Return half the cotangent of the angle at each corner, but at least `LEAST_WEIGHT`, shape (m, 3)."""
     out = np.empty(templates.shape)
     for k in range(3):
         a, b = (templates[:, (k + j) % 3] - templates[:, k] for j in (1, 2))
@@ -269,6 +297,6 @@ def _cotangents(templates: np.ndarray) -> np.ndarray:
 
 
 def _signed(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Twice the area of each triangle, negative where it faces down, shape (m,)."""
+    """Return twice the area of each triangle, shape (m,); the area of a triangle that faces down is negative."""
     a, b, c = (plan[faces[:, k]] for k in range(3))
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

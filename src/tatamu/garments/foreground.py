@@ -1,7 +1,8 @@
-"""Regions of a picture that differ from a plain table: a garment, or several parts of it.
+"""Finds a garment in a photo, by its difference in colour from a plain table.
 
-The table's colour is modelled as a smooth surface over the photo, fitted to a frame along the photo's border, so uneven
-light does no harm. Pixels that differ from it by more than Otsu's threshold belong to a region.
+A smooth function of the position in the photo models the colour of the table, so uneven light does no harm. The
+function is fitted to a frame along the border of the photo. A pixel belongs to a region if it differs from the table's
+colour by more than Otsu's threshold. The largest region is the garment.
 """
 
 from __future__ import annotations
@@ -15,29 +16,30 @@ import shapely
 from tatamu.errors import InputError
 
 FRAME = 0.04
-"""Width of the border that shows only the table, on each side, as a fraction of the photo's width and height."""
+"""Width of the frame along the photo's border that shows only the table, as a fraction of the photo's width and
+height."""
 LIGHTNESS = 0.6
-"""Weight of lightness against colour: a shadow darkens, it does not tint."""
+"""Weight of lightness compared with colour. It is below 1 because a shadow changes lightness, but not colour."""
 FAINTEST = 6.0
 """Least difference of a garment from its table [CIELAB units]."""
 SMALLEST, LARGEST = 0.02, 0.9
-"""Smallest and largest fraction of the photo that a garment covers."""
+"""Smallest and largest fraction of the photo that a garment may cover."""
 EDGE = 4
-"""Distance from the photo's border within which a garment touches it [pixels]."""
+"""Distance from the photo's border below which a garment counts as touching the border [pixels]."""
 SIMILAR = 0.05
 """Least area of a region that may belong to the garment, as a fraction of the garment's area."""
 FACING = 1.1
-"""Points of two regions face each other if they are at most this many times as far apart as the nearest ones."""
+"""Largest distance between points of two regions that face each other, as a multiple of the regions' distance."""
 
 
 @dataclass(frozen=True)
 class Foreground:
-    """The garment on a picture."""
+    """The garment in a picture."""
 
     mask: np.ndarray
-    """Pixels of the garment, holes filled, shape (h, w)."""
+    """Whether each pixel shows the garment, with holes filled, shape (h, w)."""
     others: tuple[float, ...]
-    """Areas of other regions, as fractions of the garment's area, the largest first."""
+    """Areas of the other regions as fractions of the garment's area, from the largest to the smallest."""
 
 
 def stand_out(
@@ -47,13 +49,13 @@ def stand_out(
 
     Args:
         image: Red, green and blue from 0 to 1, shape (h, w, 3).
-        path: The file, for messages.
-        join: Whether other regions that differ from the table belong to the garment.
-        apart: Places on things that do not belong to it, such as a sheet of paper [pixels], shape (k, 2).
-        ignored: Pixels that show neither table nor garment, shape (h, w); None if there are none.
+        path: Path of the file, for messages.
+        join: Whether all regions that differ from the table belong to the garment.
+        apart: Positions on things that do not belong to the garment, such as a sheet of paper [pixels], shape (k, 2).
+        ignored: Mask of pixels to ignore because they show other things, shape (h, w); None to use all pixels.
 
     Raises:
-        InputError: If nothing stands out, or it touches the border.
+        InputError: If no region differs enough from the table, or the garment touches the border of the photo.
     """
     from scipy.ndimage import binary_closing, binary_fill_holes, binary_opening
     from skimage.filters import threshold_otsu
@@ -82,14 +84,14 @@ def stand_out(
 
 
 def _holds(region: np.ndarray, places: np.ndarray) -> bool:
-    """Whether one of the places [pixels] lies in a region."""
+    """Return whether at least one of the positions [pixels] lies in a region."""
     x, y = np.round(places).astype(int).reshape(-1, 2).T
     inside = (x >= 0) & (y >= 0) & (x < region.shape[1]) & (y < region.shape[0])
     return bool(region[y[inside], x[inside]].any())
 
 
 def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """Return the difference of each pixel from the table [CIELAB units], shape (h, w)."""
+    """Return the difference in colour between each pixel and the table [CIELAB units], shape (h, w)."""
     from scipy.ndimage import gaussian_filter
     from skimage.color import rgb2lab
 
@@ -101,7 +103,7 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
     known = terms[frame & usable]
     wanted = lab[frame & usable]
     weight = np.ones(len(known))
-    for _ in range(5):  # reweighted: a ruler or a shadow on the frame counts little
+    for _ in range(5):  # reweighted, so that a ruler or a shadow on the frame counts little
         root = np.sqrt(weight)[:, None]
         fit = np.linalg.lstsq(known * root, wanted * root, rcond=None)[0]
         off = np.linalg.norm(wanted - known @ fit, axis=1)
@@ -110,7 +112,10 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
 
 
 def _joined(regions: list[np.ndarray]) -> np.ndarray:
-    """Return several regions as one, joined by the hull of their borders that face each other."""
+    """Return several regions as one region.
+
+    The gap between two regions is filled with the convex hull of the border points that face each other.
+    """
     from scipy.ndimage import binary_fill_holes
 
     whole = regions[0]
@@ -123,7 +128,7 @@ def _joined(regions: list[np.ndarray]) -> np.ndarray:
 
 
 def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return the distance of two regions [pixels], and the points of both that face each other, shape (k, 2)."""
+    """Return the distance between two regions [pixels], and their border points that face each other, shape (k, 2)."""
     from scipy.spatial import cKDTree
 
     borders = [_border(one), _border(other)]
@@ -134,14 +139,14 @@ def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def _border(region: np.ndarray) -> np.ndarray:
-    """Pixels at the border of a region, x and y, shape (k, 2)."""
+    """Return the pixels at the border of a region as x and y, shape (k, 2)."""
     from scipy.ndimage import binary_erosion
 
     return np.argwhere(region & ~binary_erosion(region))[:, ::-1]
 
 
 def _drawn(points: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """The pixels in the convex hull of points, shape (h, w)."""
+    """Return the mask of the pixels in the convex hull of points, shape (h, w)."""
     from skimage.draw import polygon2mask
 
     hull = shapely.MultiPoint(points).convex_hull.buffer(0.5)

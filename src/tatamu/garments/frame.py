@@ -1,4 +1,7 @@
-"""Rotation from the axes of a file to those of a garment: x away from the hem, y to the left, z up from the table."""
+"""Rotations from the axes of a file to the axes of a garment.
+
+The x axis of a garment points away from the hem, y points to the left, and z points up from the table.
+"""
 
 from __future__ import annotations
 
@@ -10,21 +13,23 @@ Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 FLAT = 0.03
 """Largest thickness of a flat mesh, as a fraction of its width."""
 SQUARE = np.sin(np.radians(1.0))
-"""A grain line that lies this near to square across points neither up nor down."""
+"""Sine of the angle to the direction across the piece, below which a grain line counts as lying exactly across."""
 
 
 def direction(axis: str) -> np.ndarray:
-    """Unit vector of an axis of a file, shape (3,)."""
+    """Return the unit vector of an axis of a file, shape (3,)."""
     return (-1.0 if axis.startswith("-") else 1.0) * np.eye(3)["xyz".index(axis[-1])]
 
 
 def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
-    """Return the rotation of a file's x-y plane after which `up`, or the grain line, points along +x, shape (2, 2).
+    """Return the rotation of a file's x-y plane after which `up` points along +x, shape (2, 2).
+
+    If a grain line is given, the grain line points along +x instead.
 
     Args:
-        up: The file's direction away from the hem.
-        grain: Direction of the grain line in the file; of its two senses the one nearer to `up` is taken, and where
-            it lies square across, the one towards its second point.
+        up: Axis of the file that points away from the hem.
+        grain: Direction of the grain line in the file; None if there is no grain line. If this direction points away
+            from `up`, it is reversed. A grain line across the piece is not reversed.
     """
     ahead = direction(up)[:2]
     if grain is not None:
@@ -34,7 +39,7 @@ def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
 
 
 def turned(points: np.ndarray, up: str) -> np.ndarray:
-    """Return points (n, 3) of a file turned about z so that its direction `up`, x or y, becomes +x."""
+    """Rotate points of a file about z so that the direction `up`, along x or y, becomes +x, shape (n, 3)."""
     out = points.astype(float).copy()
     out[:, :2] = points[:, :2] @ plane_turn(up).T
     return out

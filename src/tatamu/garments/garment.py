@@ -1,4 +1,4 @@
-"""A garment: a flat mesh on the table, of one fabric, in one layer or two."""
+"""Defines a garment: a flat mesh on the table, of one fabric, with one or two layers."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ from tatamu.topology import facing_down
 
 @dataclass(frozen=True)
 class GarmentSource:
-    """The arguments of `make_garment` for a garment, by which it can be meshed again."""
+    """The arguments with which `make_garment` made a garment. They are stored so the garment can be meshed again."""
 
     name: str
-    """Name or file."""
+    """Name or file of the garment."""
     size: tuple[float, float] | None = None
-    """Width and length as given [m]; None for the garment's own."""
+    """Width and length given by the user [m]; None for the default size of the garment."""
     spacing: float | None = None
-    """Spacing as given [m]; None for the garment's own."""
+    """Edge length of the mesh given by the user [m]; None for the default."""
     scale: float | None = None
-    """Metres per unit of a file."""
+    """Length of one unit of the garment's file [m]; None if the user gave none."""
     material: str | None = None
-    """Name or file of the material; None if it was not named."""
+    """Name or file of the material; None if the user gave no name or file."""
 
 
 @dataclass(frozen=True)
 class Garment:
-    """A garment laid flat and centred at the origin: length along x, width along y, the left at y > 0.
+    """A garment that lies flat on the table, centred at the origin.
 
-    The hem, the end that a half fold moves, lies at x < 0. One layer lies at z = t/2, t being the thickness; of two
-    layers the back lies at t/2, the front at 3t/2, and the vertices of the seams, which belong to both, at t.
+    The length is along x and the width along y, with the left side at y > 0. The hem, which a half fold moves, is at
+    x < 0. With the thickness t, a single layer is at z = t/2. Of two layers, the back is at t/2 and the front at 3t/2.
+    The vertices of the seams are at t, because they belong to both layers.
     """
 
     name: str
@@ -43,30 +44,32 @@ class Garment:
     vertices: np.ndarray
     """Flat positions [m], shape (n, 3)."""
     faces: np.ndarray
-    """Triangles, shape (m, 3); normals of the front point up, those of the back down."""
+    """Triangles, shape (m, 3). The normals of the front point up, and the normals of the back point down."""
     material: Material
     seams: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
-    """Edges that hinge freely, shape (s, 2)."""
+    """Edges of the mesh without bending stiffness, such as seams, shape (s, 2)."""
     rest: np.ndarray | None = None
-    """The unstrained shape [m], shape (n, 3); None for `vertices`. Both panels of two layers are at z = 0."""
+    """Positions in the unstrained shape [m], shape (n, 3); None if this shape is `vertices`. With two layers, both are
+    at z = 0."""
     fibre: np.ndarray | None = None
-    """Direction of the warp in the unstrained shape, shape (m, 3) or (1, 3); None for x, along its length."""
+    """Direction of the warp, the lengthwise threads, in the unstrained shape, shape (m, 3) or (1, 3); None for x."""
     edges: dict[str, np.ndarray] = field(default_factory=dict)
-    """Named parts of the flat outline, each a path of vertices, in the upper of two layers."""
+    """Named parts of the flat outline, each as a path of vertices. With two layers, it is a path in the upper layer."""
     openings: tuple[str, ...] = ()
-    """Names of those `edges` at which two layers are not sewn together."""
+    """Names of the `edges` at which the layers are not sewn together."""
 
     own: bool = False
-    """Whether it came from a user's file; it then has the plans of its `kind`, or those of any garment."""
+    """Whether the garment came from a user's file. Its fold plans are then the plans of its `kind` or, without a kind,
+    the plans that suit any garment."""
     kind: str = ""
-    """The built-in garment whose plans a garment from a user's file has; empty if none."""
+    """Name of the built-in garment whose fold plans this garment uses; empty if the user's file names none."""
     reading: str = ""
-    """How the size of a file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
+    """Unit in which the file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()
-    """Changes that were made to a garment from a file, for its user to read."""
+    """Notes for the user on changes that were made to a garment from a file."""
 
     source: GarmentSource | None = None
-    """The arguments of `make_garment`; None if it was made in another way."""
+    """The arguments of `make_garment`; None if the garment was made in another way."""
 
     @property
     def spacing_given(self) -> bool:
@@ -80,17 +83,17 @@ class Garment:
 
     @property
     def statement(self) -> str:
-        """Name and size of the garment in one line, with the way in which its size was read."""
+        """Name and size of the garment in one line. For a garment from a file, the line states the file's unit."""
         width, length = self.size
         return f"{self.name}: {width:.2f} x {length:.2f} m{', ' if self.reading else ''}{self.reading}"
 
     def cloth(self) -> Cloth:
-        """The garment as the cloth of a scene."""
+        """Return the garment as the cloth of a simulation scene."""
         return Cloth(
             vertices=self.vertices, faces=self.faces, rest_vertices=self.rest, seams=self.seams, fibre=self.fibre
         )
 
     @property
     def unstrained(self) -> np.ndarray:
-        """The unstrained shape [m], shape (n, 3)."""
+        """Positions of the vertices in the unstrained shape [m], shape (n, 3)."""
         return self.vertices if self.rest is None else self.rest

@@ -1,4 +1,4 @@
-"""A garment of your own: a TOML file that names an outline or a mesh, or that outline or mesh alone."""
+"""Reads a garment from a user's file: an outline, a mesh, or a TOML file that names an outline or a mesh."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from tatamu.material import Material
 from tatamu.presets import load_preset
 
 SUFFIXES = (".toml", *READERS, *FORMATS)
-"""Endings of files that describe a garment."""
+"""File name endings of files that describe a garment."""
 FABRIC = "jersey"
-"""Default preset of its fabric."""
+"""Name of the material preset that is used if the file names no fabric."""
 
 
 def load_garment(
@@ -29,10 +29,10 @@ def load_garment(
     spacing: float | None = None,
     scale: float | None = None,
 ) -> Garment:
-    """Return the garment of a file; arguments override the fields of the file.
+    """Read the garment of a file; arguments override the fields of the file.
 
     Raises:
-        InputError: If a file cannot be read or does not describe a garment; the message has the reason.
+        InputError: If a file cannot be read or does not describe a garment. The message states the reason.
     """
     given, fabric = _read(path)
     material = material or fabric
@@ -50,10 +50,10 @@ def load_garment(
 
 
 def files_of(path: Path) -> list[Path]:
-    """The files that a garment is made from: this one, and the outline or mesh that it names.
+    """Return the files from which a garment is made: the given file and, if it is a TOML file, its outline or mesh.
 
     Raises:
-        InputError: If the file is no garment file.
+        InputError: If the file does not describe a garment.
     """
     given, _ = _read(path)
     source = path.parent / str(given.outline or given.mesh)
@@ -61,7 +61,10 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _read(path: Path) -> tuple[GarmentFile, Material]:
-    """Return the description in a TOML file, or one of a plain outline or mesh, and the fabric."""
+    """Return the description of a garment, and its fabric.
+
+    A TOML file has a description. For an outline or a mesh alone, a description with default values is made.
+    """
     kind = path.suffix.lower()
     if kind != ".toml":
         given = GarmentFile(name=path.stem, **{"outline" if kind in READERS else "mesh": path.name})

@@ -1,8 +1,9 @@
-"""Hem, sleeves and neck of a T-shirt, found from its outline alone.
+"""Finds the hem, the sleeves and the neck of a T-shirt from its outline alone.
 
-Under each sleeve the outline leaves its convex hull: this gap is a pocket. Its lower end is the corner of the hem, and
-its deepest point is the underarm. The neck is a pocket as well or, if it is straight, the level part of the top. The
-end of a sleeve is the side of the outline, between underarm and neck, that is farthest from the middle of both.
+A pocket is a gap between the outline and its convex hull. Under each sleeve there is a pocket. The lower end of this
+pocket is the corner of the hem, and its deepest point is the underarm. The neck is another pocket. If the neck is
+straight, it is the level part of the top instead. The end of a sleeve is a side of the outline between underarm and
+neck. Of all these sides, it is farthest from the midpoint between underarm and neck.
 """
 
 from __future__ import annotations
@@ -17,44 +18,46 @@ from tatamu.errors import InputError
 DEEP = 0.05
 """Least depth of the pocket under a sleeve, as a fraction of the outline's width."""
 CENTRAL = 0.25
-"""Largest distance of the middle of the neck from the middle, as a fraction of the width."""
+"""Largest distance between the middle of the neck and the middle of the outline, as a fraction of the width."""
 DIP = 0.01
-"""Least depth of a neckline that is a pocket, as a fraction of the outline's height; other necklines are level."""
+"""Least depth of a curved neckline, as a fraction of the outline's height. A neckline with less depth counts as
+straight."""
 LEVEL = np.tan(np.radians(12.0))
-"""Steeper sides belong to the shoulders."""
+"""Largest slope of a straight neckline; steeper parts of the outline are shoulders."""
 NARROWEST, WIDEST = 0.08, 0.6
 """Smallest and largest width of the neck, as fractions of the outline's width."""
 STRAIGHT = 0.02
-"""Largest bend of a side, as a fraction of the outline's width."""
+"""Largest distance between a side and the straight line through its ends, as a fraction of the outline's width."""
 ALIKE = 2.0
 """Largest ratio of the widths of two sleeves."""
 
 
 @dataclass(frozen=True)
 class _Pocket:
-    """A place where the outline leaves its convex hull."""
+    """A part of the outline inside its convex hull."""
 
     ends: np.ndarray
-    """Points of the outline where it begins and ends, the left one first, shape (2,)."""
+    """Numbers of the points of the outline where the pocket begins and ends, the left one first, shape (2,)."""
     middle: np.ndarray
-    """Middle of its ends, shape (2,)."""
+    """Midpoint between the ends of the pocket, shape (2,)."""
     depth: float
     deepest: int
-    """The point farthest from the line between its ends."""
+    """Number of the point that is farthest from the line between the ends of the pocket."""
 
 
 def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
-    """The open parts of a T-shirt's outline.
+    """Find the open parts of a T-shirt's outline.
 
     Args:
-        outline: Points of a closed curve without the closing point, x to the right, y down, the hem down, shape (k, 2).
+        outline: Points of a closed curve in a picture, x to the right and y down, shape (k, 2). The first point is not
+            repeated at the end, and the hem of the T-shirt is at the bottom.
 
     Returns:
-        Numbers of the points along each open part by name: hem, left_sleeve, right_sleeve, neck. The left is the
-        picture's.
+        Numbers of the points along each open part, by name: hem, left_sleeve, right_sleeve, neck.
+        The left sleeve is on the left of the picture.
 
     Raises:
-        InputError: If there is no pocket under either sleeve or none at the neck, or the sleeves are very different.
+        InputError: If a sleeve has no pocket under it, no neck is found, or the sleeves are very different.
     """
     points = outline
     low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
@@ -81,7 +84,7 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
-    """Return the ends of the neck, the left one first; none if no neck is found."""
+    """Return the numbers of the neck's two end points, the left one first; empty if no neck is found."""
     low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
     centre = low[0] + 0.5 * width
     top = [p for p in pockets if abs(p.middle[0] - centre) < CENTRAL * width and p.middle[1] - low[1] < height / 3.0]
@@ -95,7 +98,10 @@ def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
 
 
 def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
-    """Ends of the level stretch at the top of a curve around the line x = centre, shape (2,); none if it is steep."""
+    """Return both ends of the level part at the top of a curve around the line x = centre, shape (2,).
+
+    The result is empty if the top is steep there.
+    """
     after = np.roll(points, -1, axis=0)
     across = np.flatnonzero((points[:, 0] - centre) * (after[:, 0] - centre) <= 0.0)
     if not len(across):
@@ -114,7 +120,7 @@ def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
 
 
 def _pockets(points: np.ndarray) -> list[_Pocket]:
-    """Return the parts of a closed curve that leave its convex hull."""
+    """Return the pockets of a closed curve: its parts inside its convex hull."""
     hull = shapely.MultiPoint(points).convex_hull
     on_hull = np.flatnonzero(shapely.distance(hull.exterior, shapely.points(points)) < 1e-9 * float(np.ptp(points)))
     found = []
@@ -135,12 +141,15 @@ def _by_x(ends: np.ndarray, points: np.ndarray) -> tuple[int, int]:
 
 
 def _beside(pocket: _Pocket, side: float, low: np.ndarray, width: float) -> bool:
-    """Whether a pocket lies in the left (0) or right (1) third of the width."""
+    """Return whether a pocket lies in the left third (`side` 0) or the right third (`side` 1) of the width."""
     return bool(abs((pocket.middle[0] - low[0]) / width - side) < 1.0 / 3.0)
 
 
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
-    """The end of a sleeve: of all sides from underarm to neck, the one farthest from their middle, by its two ends."""
+    """Return the two ends of a sleeve's opening, as numbers of points.
+
+    The opening is one of the sides between underarm and neck: the one farthest from the midpoint of underarm and neck.
+    """
     way = _shorter_way(points, underarm, neck)
     tolerance = STRAIGHT * float(np.ptp(points[:, 0]))
     corners = shapely.get_coordinates(shapely.simplify(shapely.LineString(points[way]), tolerance))
@@ -151,7 +160,7 @@ def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]
 
 
 def _shorter_way(points: np.ndarray, start: int, end: int) -> np.ndarray:
-    """Return the numbers of the points from one to another, both included, along the shorter part of the curve."""
+    """Return the numbers of the points from `start` to `end`, both included, along the shorter part of the curve."""
     count = len(points)
     ways = [np.arange(start, end + 1 + (count if end < start else 0)) % count]
     ways.append((np.arange(end, start + 1 + (count if start < end else 0)) % count)[::-1])

@@ -1,4 +1,4 @@
-"""A garment that is not flat, laid flat by simulation: let go of over the table, on its back, until it lies."""
+"""Lays a garment flat by simulation: the garment falls on its back onto the table."""
 
 from __future__ import annotations
 
@@ -16,30 +16,32 @@ from tatamu.simulators import simulate
 
 SECONDS = 2.0
 DRAG = 2.0
-"""Air drag while it falls [N s/m^3], large enough that it sinks slowly."""
+"""Air drag during the fall [N s/m^3], which is so large that the garment sinks slowly."""
 FALL = 0.01
-"""Height above the table at which it starts [m]."""
+"""Height above the table at which the garment starts [m]."""
 LYING, HIGHEST = 0.02, 0.04
-"""Heights above which a garment does not lie flat, and above which it is a heap that cannot be folded [m]."""
+"""Two heights of a garment after its fall [m]. Above the first, a note says that the garment does not lie flat. Above
+the second, the garment is refused, because such a heap cannot be folded."""
 
 ADVICE = (
     "give up under [garment], the file's axis from hem to top, if it was turned wrongly, or its pattern: as the UV map "
     "of an OBJ, or as an outline (SVG, DXF) with openings"
 )
-"""Advice on a mesh that cannot be laid flat."""
+"""Advice to the user if a mesh cannot be laid flat."""
 
 
 def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """Return the garment after it was dropped on the table; its original shape stays the unstrained one.
+    """Drop a garment onto the table and return it. Its shape before the fall remains the unstrained shape.
 
     Args:
-        name: Its name.
-        points: Vertices in a garment's frame [m], shape (n, 3): x away from the hem, z up, so that it lies on its back.
+        name: Name of the garment.
+        points: Vertices in the garment's frame [m], shape (n, 3). The x axis points away from the hem, and z points up
+            out of the front.
         faces: Triangles, shape (m, 3).
-        material: The fabric.
+        material: Material of the cloth.
 
     Raises:
-        InputError: If the simulation of its fall fails, or it ends as a heap.
+        InputError: If the simulation of the fall fails, or the garment ends as a heap.
     """
     start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - FALL]
     falling = material.model_copy(update={"air_drag": max(DRAG, material.air_drag)})
@@ -76,7 +78,7 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
 
 
 def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the vertices around the garment seen from above, in the top layer, counter-clockwise, shape (k,)."""
+    """Return vertices of the top layer along the garment's outline from above, counter-clockwise, shape (k,)."""
     near = 0.35 * typical_edge(lying, faces)
     around = shapely.union_all(shapely.polygons(lying[faces][..., :2])).buffer(0)
     largest = max(shapely.get_parts(around), key=lambda part: float(part.area))
@@ -93,7 +95,10 @@ def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _edges(lying: np.ndarray, faces: np.ndarray) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """The four sides of the silhouette and the mesh's borders, and which of them are openings."""
+    """Return the named edges of a garment, and the names of those that are openings.
+
+    The edges are the four sides of the outline from above, and the borders of the mesh. The borders are the openings.
+    """
     around = _silhouette(lying, faces)
     sides = {name: around[part] for name, part in named_sides(lying[around, :2]).items()}
     openings = {f"opening {k + 1}": np.append(loop, loop[0]) for k, loop in enumerate(border_loops(faces))}

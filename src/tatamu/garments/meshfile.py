@@ -1,4 +1,4 @@
-"""Meshes of garments from files, and the reasons why a mesh is wrong."""
+"""Reads the meshes of garments from files, and finds faults in a mesh."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from tatamu.garments.plyfile import parse_ply
 from tatamu.topology import Topology, areas, longest_sides
 
 FARTHEST = 1e9
-"""Largest coordinate of a file, in any unit."""
+"""Largest allowed coordinate in a file, in the file's unit."""
 MOST_NODES = 10_000
-"""Largest number of nodes of a GLB file."""
+"""Largest allowed number of nodes of a GLB file."""
 SAME = 1e-5
-"""Largest distance of vertices at one place, as a fraction of the mesh's extent."""
+"""Largest distance between vertices that count as one vertex, as a fraction of the mesh's extent."""
 SLIVER = 1e-3
-"""Area below which a triangle is degenerate, as a fraction of its longest edge squared."""
+"""Area below which a triangle is degenerate, as a fraction of the square of its longest edge."""
 
 
 def read_mesh(path: Path) -> TriangleMesh:
-    """The mesh of a file, in the file's unit and axes.
+    """Read the mesh of a file, in the file's unit and axes.
 
     Raises:
-        InputError: If the file cannot be read, or holds no triangles.
+        InputError: If the file cannot be read, or contains no triangles or too many.
     """
     kind = path.suffix.lower()
     if kind not in READERS:
@@ -58,7 +58,7 @@ def _read_ply(path: Path) -> TriangleMesh:
 
 
 def _read_by_trimesh(path: Path) -> TriangleMesh:
-    """The mesh of an STL or GLB file."""
+    """Read the mesh of an STL or GLB file."""
     import trimesh
 
     kind = path.suffix.lower()
@@ -80,7 +80,7 @@ def _read_by_trimesh(path: Path) -> TriangleMesh:
 
 
 def _plain(data: bytes) -> bytes:
-    """Return an STL file, with question marks for bytes that are not ASCII if it is text."""
+    """Return the bytes of an STL file. In a text file, bytes that are not ASCII become question marks."""
     count = int.from_bytes(data[80:84], "little")
     if len(data) == 84 + 50 * count:
         return data
@@ -88,10 +88,10 @@ def _plain(data: bytes) -> bytes:
 
 
 def _check_glb(data: bytes) -> None:
-    """Refuse a GLB file that unpacks to more than a garment's mesh: its header may state any number of elements.
+    """Check that a GLB file does not unpack to too many elements, because its header may state any number.
 
     Raises:
-        InputError: If its accessors, or its meshes as often as its nodes show them, have too many.
+        InputError: If the accessors of the file have too many elements, or the nodes repeat its meshes too often.
     """
     header = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
     counts = [int(accessor["count"]) for accessor in header.get("accessors", ())]
@@ -106,12 +106,12 @@ def _check_glb(data: bytes) -> None:
 
 
 READERS = {".obj": read_obj, ".ply": _read_ply, ".stl": _read_by_trimesh, ".glb": _read_by_trimesh}
-"""The reader of each format."""
+"""Function that reads each mesh format, by the file name's ending."""
 FORMATS = tuple(READERS)
 
 
 def welded(mesh: TriangleMesh) -> TriangleMesh:
-    """Return the mesh with vertices at one place joined, without triangles that lose their area."""
+    """Join vertices at the same position. Triangles that then have no area are left out."""
     number = _places(mesh.vertices)
     first = np.unique(number, return_index=True)[1]
     faces = number[mesh.faces]
@@ -120,9 +120,10 @@ def welded(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def _places(vertices: np.ndarray) -> np.ndarray:
-    """Return a number for each vertex, equal for vertices at one place, shape (n,).
+    """Return a number for each vertex, shape (n,). Vertices at the same position have the same number.
 
-    Neighbours are joined whatever side of a rounding limit they lie on; rounding comes first only to make them few.
+    Positions are rounded first, which leaves fewer points to compare. Then points at a small distance are joined, even
+    if they were rounded to different positions.
     """
     near = max(SAME * float(np.ptp(vertices, axis=0).max()), 1e-12)
     _, first, cell = np.unique(np.round(vertices / near), axis=0, return_index=True, return_inverse=True)
@@ -132,7 +133,7 @@ def _places(vertices: np.ndarray) -> np.ndarray:
 
 
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
-    """Reasons why a mesh is no cloth, each in a few words; empty if it is one."""
+    """Return the faults of a mesh that cannot be used as cloth, each in a few words; empty if there are no faults."""
     topology, found = Topology(faces), []
     flat = areas(vertices, faces) < SLIVER * longest_sides(vertices, faces) ** 2
     if flat.any():
@@ -159,14 +160,14 @@ def _place(point: np.ndarray) -> str:
 
 
 def _turned(topology: Topology) -> int:
-    """Return inner edges with the same direction in both of their triangles."""
+    """Return the number of inner edges that have the same direction in both of their triangles."""
     sides = np.concatenate([topology.faces[:, [0, 1]], topology.faces[:, [1, 2]], topology.faces[:, [2, 0]]])
     _, passes = np.unique(sides, axis=0, return_counts=True)
     return int((passes == 2).sum())
 
 
 def pieces(faces: np.ndarray) -> np.ndarray:
-    """Return the piece to which each triangle belongs, the largest piece first, shape (m,)."""
+    """Return the number of the piece to which each triangle belongs, shape (m,). The largest piece has number 0."""
     rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
     count = int(faces.max()) + 1
     joined = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
@@ -178,7 +179,10 @@ def pieces(faces: np.ndarray) -> np.ndarray:
 
 
 def border_loops(faces: np.ndarray) -> list[np.ndarray]:
-    """Closed paths of vertices around a mesh whose triangles are counter-clockwise, in their direction, longest first.
+    """Return the borders of a mesh as closed paths of vertices, from the longest to the shortest.
+
+    Each path runs in the direction of its triangles' edges, so the outer border of counter-clockwise triangles is
+    counter-clockwise.
 
     Raises:
         InputError: If a vertex has more than two border edges.

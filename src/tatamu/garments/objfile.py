@@ -1,4 +1,4 @@
-"""Wavefront OBJ: vertices, triangles, their texture coordinates, and the names of the parts they belong to."""
+"""Reads Wavefront OBJ files: vertices, triangles, texture coordinates, and names of the mesh's parts."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from tatamu.files import MIB, read_bytes
 from tatamu.garments.polygons import triangulate
 
 LARGEST_MESH = 64 * MIB
-"""Largest size of a file of a mesh [bytes]."""
+"""Largest size of a mesh file [bytes]."""
 MOST_TRIANGLES = 200_000
-"""Largest number of triangles of a mesh; with a tenth of it, a simulation takes minutes."""
+"""Largest number of triangles of a mesh. With a tenth of this number, a simulation takes minutes already."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
-"""Largest number of vertices of a mesh, counted for each triangle separately as in STL."""
+"""Largest number of vertices of a mesh. It allows three vertices for each triangle, as in STL files."""
 LONGEST_LINE = 100_000
-"""No line of an OBJ file has more characters."""
+"""Largest number of characters in a line of an OBJ file."""
 
 
 @dataclass(frozen=True)
 class TriangleMesh:
-    """A mesh as a file has it."""
+    """A triangle mesh that was read from a file."""
 
     vertices: np.ndarray
     """Positions in the file's unit, shape (n, 3)."""
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
     uv: np.ndarray | None = None
-    """Texture coordinates of each triangle's corners, shape (m, 3, 2)."""
+    """Texture coordinates of each triangle's corners, shape (m, 3, 2); None if the file has no such coordinates."""
     parts: tuple[str, ...] = ()
-    """Name of the part of each triangle, m of them; empty where the file names none."""
+    """Name of the part to which each triangle belongs, m names; empty if the file names no parts."""
 
     def kept(self, faces: np.ndarray) -> TriangleMesh:
-        """The mesh of some of its triangles, chosen by a mask (m,)."""
+        """Return the mesh of the triangles that the mask `faces` selects, shape (m,)."""
         used, index = np.unique(self.faces[faces], return_inverse=True)
         return TriangleMesh(
             self.vertices[used],
@@ -46,12 +46,12 @@ class TriangleMesh:
 
 
 def read_obj(path: Path) -> TriangleMesh:
-    """The mesh of an OBJ file; faces with more corners are cut into triangles.
+    """Read the mesh of an OBJ file; faces with more than three corners are cut into triangles.
 
-    Comments and names may be in any encoding: only the numbers matter.
+    Comments and names may be in any encoding, because only the numbers matter.
 
     Raises:
-        InputError: If the file cannot be read, or a line of it is wrong.
+        InputError: If the file cannot be read, or one of its lines is wrong.
     """
     text = read_bytes(path, LARGEST_MESH).decode("utf-8", "replace")
     reader = _Reader()
@@ -68,7 +68,7 @@ def read_obj(path: Path) -> TriangleMesh:
 
 
 class _Reader:
-    """The part of an OBJ file read so far."""
+    """Reads an OBJ file line by line, and stores what has been read so far."""
 
     def __init__(self) -> None:
         self.vertices: list[list[float]] = []
@@ -102,7 +102,7 @@ class _Reader:
             self.parts.append(self.part)
 
     def mesh(self) -> TriangleMesh:
-        """The mesh that was read."""
+        """Return the mesh that was read."""
         vertices = np.array(self.vertices, dtype=float).reshape(-1, 3)
         corners = np.array(self.corners, dtype=np.int64).reshape(-1, 3)
         mapped = bool(len(corners)) and bool((corners >= 0).all())
@@ -112,7 +112,10 @@ class _Reader:
 
 
 def _index(word: str, count: int) -> int:
-    """Return the index of a vertex from 0, from a number that counts from 1, or backwards from -1."""
+    """Return the index of a vertex, which counts from 0, for the number `word` in an OBJ file.
+
+    Numbers in the file count from 1. Negative numbers count backwards from -1, which is the last vertex.
+    """
     number = int(word)
     place = number - 1 if number > 0 else count + number
     if not 0 <= place < count:

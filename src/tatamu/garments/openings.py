@@ -1,4 +1,4 @@
-"""The sides of a flat mesh, divided into seams and openings."""
+"""Divides the sides of a flat mesh into seams and openings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tatamu.garments.sides import SHORTEST
 
 @dataclass
 class _Part:
-    """A stretch of a side, from its `first` to its `last` point."""
+    """A sewn or open part of a side, from its `first` to its `last` point."""
 
     first: int
     last: int
@@ -22,20 +22,20 @@ class _Part:
 
     @property
     def points(self) -> slice:
-        """Numbers of the part's points in the side."""
+        """Slice of the side's points that belong to the part."""
         return slice(self.first, self.last + 1)
 
 
 def divided(
     sides: Mapping[str, np.ndarray], border: np.ndarray, plan: np.ndarray
 ) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """Return the sides divided into sewn and open parts, and the names of the open ones.
+    """Divide the sides into sewn and open parts. Return all parts by name, and the names of the open parts.
 
-    The longest sewn part of a side keeps its name; open parts are called "top opening" and so on.
+    The longest sewn part of a side keeps the name of the side. An open part is called, for example, "top opening".
 
     Args:
-        sides: Paths of vertices around the garment by name, one after the other.
-        border: Edges of one triangle only, shape (b, 2).
+        sides: Paths of vertices by name; each path begins at the end of the one before.
+        border: Edges that belong to a single triangle, shape (b, 2).
         plan: Positions of the vertices [m], shape (n, 2).
     """
     free = {tuple(pair) for pair in border.tolist()}
@@ -57,7 +57,10 @@ def _lengths(points: np.ndarray) -> np.ndarray:
 
 
 def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_Part]:
-    """Return runs of segments of one kind; runs below `shortest` [m] join their longer neighbour."""
+    """Return the sewn and the open parts of a side.
+
+    A part that is shorter than `shortest` [m] is joined with its longer neighbour.
+    """
     kind = is_open.copy()
     while True:
         bounds = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(kind)]
@@ -71,7 +74,7 @@ def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_P
 
 
 def _name(parts: list[_Part], side: str, taken: set[str]) -> None:
-    """Name the parts of a side: the longest sewn part, or the only part, gets the name of the side."""
+    """Name the parts of a side. The longest sewn part gets the name of the side; so does the only part of a side."""
     main = max(parts, key=lambda part: (not part.is_open, part.last - part.first))
     main.name = side
     for part in parts:

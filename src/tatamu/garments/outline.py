@@ -1,4 +1,4 @@
-"""The outline of a flat panel: named sides, one after the other around it."""
+"""Defines the outline of a flat panel of cloth, which consists of named sides."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ import numpy as np
 from shapely import Polygon
 
 CORNER = np.radians(30.0)
-"""Least turn of an outline at a corner, which the mesh keeps."""
+"""Least change of an outline's direction at a corner [rad]; the mesh keeps all corners."""
 FEWEST = 4
-"""Least number of points of a closed curve."""
+"""Least number of segments of a closed curve."""
 
 
 @dataclass(frozen=True)
 class Outline:
-    """A closed curve, counter-clockwise, in named sides; each begins where the one before it ends."""
+    """A closed counter-clockwise curve of named sides. Each side begins at the end of the side before."""
 
     sides: Mapping[str, np.ndarray]
-    """Points of each side [m], shape (k, 2); both ends included."""
+    """Points of each side [m], shape (k, 2), including both ends."""
     lines: Mapping[str, np.ndarray] = field(default_factory=dict)
-    """Curves through the inside that a mesh must follow, such as a lower neckline; ends on the outline."""
+    """Curves inside the outline that a mesh must follow, such as a lower neckline. Both ends are on the outline."""
     holes: tuple[np.ndarray, ...] = ()
-    """Closed curves around holes [m], shape (k, 2), first point = last point."""
+    """Closed curves around holes [m], shape (k, 2). The last point repeats the first."""
 
     @property
     def points(self) -> np.ndarray:
-        """The whole curve [m], shape (k, 2), without the closing point."""
+        """Points of the whole curve [m], shape (k, 2); the first point is not repeated at the end."""
         return np.concatenate([side[:-1] for side in self.sides.values()])
 
     @property
     def polygon(self) -> Polygon:
-        """The region inside."""
+        """Region inside the outline, without the holes."""
         return Polygon(self.points, [hole[:-1] for hole in self.holes])
 
     @property
@@ -43,9 +43,9 @@ class Outline:
         return float(width), float(length)
 
     def without_marks(self, spacing: float) -> tuple[Outline, tuple[str, ...]]:
-        """Leave out holes that are narrower than the spacing [m] of a mesh, with a note on them.
+        """Return the outline without holes that are narrower than the mesh spacing [m], and a note on them.
 
-        They are buttons, drill holes and letters rather than holes, and a mesh could not follow them.
+        Such small curves are usually buttons, drill holes or letters, and a mesh could not follow them.
         """
         rings = [Polygon(hole) for hole in self.holes]
         wide = [4.0 * ring.area >= spacing * ring.length for ring in rings]
@@ -57,7 +57,10 @@ class Outline:
         return replace(self, holes=holes), (note,)
 
     def fitted(self, size: tuple[float, float] | None) -> Outline:
-        """Return the outline scaled to width (y) and length (x) [m], and centred; None to centre it only."""
+        """Return the outline centred at the origin and scaled to a width (y) and length (x) [m].
+
+        If `size` is None, the outline is only centred.
+        """
         low = self.points.min(axis=0)
         high = self.points.max(axis=0)
         scale = np.ones(2) if size is None else np.array(size[::-1]) / (high - low)
@@ -80,9 +83,10 @@ def counted(rings: Sequence[Polygon], what: str) -> str:
 
 
 def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the sides of an outline symmetric about y = 0 from those of its right half (y < 0), counter-clockwise.
+    """Return all sides of an outline that is symmetric about y = 0, from the sides of its right half (y < 0).
 
-    Sides named "right_.." get a "left_.." twin; the others end on y = 0 and are joined with their image.
+    The sides are counter-clockwise. A side whose name begins with "right_" gets a mirror image whose name begins with
+    "left_". Every other side ends on y = 0 and is joined with its mirror image.
     """
     twins = {
         name.replace("right_", "left_"): side[::-1] * [1, -1]
@@ -101,7 +105,10 @@ def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
 
 
 def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
-    """Points about `spacing` apart along a polyline (k, 2), its ends and corners kept, shape (n, 2)."""
+    """Return points at distances of about `spacing` along a polyline of shape (k, 2), shape (n, 2).
+
+    The ends and the corners of the polyline are kept.
+    """
     steps = np.diff(path, axis=0)
     turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(steps[:, 1], steps[:, 0])))))
     knots = [0, *(np.flatnonzero(turn > CORNER) + 1), len(path) - 1]

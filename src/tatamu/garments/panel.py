@@ -1,8 +1,9 @@
-"""The mesh of a flat panel: near-equilateral triangles, rows along y, points of their own along the outline.
+"""Meshes a flat panel of cloth with nearly equilateral triangles.
 
-Inside the outline lies the staggered lattice on which cloth bends best (docs/theory/bending.md), with a row on x = 0.
-Lattice points too near the outline are dropped. Lattice points next to it are moved to the middle of their neighbours.
-Then all points are joined by Delaunay triangulation.
+Points are placed along the outline. Inside the outline, points form a staggered lattice with rows along y, one of them
+at x = 0. Bending is most accurate on this lattice (docs/theory/bending.md). Lattice points too near the outline are
+dropped. Lattice points next to the outline are moved to the middle of their neighbours. Then all points are joined by
+Delaunay triangulation.
 """
 
 from __future__ import annotations
@@ -21,39 +22,42 @@ from tatamu.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.topology import Topology, edge_lengths
 
 DROPPED = (0.56, 0.62, 0.68, 0.74)
-"""Least distances of lattice points from the outline [spacings]; all are tried, and the best mesh is kept."""
+"""Least distances of lattice points from the outline [spacings]. A mesh is made with each of these distances, and the
+best mesh is kept."""
 NEAREST = 0.52
-"""No point comes nearer to the outline [spacings]; from half a spacing on, Delaunay keeps the outline's edges."""
+"""Least distance between an inner point and the outline [spacings]. It is more than half a spacing, because Delaunay
+triangulation then keeps the edges of the outline."""
 RELAXED = 1.7
-"""Points up to this far from the outline are moved [spacings]."""
+"""Distance from the outline within which lattice points are moved [spacings]."""
 PASSES = 12
 SHARPEST = np.radians(20.0)
-"""Least angle after the flip of a chord."""
+"""Least angle of a triangle after an edge is flipped [rad]."""
 SHORTEST = 0.15
-"""Length of the shortest edge that is accepted [spacings]."""
+"""Least allowed length of an edge [spacings]."""
 CLEAR = 0.01
-"""Distance of parts of the outline below which it is refused at once [spacings], because edges would be too short."""
+"""Least distance between parts of the outline [spacings]. With a smaller distance, edges would be too short, so the
+outline is refused at once."""
 SPLITS = 4
-"""Largest number of times that edges of the outline missed by Delaunay are halved."""
+"""Largest number of times that edges of the outline are halved because the triangulation lacks them."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A triangle mesh in the plane; vertices in rows of rising x."""
+    """A triangle mesh in the plane, with the vertices in rows of rising x."""
 
     points: np.ndarray
     """Positions [m], shape (n, 2)."""
     faces: np.ndarray
     """Counter-clockwise triangles, shape (m, 3)."""
     paths: dict[str, np.ndarray]
-    """Vertices along each side, line and hole of the outline, in order."""
+    """Numbers of the vertices along each side, line and hole of the outline, in order."""
 
 
 def panel(outline: Outline, spacing: float) -> Panel:
-    """Mesh the inside of an outline with triangles of side `spacing` [m].
+    """Mesh the inside of an outline with triangles whose sides are about `spacing` [m] long.
 
     Raises:
-        InputError: If parts of the outline are too near to each other for the spacing.
+        InputError: If two parts of the outline are too near to each other for this spacing.
     """
     curves = _sampled(outline, spacing)
     _check_possible(curves, spacing)
@@ -68,10 +72,10 @@ def panel(outline: Outline, spacing: float) -> Panel:
 
 
 def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
-    """Refuse an outline that cannot be meshed, before many attempts are made.
+    """Refuse an outline that cannot be meshed, before attempts to mesh it take time.
 
     Raises:
-        InputError: If it has too many corners, or parts of it nearly touch.
+        InputError: If the outline has too many points, or parts of the outline nearly touch.
     """
     count = sum(len(curve) for curve in curves.values())
     if count > MOST_VERTICES // 2:
@@ -92,13 +96,17 @@ def _too_near(place: np.ndarray, spacing: float) -> InputError:
 
 
 def _quality(mesh: Panel, spacing: float) -> float:
-    """Return the smallest angle over 30 degrees or 1.7 spacings over the longest edge, whichever is less; 1 is good."""
+    """Return the quality of a mesh; 1 is good.
+
+    The quality is the lesser of two ratios: the smallest angle divided by 30 degrees, and 1.7 spacings divided by the
+    longest edge.
+    """
     longest = float(edge_lengths(mesh.points, Topology(mesh.faces).edges).max())
     return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)
 
 
 def angles(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Angle at each corner of each triangle [rad], shape (m, 3), of points (n, 2) or (n, 3)."""
+    """Return the angle at each corner of each triangle [rad], shape (m, 3); `points` has shape (n, 2) or (n, 3)."""
     out = np.empty(faces.shape)
     for k in range(3):
         a, b = (points[faces[:, (k + j) % 3]] - points[faces[:, k]] for j in (1, 2))
@@ -113,7 +121,7 @@ def _sampled(outline: Outline, spacing: float) -> dict[str, np.ndarray]:
 
 
 def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dropped: float) -> Panel:
-    """Return the mesh with the lattice points that are farther than `dropped` spacings from all curves."""
+    """Return the mesh. Lattice points nearer than `dropped` spacings to one of the curves are left out."""
     fixed, paths = _welded(curves, 1e-3 * spacing)
     border = shapely.MultiLineString([fixed[path] for path in paths.values()])
     region = shapely.Polygon(
@@ -133,7 +141,7 @@ def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dro
 
 
 def _welded(curves: dict[str, np.ndarray], near: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return all points of the curves without repetition, and each curve as their numbers."""
+    """Return all distinct points of the curves, and each curve as numbers of these points."""
     everything = np.concatenate(list(curves.values()))
     _, first, number = np.unique(np.round(everything / near), axis=0, return_index=True, return_inverse=True)
     ends = np.cumsum([len(curve) for curve in curves.values()])[:-1]
@@ -141,7 +149,10 @@ def _welded(curves: dict[str, np.ndarray], near: float) -> tuple[np.ndarray, dic
 
 
 def _lattice(around: np.ndarray, spacing: float) -> np.ndarray:
-    """The staggered lattice over the rectangle around points; symmetric in y, a row on x = 0."""
+    """Return the points of a staggered lattice that covers the points `around`, shape (n, 2).
+
+    The lattice is symmetric in y and has a row at x = 0.
+    """
     low = np.floor(around.min(axis=0) / spacing / [ROW, 1]).astype(int) - 1
     high = np.ceil(around.max(axis=0) / spacing / [ROW, 1]).astype(int) + 1
     r, c = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1), indexing="ij")
@@ -153,7 +164,7 @@ def _row_order(points: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def _triangles(points: np.ndarray, region: shapely.Polygon) -> np.ndarray:
-    """Counter-clockwise Delaunay triangles inside the region."""
+    """Return the counter-clockwise Delaunay triangles inside the region, shape (m, 3)."""
     faces = delaunay(points)
     longest = np.max([((points[faces[:, k]] - points[faces[:, k - 1]]) ** 2).sum(axis=1) for k in range(3)], axis=0)
     solid = twice_areas(points, faces) > SLIVER * longest
@@ -167,7 +178,7 @@ def _relaxed(
     border: shapely.MultiLineString,
     spacing: float,
 ) -> np.ndarray:
-    """Return all points, with those next to the border moved to the middle of their neighbours."""
+    """Return all points, after inner points next to the border have moved to the middle of their neighbours."""
     points = np.concatenate([fixed, inner])
     loose = len(fixed) + np.flatnonzero(shapely.distance(shapely.points(inner), border) < RELAXED * spacing)
     for _ in range(PASSES if len(loose) else 0):
@@ -183,14 +194,14 @@ def _relaxed(
 
 
 def _missing(mesh: Panel) -> list[tuple[int, int]]:
-    """Edges of the outline that the mesh lacks."""
+    """Return the edges of the outline that the mesh lacks."""
     edges = {tuple(edge) for edge in Topology(mesh.faces).edges.tolist()}
     wanted = {tuple(sorted(pair)) for path in mesh.paths.values() for pair in pairwise(path.tolist())}
     return sorted(wanted - edges)
 
 
 def _shorter(mesh: Panel, least: float) -> list[tuple[int, int]]:
-    """Return edges shorter than `least`, which would need short time steps."""
+    """Return the edges that are shorter than `least`. Such edges would need short time steps in a simulation."""
     edges = Topology(mesh.faces).edges
     return [(int(a), int(b)) for a, b in edges[edge_lengths(mesh.points, edges) < least]]
 
@@ -202,10 +213,10 @@ def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) 
 
 
 def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
-    """Return the mesh without inner edges between two `sewn` vertices, which two sewn layers would share.
+    """Return the mesh without inner edges between two `sewn` vertices.
 
-    In a corner the edge is flipped to join the corner with the inside. If that gives no better triangles, the edge gets
-    a vertex in its middle.
+    If two layers are sewn together at these vertices, both layers would share such an edge. The edge is flipped, so it
+    joins two other vertices. If the triangles are then too sharp, the edge gets a vertex in its middle instead.
     """
     points = mesh.points
     faces = mesh.faces.copy()
@@ -222,6 +233,9 @@ def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
 
 
 def _chords(faces: np.ndarray, sewn: np.ndarray) -> np.ndarray:
-    """Inner edges (a, b) between sewn vertices, and the vertices left and right of them, shape (k, 4)."""
+    """Return inner edges between two sewn vertices, as rows of four vertices (a, b, c, d), shape (k, 4).
+
+    The edge joins a and b. The vertices c and d are to its left and right.
+    """
     a, b, c, d = Topology(faces).hinges.T
     return np.column_stack([a, b, c, d])[np.isin(a, sewn) & np.isin(b, sewn)]

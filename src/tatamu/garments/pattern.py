@@ -1,4 +1,4 @@
-"""A garment from an outline: a drawing, or a piece of a pattern."""
+"""Makes a garment from an outline, which is a drawing or a piece of a sewing pattern."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from tatamu.garments.units import check_size_of_file, doubts
 from tatamu.material import Material
 
 READERS = {".svg": read_svg, ".dxf": read_dxf}
-"""The reader of a drawing, by the ending of its name."""
+"""Function that reads each drawing format, by the file name's ending."""
 ONE_LAYER = "one layer, as no opening is named: give openings under [garment] for a front and a back, or layers = 1"
-"""A note on a closed outline for which no openings were given."""
+"""Note to the user on a closed outline for which no openings were given."""
 
 
 def from_outline(given: GarmentFile, source: Path, material: Material) -> Garment:
-    """The garment of an SVG or DXF file.
+    """Make the garment of an SVG or DXF file.
 
     Raises:
-        InputError: If the file cannot be read, or no garment can be cut out of it.
+        InputError: If the file cannot be read, or its curves do not give a garment.
     """
     reader = READERS.get(source.suffix.lower())
     if reader is None:
@@ -40,7 +40,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     unit = drawing.unit.scaled(given.scale)
     piece = chosen(drawing, given.piece, unit.metres, source)
     openings = given.openings
-    if isinstance(openings, dict) and source.suffix.lower() == ".svg":  # whose y points down; curves have it up
+    if isinstance(openings, dict) and source.suffix.lower() == ".svg":  # y points down in SVG files, but up in curves
         openings = {name: [(x, -y) for x, y in curve] for name, curve in openings.items()}
     turn = plane_turn(given.up or "y", piece.grain if given.grain else None)
     try:
@@ -57,7 +57,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     else:
         garment = one_layer(given.name, outline, material, given.spacing)
         notes += [ONE_LAYER] if given.layers is None else []
-    if piece.grain is not None and not given.grain:  # the piece stays as drawn, the warp does not
+    if piece.grain is not None and not given.grain:  # the piece is not turned, but the warp follows the grain line
         garment = replace(garment, fibre=np.array([[*(turn @ piece.grain), 0.0]]))
     notes += _hole_note(garment)
     return replace(garment, reading=unit.reading(given.size), notes=(*notes, *garment.notes))
@@ -73,7 +73,7 @@ def _hole_note(garment: Garment) -> list[str]:
 
 
 def _turn_note(turn: np.ndarray, up: str) -> list[str]:
-    """The note on a piece that was turned by its grain line."""
+    """Return the note on a piece that was turned so that its grain line runs along the garment."""
     ahead = turn @ direction(up)[:2]
     degrees = round(float(np.degrees(np.arctan2(ahead[1], ahead[0]))), 1)
     if abs(degrees) < 0.1:

@@ -1,6 +1,7 @@
-"""The outline of a garment on a photo, by its difference from the table or by the picture's alpha channel.
+"""Finds the outline of a garment in a photo.
 
-An alpha channel is an exact mask, as programs that cut a garment out of its background write it.
+A picture with an alpha channel has an exact mask: programs that cut a garment out of its background write such a mask.
+In other photos, the garment is found by its difference in colour from the table.
 """
 
 from __future__ import annotations
@@ -23,37 +24,41 @@ LARGEST_PICTURE = 256 * MIB
 MOST_PIXELS = 100_000_000
 """Largest number of pixels of a picture."""
 FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
-"""Formats of pictures that are read."""
+"""Picture formats that can be read."""
 LONGEST = 1400
-"""Photos are reduced to this many pixels at most, for speed."""
+"""Largest number of pixels along the longer side of a photo after it is reduced for speed."""
 MASKED = 0.97
-"""Part of a picture above which an alpha channel does not cut out a garment, for example if it rounds corners."""
+"""Fraction of a picture. If the alpha channel keeps more, it does not cut out a garment; it may only round the
+picture's corners."""
 SIMPLER = 0.004
-"""The outline may be simplified by this part of the garment's larger extent."""
+"""Largest distance by which simplification may move the outline, as a fraction of the garment's larger extent."""
 
 
 @dataclass(frozen=True)
 class Photo:
-    """A photo and the outline found on it."""
+    """A photo and the outline of the garment in it."""
 
     pixels: np.ndarray
     """8-bit RGB, shape (h, w, 3)."""
     outline: np.ndarray
-    """Closed curve, without the closing point [pixels], x to the right, y down, shape (k, 2)."""
+    """Points of the closed outline [pixels], x to the right and y down, shape (k, 2). The first point is not repeated
+    at the end."""
     notes: tuple[str, ...] = ()
-    """The choices that were made, for the user to check."""
+    """Notes on choices that the user should check."""
 
 
 def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None) -> Photo:
-    """Read a photo and find the garment on it.
+    """Read a photo and find the garment in it.
 
     Args:
-        path: The file.
-        join: Whether all regions that differ from the table belong to the garment, for one in several colours.
-        apart: Places on other things, such as a sheet of paper [pixels], shape (k, 2); None if there are none.
+        path: Path of the photo.
+        join: Whether all regions that differ from the table belong to the garment, as with a garment of several
+            colours.
+        apart: Positions on other things, such as a sheet of paper [pixels], shape (k, 2); None if the photo shows no
+            other things.
 
     Raises:
-        InputError: If scikit-image is missing, the file is not a picture, or no garment stands out from a plain table.
+        InputError: If scikit-image is missing, the file is not a picture, or no garment differs from a plain table.
     """
     if find_spec("skimage") is None:
         raise InputError("photos need the package scikit-image, which is not installed: pip install 'tatamu[photo]'")
@@ -83,14 +88,14 @@ def _others_note(others: tuple[float, ...]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Picture:
-    """The contents of a picture's file, upright."""
+    """The contents of a picture file, turned upright."""
 
     pixels: np.ndarray
     """8-bit RGB, shape (h, w, 3)."""
     alpha: np.ndarray | None
-    """Alpha channel, shape (h, w); None if it cuts nothing out."""
+    """Alpha channel, shape (h, w); None if the picture has none or it cuts nothing out."""
     film: float | None
-    """Focal length that the camera states, as on 35 mm film [mm]; None if it states none."""
+    """Focal length for 35 mm film that the camera wrote into the file [mm]; None if the file states none."""
 
 
 def read_picture(path: Path) -> Picture:
@@ -116,7 +121,7 @@ def read_picture(path: Path) -> Picture:
             film = _film(file)
             image = ImageOps.exif_transpose(file)
             alpha = np.asarray(image.convert("RGBA"))[..., 3] if image.has_transparency_data else None
-            if image.mode.startswith("I"):  # 16 bits of grey, which `convert` would cut off at 255
+            if image.mode.startswith("I"):  # 16-bit grey, which `convert` would cut off at 255
                 image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
             pixels = np.asarray(image.convert("RGB"))
     cuts_out = alpha is not None and (alpha > 127).mean() < MASKED
@@ -124,7 +129,7 @@ def read_picture(path: Path) -> Picture:
 
 
 def _film(image: Any) -> float | None:
-    """Return the focal length on 35 mm film [mm] that a picture states; None if there is no plausible one."""
+    """Return the focal length for 35 mm film that a picture states [mm]; None if no plausible value is stated."""
     from PIL import ExifTags
 
     stated = image.getexif().get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
@@ -132,12 +137,15 @@ def _film(image: Any) -> float | None:
 
 
 def reduction(pixels: np.ndarray) -> int:
-    """Return the width of the blocks of pixels to which a picture is reduced before the search for a garment."""
+    """Return the width of pixel blocks by which a picture is reduced before the search for a garment [pixels]."""
     return max(1, int(np.ceil(max(pixels.shape[:2]) / LONGEST)))
 
 
 def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the coverage of each pixel by the largest region of an alpha channel, holes filled, and a note."""
+    """Return how much the largest region of an alpha channel covers each pixel, and notes.
+
+    The coverage is from 0 to 1, and holes are filled.
+    """
     from scipy.ndimage import binary_fill_holes
     from skimage.measure import label
 
@@ -153,7 +161,7 @@ def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
 
 
 def blocks(pixels: np.ndarray, size: int) -> np.ndarray:
-    """Means of blocks of size x size pixels, 0 to 1, shape (h, w, channels)."""
+    """Return the mean of each block of `size` x `size` pixels, from 0 to 1, shape (h, w, channels)."""
     height, width = (side // size for side in pixels.shape[:2])
     blocks = pixels[: height * size, : width * size].reshape(height, size, width, size, -1)
     return blocks.mean(axis=(1, 3)) / 255.0
@@ -167,7 +175,7 @@ def softened(mask: np.ndarray) -> np.ndarray:
 
 
 def contour(share: np.ndarray) -> np.ndarray:
-    """Return the border of a region between the pixels, x and y, shape (k, 2)."""
+    """Return the border of a region as x and y [pixels], with less than a pixel's error, shape (k, 2)."""
     from skimage.measure import find_contours
 
     longest = max(find_contours(np.pad(share, 1), 0.5), key=len)
@@ -175,15 +183,15 @@ def contour(share: np.ndarray) -> np.ndarray:
 
 
 def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
-    """The matrix from pixels to metres, shape (3, 3), that makes four corners a rectangle.
+    """Return the matrix from pixels to metres that maps four corners to the corners of a rectangle, shape (3, 3).
 
     Args:
-        corners: Top left, top right, bottom right, bottom left [pixels], shape (4, 2).
+        corners: Corners in the order top left, top right, bottom right, bottom left [pixels], shape (4, 2).
         width: Width of the rectangle [m].
         height: Height of the rectangle [m].
 
     Raises:
-        InputError: If the corners come in another order, or lie on a line.
+        InputError: If the corners are in another order or lie on a line.
     """
     wanted = np.array([[0, 0], [width, 0], [width, height], [0, height]])
     rows = []
@@ -201,10 +209,10 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
 
 
 def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Return an outline [pixels] as places on the table [m], shape (k, 2).
+    """Convert an outline from pixels to positions on the table [m], shape (k, 2).
 
     Raises:
-        InputError: If a part of it lies beyond the horizon of the table.
+        InputError: If a part of the outline lies behind the horizon of the table.
     """
     moved = np.column_stack([outline, np.ones(len(outline))]) @ matrix.T
     if not (moved[:, 2] > 1e-9 * np.abs(moved).max()).all():
@@ -213,11 +221,11 @@ def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 def outline_svg(outline: np.ndarray, openings: Mapping[str, np.ndarray] | None = None) -> str:
-    """An SVG file in millimetres of an outline [m], x to the right, y down, shape (k, 2).
+    """Return the text of an SVG file in millimetres that shows an outline and its openings.
 
     Args:
-        outline: The closed curve.
-        openings: Numbers of its points along each opening, by name; None if none are known.
+        outline: Points of the closed outline [m], x to the right and y down, shape (k, 2).
+        openings: Numbers of the outline's points along each opening, by name; None if no openings are known.
     """
     points = 1e3 * (outline - outline.min(axis=0))
     lines = "".join(

@@ -1,4 +1,4 @@
-"""The pieces of a drawing: found among its curves, and one of them chosen by name."""
+"""Finds the pieces of a drawing among its curves, and chooses a piece by its name."""
 
 from __future__ import annotations
 
@@ -12,20 +12,23 @@ from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
 from tatamu.garments.unpacking import MOST_CURVES
 
 INSIDE = 0.5
-"""Share of its area inside another closed curve above which a curve belongs to the same piece."""
+"""Fraction of a closed curve's area. If more of the area lies inside another closed curve, both curves belong to one
+piece."""
 MOST_OVERLAPS = 100_000
-"""Largest number of pairs of closed curves that overlap; each pair is intersected."""
+"""Largest number of pairs of closed curves that overlap. It is limited because each pair takes time."""
 MARK = 1e-3
-"""Largest area of a mark, such as a notch, across the border of a closed curve, as a fraction of that curve's area."""
+"""Largest area of a mark, such as a notch, as a fraction of the piece's area. A mark is a small closed curve that
+crosses the border of a piece."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
-    """Return the pieces, largest first: every closed curve outside all others, with the curves inside and next to it.
+    """Group curves into pieces, and return the pieces from the largest to the smallest.
 
-    A drawing without closed curves is one piece.
+    Every closed curve that lies in no other closed curve makes a piece. Curves inside this curve and next to it belong
+    to the piece. A drawing without closed curves is one piece.
 
     Raises:
-        InputError: If it has too many curves.
+        InputError: If there are too many curves.
     """
     closed = [curve for curve in curves if curve.closed]
     if len(closed) > MOST_CURVES:
@@ -47,7 +50,10 @@ def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
 
 
 def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
-    """Group regions, largest first: each outermost region with those inside it."""
+    """Group regions, which are given from the largest to the smallest.
+
+    Each group is an outermost region and all regions inside it, as numbers of regions.
+    """
     tree = shapely.STRtree(regions)
     groups: dict[int, list[int]] = {}
     overlaps = 0
@@ -62,14 +68,14 @@ def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
 
 
 def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
-    """Whether most of a region lies in another one, or it is a mark across its border."""
+    """Return whether most of `region` lies inside `outer`, or `region` is a small mark that touches `outer`."""
     if not shapely.intersects(outer, region):
         return False
     return bool(region.area < MARK * outer.area or outer.intersection(region).area > INSIDE * region.area)
 
 
 def _region(loop: DrawnCurve) -> shapely.Geometry:
-    """Return the inside of a curve, or the convex hull of one that crosses itself."""
+    """Return the region inside a curve. If the curve crosses itself, the result is the region's convex hull."""
     region = shapely.Polygon(loop.points)
     if region.is_valid:
         shapely.prepare(region)
@@ -78,7 +84,7 @@ def _region(loop: DrawnCurve) -> shapely.Geometry:
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Return the names, with a number appended to repeated ones."""
+    """Return the names, with a number appended to each repeated name."""
     return [
         name if name not in names[:number] else f"{name} {names[:number].count(name) + 1}"
         for number, name in enumerate(names)
@@ -86,16 +92,17 @@ def distinct(names: Sequence[str]) -> list[str]:
 
 
 def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> Piece:
-    """Return the piece of that name, or the only one without a name.
+    """Return the piece with a given name, or the only piece of the drawing.
 
     Args:
-        drawing: The pieces.
-        name: Capitals do not matter.
-        scale: Metres per unit, for the sizes in messages.
-        path: The file, for messages.
+        drawing: The drawing with its pieces.
+        name: Name of the piece, in upper or lower case; None for the only piece.
+        scale: Length of one unit of the drawing [m], for the sizes in messages.
+        path: Path of the file, for messages.
 
     Raises:
-        InputError: If there is no curve or no such piece, or no name is given for one of several.
+        InputError: If the drawing has no curve, no piece has this name, or no name is given and the drawing has
+            several pieces.
     """
     if not drawing.pieces:
         raise InputError(where(path, "has no curve"))

@@ -1,6 +1,8 @@
-"""Polygon File Format (PLY): vertices and faces, as text or binary, faces of any number of corners.
+"""Reads files in the Polygon File Format (PLY), which are text or binary.
 
-A file is a header, which lists elements with their number and their properties, and the elements one after the other.
+A file contains a table of vertices and a table of faces, which may have any number of corners. The format calls each
+table an element. The header of a file lists all elements, with their lengths and their properties (columns). After the
+header, the rows of each element follow.
 """
 
 from __future__ import annotations
@@ -20,28 +22,28 @@ TYPES = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
-"""Types of properties with their names in numpy."""
+"""Types of properties in PLY files, with the numpy type of each."""
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-"""Formats, and the byte order of each."""
+"""Formats of PLY files, with the byte order of each in numpy; empty for text."""
 CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
-"""Codes of the types in `struct`."""
+"""Numpy types, with the code of each in the module `struct`."""
 FACES = ("vertex_index", "vertex_indices")
-"""Names of the property that lists a face's vertices."""
+"""Possible names of the property that lists a face's vertices."""
 
 
 @dataclass
 class _Property:
-    """A number of each element, or a list of numbers."""
+    """A column of an element. Each row has a number in this column, or a list of numbers."""
 
     name: str
     kind: str
     counted_by: str = ""
-    """Type of the length of a list; empty of a single number."""
+    """Numpy type of the list's length; empty if the column has single numbers."""
 
 
 @dataclass
 class _Element:
-    """The description of one element of the file, a table with a name, a length and properties."""
+    """The description of one element of the file: a table with a name, a number of rows and columns."""
 
     name: str
     count: int
@@ -49,7 +51,7 @@ class _Element:
 
     @property
     def has_lists(self) -> bool:
-        """Whether its rows differ in length."""
+        """Whether a column has lists, so the rows may differ in length."""
         return any(each.counted_by for each in self.properties)
 
 
@@ -57,8 +59,8 @@ def parse_ply(data: bytes) -> TriangleMesh:
     """Read the mesh in the bytes of a PLY file.
 
     Raises:
-        ValueError: If they are not a PLY file, or end early.
-        InputError: If they have more elements than a garment's mesh may have.
+        ValueError: If the bytes are not a PLY file, or the file is incomplete.
+        InputError: If the mesh has more vertices or faces than a garment's mesh may have.
     """
     order, elements, body = _header(data)
     source = _Text(body) if not order else _Binary(body, order)
@@ -82,7 +84,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
-    """Return byte order, elements, and the data after the header."""
+    """Read the header. Return the byte order, the descriptions of all elements, and the data after the header."""
     head, mark, body = data.partition(b"end_header")
     lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
     if not mark or not lines or lines[0] != ["ply"]:
@@ -113,21 +115,21 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
 
 
 class _Text:
-    """Elements written as text."""
+    """Reads the elements of a text file."""
 
     def __init__(self, body: bytes) -> None:
         self._words = body.split()
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """The numbers of an element without lists, shape (count, properties)."""
+        """Return the numbers of an element without lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
         width = len(element.properties)
         return np.array(self._taken(width * element.count), dtype=float).reshape(-1, width)
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
-        """The list of vertices of each face."""
+        """Yield the list of vertices of each face."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:
@@ -145,7 +147,7 @@ class _Text:
 
 
 class _Binary:
-    """Elements written as bytes."""
+    """Reads the elements of a binary file."""
 
     def __init__(self, body: bytes, order: str) -> None:
         self._body = body
@@ -153,7 +155,7 @@ class _Binary:
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """The numbers of an element without lists, shape (count, properties)."""
+        """Return the numbers of an element without lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
         row = np.dtype([(f"p{k}", self._order + each.kind) for k, each in enumerate(element.properties)])
@@ -165,7 +167,7 @@ class _Binary:
         return np.column_stack([rows[name].astype(float) for name in row.names or ()])
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
-        """The list of vertices of each face."""
+        """Yield the list of vertices of each face."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:
@@ -184,7 +186,7 @@ class _Binary:
 
 
 def _skip(source: _Text | _Binary, element: _Element) -> None:
-    """Skip an element that garments do not need."""
+    """Skip the data of an element that garments do not need."""
     if element.has_lists:
         for _ in source.lists(element):
             pass

@@ -1,4 +1,4 @@
-"""Faces of more than three corners, cut into triangles."""
+"""Cuts faces of more than three corners into triangles."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import numpy as np
 import shapely
 
 MOST_CORNERS = 2_000
-"""No face of a mesh has more corners."""
+"""Largest number of corners of a face."""
 
 
 def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int, int, int]]:
-    """Cut a face into triangles of its own orientation.
+    """Cut a face into triangles that have the orientation of the face.
 
-    A convex face becomes a fan around its first corner; a concave one is divided within its outline, in the plane that
-    it lies in most nearly (Newell's normal).
+    A convex face becomes a fan of triangles around its first corner. A concave face is projected onto the plane that
+    fits it best (Newell's normal), and is divided inside its outline.
 
     Args:
-        corners: Vertices around the face.
+        corners: Numbers of the vertices around the face.
         vertices: Positions of all vertices, shape (n, 3).
 
     Returns:
-        Places in `corners` of the corners of each triangle.
+        The three corners of each triangle, as indices into `corners`.
 
     Raises:
-        ValueError: If it has fewer than three corners or too many, or it touches or crosses itself.
+        ValueError: If the face has fewer than three corners or too many, or it touches or crosses itself.
     """
     count = len(corners)
     if not 3 <= count <= MOST_CORNERS:
@@ -42,7 +42,7 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
 
 
 def _in_plane(points: np.ndarray) -> np.ndarray:
-    """Return the points of a face in its plane, counter-clockwise about its normal, shape (k, 2)."""
+    """Return the points of a face projected onto its plane, counter-clockwise about its normal, shape (k, 2)."""
     with np.errstate(all="ignore"):
         around = points - points.mean(axis=0)
         around /= max(float(np.abs(around).max()), 1e-300)

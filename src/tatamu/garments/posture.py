@@ -1,9 +1,14 @@
-"""The rotation that lays a garment on its back, from the directions of its hem and its front.
+"""Finds the rotation that lays the mesh of a garment on its back.
 
-The thinnest direction of the mesh goes through front and back. Of the other two directions, the width is the one along
-which the garment is its own mirror image. The hem is the longest opening in the middle; trousers have two openings, the
-legs, off the middle. The front has the lower neckline. If this is ambiguous, the axes of the file decide: z up and
-front towards -y if y is thinnest, otherwise y up and front towards +z.
+The directions of the garment are found from its shape:
+
+- Front to back: the direction in which the mesh is thinnest.
+- Width: a direction across the first, along which the garment is its own mirror image.
+- Hem: the end with the longest opening in the middle. Trousers have two openings beside the middle, the legs.
+- Front: the side with the lower neckline.
+
+If the shape is ambiguous, usual axes of files are assumed. If the mesh is thinnest along y, then z points up and the
+front faces -y. Otherwise y points up and the front faces +z.
 """
 
 from __future__ import annotations
@@ -19,31 +24,33 @@ from tatamu.garments.frame import direction
 from tatamu.garments.meshfile import border_loops
 
 ALIGNED = np.cos(np.radians(30.0))
-"""A direction this near to an axis of the file is that axis."""
+"""Cosine of an angle. A direction at a smaller angle to an axis of the file is replaced by this axis."""
 CLEAR = 0.6
-"""Factor by which the mirror image along the width must fit better than along the other direction."""
+"""Largest ratio of two errors of a mirror image: along the width, and along the length. With a larger ratio, the width
+is ambiguous."""
 MIDDLE = 0.12
-"""Largest distance from the middle plane of openings that count as in the middle, as a fraction of the width."""
+"""Largest distance between the middle plane and an opening in the middle, as a fraction of the width."""
 LONGER = 1.1
-"""The hem is at least this many times as long as the other openings in the middle."""
+"""Least ratio of the hem's length to the length of any other opening in the middle."""
 TILTED = 0.08
-"""Least depth of a neckline by which it counts as lower in front, as a fraction of the garment's length."""
+"""Least height difference between the front and the back of a neckline, as a fraction of the garment's length. With
+less, the neckline does not show which side is the front."""
 
 
 @dataclass(frozen=True)
 class Posture:
-    """A turn from a file's frame to a garment's."""
+    """A rotation from a file's frame to the frame of a garment that lies on its back."""
 
     turn: np.ndarray
-    """Rotation, shape (3, 3)."""
+    """Rotation matrix, shape (3, 3)."""
     up: str
-    """The file's direction away from the hem, as text."""
+    """Direction in the file that points away from the hem, as text."""
     front: str
-    """The file's direction out of the front, as text."""
+    """Direction in the file that points out of the garment's front, as text."""
 
     @property
     def words(self) -> str:
-        """The finding in a few words."""
+        """Directions of hem and front in the file, in a few words."""
         return f"up from its hem is {self.up} of the file, its front faces {self.front}"
 
 
@@ -53,7 +60,7 @@ def posture(vertices: np.ndarray, faces: np.ndarray, up: str | None = None) -> P
     Args:
         vertices: Positions in the file's frame, shape (n, 3).
         faces: Triangles of consistent orientation, shape (m, 3).
-        up: The file's direction away from the hem, as given by the user; None to find it.
+        up: Axis of the file that points away from the hem, if the user gave it; None to find it from the shape.
     """
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     points = vertices - middle
@@ -73,12 +80,15 @@ def posture(vertices: np.ndarray, faces: np.ndarray, up: str | None = None) -> P
 def _openings(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
     try:
         return [points[loop] for loop in border_loops(faces)]
-    except InputError:  # a border that is no loop: said later, where it matters
+    except InputError:  # a border that is no loop is reported later, if it matters
         return []
 
 
 def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None = None) -> np.ndarray:
-    """Return the thinnest direction perpendicular to `across`, or the axis of the file near it."""
+    """Return the direction perpendicular to `across` in which the mesh is thinnest.
+
+    If this direction is near an axis of the file, the axis is returned.
+    """
     corners = points[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     centres = corners.mean(axis=1)
@@ -90,14 +100,20 @@ def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None =
 
 
 def _snapped(way: np.ndarray) -> np.ndarray:
-    """Return the axis of the file near a direction, otherwise the direction itself, with its largest part positive."""
+    """Return the axis of the file that is near a direction. If no axis is near, return the direction itself.
+
+    The sign of the direction is chosen so that its largest component is positive.
+    """
     largest = int(np.abs(way).argmax())
     way = way * np.sign(way[largest])
     return np.eye(3)[largest] if way[largest] > ALIGNED else way
 
 
 def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """Return the direction along the garment, perpendicular to the one in which it is its own mirror image."""
+    """Return the direction along the garment, which is perpendicular to its width.
+
+    The width is the direction along which the garment is its own mirror image.
+    """
     usual = np.array([0.0, 0.0, 1.0]) if abs(through[1]) > ALIGNED else np.array([0.0, 1.0, 0.0])
     along = usual - (usual @ through) * through
     along /= np.linalg.norm(along)
@@ -105,7 +121,7 @@ def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
     misfit = [_asymmetry(points, np.cross(through, axis)) for axis in axes]
     best = int(np.argmin(misfit))
     if misfit[0] <= misfit[best] / CLEAR:
-        return along  # as files have it
+        return along  # the usual axis in files
     return axes[best] * (1.0 if axes[best] @ along > -1e-9 else -1.0)
 
 
@@ -117,14 +133,14 @@ def _principal(points: np.ndarray, through: np.ndarray) -> list[np.ndarray]:
 
 
 def _asymmetry(points: np.ndarray, axis: np.ndarray) -> float:
-    """Mean distance between the points and their mirror images."""
+    """Return the mean distance between mirror images of the points and the nearest points."""
     heights = points @ axis
     image = points - 2.0 * np.outer(heights - 0.5 * (heights.min() + heights.max()), axis)
     return float(cKDTree(points).query(image)[0].mean())
 
 
 def _sense(ahead: np.ndarray, aside: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
-    """1 if the hem lies below the other end along `ahead`, -1 if above."""
+    """Return 1 if `ahead` points from the hem to the other end of the garment, otherwise -1."""
     width, length = (float(np.ptp(points @ axis)) for axis in (aside, ahead))
     central = [loop for loop in loops if abs(float((loop @ aside).mean())) < MIDDLE * width]
     outer = [loop for loop in loops if not any(loop is other for other in central)]
@@ -148,7 +164,7 @@ def _around(loop: np.ndarray) -> float:
 
 
 def _forward(ahead: np.ndarray, through: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
-    """1 if the front lies towards `through`, -1 if against it."""
+    """Return 1 if `through` points out of the front of the garment, and -1 if it points out of the back."""
     usual = 1.0 if through[int(np.abs(through).argmax())] > 0.0 and abs(through[1]) < ALIGNED else -1.0
     if not loops:
         return usual

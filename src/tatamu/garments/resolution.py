@@ -1,4 +1,4 @@
-"""The default spacing of a garment's mesh, and the limits of sizes and spacings."""
+"""Chooses the default edge length ("spacing") of a garment's mesh, and defines limits of sizes and spacings."""
 
 from __future__ import annotations
 
@@ -8,28 +8,34 @@ from tatamu.errors import InputError
 from tatamu.material import Material
 
 CELLS_PER_BENDING_LENGTH = 2.0
-"""Mesh spacing over the bending length; folds are accurate up to 0.55 (docs/theory/bending.md)."""
+"""Ratio of a material's bending length to the default spacing. Folds are accurate if the spacing is at most 0.55
+bending lengths (docs/theory/bending.md)."""
 PASSABLE = 0.65
-"""Folds are passable up to this many bending lengths of spacing (docs/theory/bending.md)."""
+"""Largest spacing at which folds are still passable, in bending lengths (docs/theory/bending.md)."""
 COARSEST, FINEST = 0.02, 0.004
-"""Limits of a spacing that is chosen from the bending length [m]."""
+"""Largest and smallest spacing that is chosen from the bending length [m]."""
 FINEST_GIVEN = 1e-3
-"""Smallest spacing [m]."""
+"""Smallest spacing that the user may give [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
 MOST_VERTICES = 50_000
 MOST_BY_DEFAULT = 3_000
-"""Approximate largest number of vertices in two layers with a default spacing, so that a study takes minutes."""
+"""Approximate largest number of vertices of both layers with the default spacing. With more, a study would take longer
+than minutes."""
 CELL = np.sqrt(0.75)
-"""Area per vertex of an equilateral mesh, in squares of the spacing."""
+"""Area per vertex of an equilateral mesh, divided by the square of the spacing."""
 
 
 def spacing_for(material: Material) -> float:
-    """Mesh spacing that resolves the folds of a material [m]."""
+    """Return the mesh spacing that resolves the folds of a material [m]."""
     return float(np.clip(material.bending_length / CELLS_PER_BENDING_LENGTH, FINEST, COARSEST))
 
 
 def default_spacing(material: Material, area: float) -> float:
-    """Return the spacing that resolves the folds of a material [m], larger if `area` [m^2] needs too many vertices."""
+    """Return the default spacing of a garment's mesh [m].
+
+    This spacing resolves the folds of the material. It is larger if the mesh would otherwise have too many vertices for
+    the area of all layers `area` [m^2].
+    """
     return max(spacing_for(material), float(np.sqrt(area / CELL / MOST_BY_DEFAULT)))
 
 
@@ -37,7 +43,7 @@ def check_size(size: tuple[float, float]) -> None:
     """Refuse a width and length [m] that no garment has.
 
     Raises:
-        InputError: One of them is out of range.
+        InputError: If the width or the length is out of range.
     """
     for name, side in zip(("width", "length"), size, strict=True):
         if not SMALLEST_SIDE <= side <= LARGEST_SIDE:
@@ -45,10 +51,12 @@ def check_size(size: tuple[float, float]) -> None:
 
 
 def check_spacing(spacing: float, size: tuple[float, float], area: float) -> None:
-    """Refuse a spacing [m] that no mesh of this size [m] and area of all layers [m^2] can have.
+    """Refuse a spacing [m] that is too large or too small for a garment's mesh.
+
+    The limits depend on the size [m] and on the area of all layers [m^2].
 
     Raises:
-        InputError: If it is too large or too small.
+        InputError: If the spacing is too large or too small.
     """
     if not FINEST_GIVEN <= spacing <= largest_spacing(size):
         raise InputError(
@@ -60,10 +68,13 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
 
 
 def largest_spacing(size: tuple[float, float]) -> float:
-    """The coarsest mesh spacing of a garment of this width and length [m]."""
+    """Return the largest possible mesh spacing of a garment of this width and length [m]."""
     return min(size) / 4.0
 
 
 def spacing_is_possible(spacing: float, size: tuple[float, float], area: float) -> bool:
-    """Whether a mesh of a garment of this size [m] and area of all layers [m^2] can have this spacing [m]."""
+    """Return whether a garment's mesh can have this spacing [m].
+
+    The answer depends on the garment's size [m] and on the area of all layers [m^2].
+    """
     return FINEST_GIVEN <= spacing <= largest_spacing(size) and area / spacing**2 <= 0.8 * MOST_VERTICES

@@ -1,4 +1,4 @@
-"""Garments from an outline: one layer as it is, or a front and a back panel sewn together along its closed sides."""
+"""Makes garments from an outline: a single layer, or a front and a back panel that are sewn together."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from tatamu.material import Material
 from tatamu.topology import Topology
 
 FINER, STEP = 4, 0.75
-"""Number of finer default spacings tried if the outline cannot be meshed, and the ratio of one to the one before."""
+"""Number of default spacings that are tried until the outline can be meshed, and the ratio of each to the last one."""
 
 
 def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:
-    """A single panel; every side of its outline is open.
+    """Make a garment of a single panel; every side of the outline is open.
 
     Raises:
         InputError: If the outline is too large or too small, or cannot be meshed with this spacing.
@@ -49,14 +49,14 @@ def front_and_back(
     material: Material,
     spacing: float | None = None,
 ) -> Garment:
-    """Return two panels of one mesh, one over the other, sewn and welded along all sides that are not `openings`.
+    """Make a garment of two panels, a front over a back, which are sewn together at all sides except `openings`.
 
-    If the outline has a line, the front panel ends at this line. Like the neckline of a front, the line runs inside an
-    opening of the back, and the front has no cloth between the line and the opening.
+    Sewn panels share the vertices of the seam. If the outline has a line, such as the lower neckline of a front, the
+    front panel ends at this line. Between the line and the neighbouring opening, only the back has cloth.
 
     Raises:
-        InputError: If the outline is too large or too small, or cannot be meshed with this spacing; `openings` are
-            none, or not sides of it.
+        InputError: If the outline is too large or too small, or cannot be meshed with this spacing. Also if `openings`
+            is empty, or contains a name that is no side of the outline.
     """
     unknown = sorted(set(openings) - set(outline.sides))
     if unknown or not openings:
@@ -70,7 +70,7 @@ def front_and_back(
     shared = np.zeros(len(mesh.points), dtype=bool)
     shared[np.concatenate([*closed, []]).astype(np.int64)] = True
     own = np.setdiff1d(front, np.flatnonzero(shared))
-    upper = np.arange(len(mesh.points))  # number of each mesh vertex in the uppermost layer there
+    upper = np.arange(len(mesh.points))  # number of the uppermost vertex at each mesh vertex
     upper[own] = len(mesh.points) + np.arange(len(own))
     flat = np.concatenate([mesh.points, mesh.points[own]])
     t = material.thickness
@@ -93,7 +93,7 @@ def front_and_back(
 def _meshed(
     given: float | None, outline: Outline, material: Material, layers: int
 ) -> tuple[Panel, float, tuple[str, ...]]:
-    """Return the panel, its given or suitable spacing [m], and notes."""
+    """Return the mesh of the panel, the given or chosen spacing [m], and notes."""
     area = layers * outline.polygon.area
     check_size(outline.size)
     if given is not None:
@@ -115,7 +115,7 @@ def _meshed(
 
 
 def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:
-    """Return whether triangles are on the larger side of all lines, shape (m,)."""
+    """Return whether each triangle belongs to the largest part into which the lines divide the mesh, shape (m,)."""
     topology = Topology(mesh.faces)
     walls = {tuple(sorted(pair)) for line in lines for pair in pairwise(line.tolist())}
     through = np.array([tuple(edge) not in walls for edge in topology.edges.tolist()])[topology.face_edges]

@@ -1,4 +1,4 @@
-"""Names for the unnamed sides of an outline: bottom, top, left and right."""
+"""Divides an outline into sides, and names unnamed sides: bottom, top, left and right."""
 
 from __future__ import annotations
 
@@ -10,27 +10,29 @@ from shapely import LineString, Point, distance, line_interpolate_point, points
 from tatamu.errors import InputError
 
 QUARTERS = ("bottom", "right", "top", "left")
-"""Directions in which a side may face: -x, -y, +x, +y."""
+"""Names of sides by the direction that a side faces: -x, -y, +x, +y."""
 SHORTEST = 0.03
-"""Least length of an unnamed side, as a fraction of the outline; shorter sides belong to a neighbour."""
+"""Least length of an unnamed side, as a fraction of the outline's length. A shorter side becomes part of its
+neighbour."""
 FARTHEST = 0.03
-"""Largest distance of the ends of a named curve from the outline, as a fraction of the outline's larger extent."""
+"""Largest distance between the outline and an end of a named curve, as a fraction of the outline's larger extent."""
 BESIDE = 0.15
-"""Largest distance of its other points, as a fraction of the extent: a straight curve may cross a curved neckline."""
+"""Largest distance between the outline and any other point of a named curve, as a fraction of the outline's larger
+extent. It is large because a straight curve may name a curved neckline."""
 
 
 def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
-    """Cut a closed loop into sides.
+    """Cut a closed loop into named sides.
 
     Args:
-        loop: Points counter-clockwise [m], shape (k, 2), without the closing point.
-        named: Curves along parts of the loop [m], shape (j, 2) each: the part between the points nearest to a curve's
-            ends gets its name.
+        loop: Points in counter-clockwise order [m], shape (k, 2). The first point is not repeated at the end.
+        named: Curves along parts of the loop [m], shape (j, 2) each. Each curve gives its name to a part of the loop:
+            the part between the two points nearest to the ends of the curve.
 
     Returns:
-        Numbers of the points of each side, both ends included, one side after the other. The side "bottom" holds the
-        point of least x, "right" that of least y, "top" and "left" those of largest; further sides that face the same
-        way are "bottom 2", ..
+        Numbers of the points of each side, with both ends, by name.
+        A side without a given name is named after its direction: "bottom" (-x), "right" (-y), "top" (+x), "left" (+y).
+        If several sides face one direction, the outermost side has this name, and the next is called "bottom 2".
 
     Raises:
         InputError: If a named curve does not lie along the loop.
@@ -66,7 +68,7 @@ def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
 
 
 def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
-    """Return the segments of the loop that a curve follows."""
+    """Return the numbers of the loop's segments that a curve follows."""
     extent = float(np.ptp(loop, axis=0).max())
     away = np.linalg.norm(loop[:, None] - curve[[0, -1]], axis=2)
     start, end = (int(k) for k in away.argmin(axis=0))
@@ -79,7 +81,10 @@ def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
 
 
 def _absorb(label: np.ndarray, length: np.ndarray, kept: set[str]) -> None:
-    """Give runs that are short, and not named, the name of their longer neighbour."""
+    """Join short sides without a given name with their longer neighbour.
+
+    The array `label` has the name of the side of each segment, and is changed. Sides in `kept` remain unchanged.
+    """
     while True:
         runs = _runs(label)
         sizes = [float(length[np.arange(a, b) % len(label)].sum()) for a, b in runs]
@@ -101,7 +106,10 @@ def _name(runs: list[tuple[int, int]], label: np.ndarray, k: int) -> str:
 
 
 def _runs(label: np.ndarray) -> list[tuple[int, int]]:
-    """Return runs of equal labels around the loop: the first segment, and the first one after the run."""
+    """Return runs of segments with equal labels around the loop.
+
+    Each run is given by its first segment and by the first segment after the run.
+    """
     starts = np.flatnonzero(label != np.roll(label, 1))
     if not len(starts):
         return [(0, len(label))]
@@ -111,7 +119,7 @@ def _runs(label: np.ndarray) -> list[tuple[int, int]]:
 def _main_first(
     runs: list[tuple[int, int]], label: np.ndarray, extremes: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]]:
-    """Return runs in order, with the outermost first among those that face one direction."""
+    """Return the runs in another order: the outermost of all runs that face one direction comes first."""
 
     def rank(run: tuple[int, int]) -> float:
         reach = extremes.get(str(label[run[0] % len(label)]))

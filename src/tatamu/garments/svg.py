@@ -1,8 +1,8 @@
-"""SVG files: their curves, and how long one of their units is.
+"""Reads SVG files: their curves, and the length of one unit of the drawing.
 
-Coordinates are kept in the units of the outermost `viewBox`. The length of such a unit follows from `width`. In
-`width`, px is 1/96 inch and pt is 1/72 inch (CSS Values and Units, section 6.2). But a px of Illustrator is a point,
-and a px of Inkscape before 0.92 is 1/90 inch.
+Coordinates stay in the units of the outermost `viewBox`. The length of a unit follows from the attribute `width`. In
+`width`, px is 1/96 inch and pt is 1/72 inch (CSS Values and Units, section 6.2). There are exceptions: a px of
+Illustrator is 1/72 inch, and a px of Inkscape before 0.92 is 1/90 inch.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ from tatamu.garments.units import Unit
 from tatamu.garments.unpacking import LARGEST_DRAWING, check_unpacked
 
 STEPS = 32
-"""Points per curved segment of an SVG path."""
+"""Number of points per curved segment of an SVG path."""
 LONGEST_STYLE = 32_768
-"""Largest length of a style sheet that is read [characters]; its colours and line widths do not matter."""
+"""Largest length of a style sheet that is read [characters]. A longer style sheet can be skipped, because colours and
+line widths do not matter."""
 INCH = 0.0254
 LENGTHS = {
     "mm": (1e-3, "millimetres"),
@@ -38,7 +39,7 @@ LENGTHS = {
     "pt": (INCH / 72.0, "points of 1/72 inch"),
     "pc": (INCH / 6.0, "picas of 1/6 inch"),
 }
-"""Metres and names of the units that `width` may have, besides px."""
+"""Length in metres and name of each unit, except px, that `width` may have."""
 LENGTH = re.compile(r"\s*([+-]?[0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*(mm|cm|q|in|pt|pc|px|)\s*", re.IGNORECASE)
 GIVEN_BY_PROGRAM = re.compile(
     r"(path|line|polyline|polygon|rect|rectangle|ellipse|circle|vector|shape|curve|group|g|use|svg|layer|spline|object)"
@@ -57,14 +58,14 @@ class _Program:
 
     name: str
     pixels: int = 96
-    """Number of its px per inch."""
+    """Number of px per inch in the program's files."""
 
 
 def read_svg(path: Path) -> DrawnPieces:
-    """The curves of an SVG file.
+    """Read the curves of an SVG file.
 
     Raises:
-        InputError: If the file cannot be read or is no SVG.
+        InputError: If the file cannot be read or is not an SVG file.
     """
     text = read_text(path, LARGEST_DRAWING)
     with foreign(path, "an SVG file"):
@@ -78,7 +79,7 @@ def read_svg(path: Path) -> DrawnPieces:
 
 
 def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
-    """The curves of a drawing, in its units, y up."""
+    """Return the curves of a drawing, in the drawing's units and with y up."""
     import svgelements
 
     width, height = _viewbox(root) or (1000.0, 1000.0)
@@ -99,16 +100,19 @@ def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
 
 
 def _style(text: str) -> str:
-    """Return a style sheet without comments; empty if it is long, because reading takes time in its square."""
+    """Return a style sheet without comments.
+
+    A long style sheet is replaced by an empty one, because the time to read it grows with the square of its length.
+    """
     plain = re.sub(r"/\*.*?(?:\*/|\Z)", "", text, flags=re.DOTALL)
     return plain if len(plain) <= LONGEST_STYLE else ""
 
 
 def _check_entities(text: str) -> None:
-    """Refuse entities of a document type that unpack to more than a drawing may have.
+    """Refuse XML entities that would unpack to too much text.
 
     Raises:
-        InputError: If they name one another, or are used too often.
+        InputError: If entities refer to other entities, or entities are used too often.
     """
     entities = dict(re.findall(r"<!ENTITY\s+([^\s%]+)\s+[\"']([^\"']*)[\"']", text))
     if any("&" in value for value in entities.values()) or re.search(r"<!ENTITY\s+%", text):
@@ -119,10 +123,10 @@ def _check_entities(text: str) -> None:
 
 
 def _check_unpacked(root: ElementTree.Element) -> None:
-    """Refuse a drawing whose groups and uses unpack to more than a drawing may have.
+    """Refuse a drawing that would unpack to too many elements, because `use` elements repeat other elements.
 
     Raises:
-        InputError: If they do.
+        InputError: If the unpacked drawing has too many elements.
     """
     named = {element.get("id"): element for element in root.iter() if element.get("id")}
 
@@ -139,15 +143,15 @@ def _check_unpacked(root: ElementTree.Element) -> None:
 
 
 def _name(shape: Any) -> str:
-    """Return the author's name of a shape; empty if a program gave it."""
+    """Return the name that the author gave a shape; empty if the name was given by a program."""
     own = shape.values.get("attributes", {})
     label = own.get(f"{INKSCAPE}label") or own.get("data-name") or own.get("id") or ""
-    label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # as Illustrator writes them
+    label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # Illustrator's codes
     return "" if GIVEN_BY_PROGRAM.fullmatch(label) else label
 
 
 def _viewbox(root: ElementTree.Element) -> tuple[float, float] | None:
-    """Return width and height of the visible area, in units of the drawing."""
+    """Return the width and height of the visible area in units of the drawing; None if the file states no area."""
     numbers = [float(number) for number in re.split(r"[\s,]+", root.get("viewBox", "").strip()) if number]
     if len(numbers) == 4 and numbers[2] > 0.0 and numbers[3] > 0.0:
         return numbers[2], numbers[3]
@@ -161,7 +165,7 @@ def _program(root: ElementTree.Element, text: str) -> _Program:
         return _Program("Inkscape SVG", 90 if first and int(first[1]) < 92 else 96)
     if re.search(r"<!--\s*Generator:\s*Adobe Illustrator", text) or "http://ns.adobe.com/" in text:
         return _Program("Illustrator SVG", 72)
-    if re.search(r'<svg[^>]*\sdata-name="Layer', text):  # as Illustrator exports for screens, without a comment
+    if re.search(r'<svg[^>]*\sdata-name="Layer', text):  # Illustrator's export for screens, which has no comment
         return _Program("Illustrator SVG", 72)
     return _Program("SVG")
 
@@ -189,7 +193,10 @@ def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
 def _per_unit(
     root: ElementTree.Element, given: dict[str, re.Match[str]], seen: tuple[float, float], pixel: float, path: Path
 ) -> float:
-    """Return metres per unit of a drawing whose visible extent `seen` is fitted into its width and height."""
+    """Return the length of one unit of a drawing [m].
+
+    The visible extent `seen`, in units of the drawing, is fitted into the width and height that the file states.
+    """
     extent = dict(zip(("width", "height"), seen, strict=True))
     scales = []
     for side, found in given.items():
@@ -206,7 +213,7 @@ def _per_unit(
 
 
 def _flattened(part: Any) -> np.ndarray:
-    """Points along an SVG subpath, shape (k, 2)."""
+    """Return points along an SVG subpath, shape (k, 2)."""
     import svgelements
 
     at = np.arange(1, STEPS + 1) / STEPS

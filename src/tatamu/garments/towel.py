@@ -1,4 +1,4 @@
-"""A towel: one rectangular panel on a near-equilateral mesh."""
+"""Makes a towel: one rectangular panel with nearly equilateral triangles."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from tatamu.meshing import staggered_rectangle
 from tatamu.presets import load_preset
 
 FABRIC = "terry"
-"""A preset."""
+"""Name of the default material preset."""
 SIZE = (0.34, 0.80)
-"""Width and length of a face towel [m]."""
+"""Width and length of the default towel, a face towel [m]."""
 
 
 def towel(size: tuple[float, float] = SIZE, material: Material | None = None, spacing: float | None = None) -> Garment:
-    """A towel of width (y) and length (x) [m], centred at the origin; mesh rows run across its length.
+    """Make a towel of a width (y) and length (x) [m], centred at the origin. The rows of the mesh run along y.
 
     Raises:
-        InputError: If a size or a spacing that no towel has.
+        InputError: If the size or the mesh spacing is out of range.
     """
     check_size(size)
     material = material or load_preset(FABRIC).material
@@ -33,7 +33,7 @@ def towel(size: tuple[float, float] = SIZE, material: Material | None = None, sp
 
 
 def _sides(vertices: np.ndarray) -> dict[str, np.ndarray]:
-    """The four sides as paths of vertices, counter-clockwise."""
+    """Return the four sides as paths of vertices, in counter-clockwise order."""
     x = vertices[:, 0]
     y = vertices[:, 1]
     bottom = np.flatnonzero(x == x.min())

@@ -1,4 +1,4 @@
-"""Trousers: front and back sewn along outer and inner legs; open at waist and both hems."""
+"""Makes trousers: a front and a back, sewn along the outer and inner legs, open at the waist and both hems."""
 
 from __future__ import annotations
 
@@ -11,34 +11,37 @@ from tatamu.material import Material
 from tatamu.presets import load_preset
 
 FABRIC = "usual-trousers"
-"""A preset."""
+"""Name of the default material preset."""
 SIZE = (0.34, 0.60)
-"""Width over both hems and length [m] of a child of three to four: waist 10 in (25.4 cm) laid flat, full length 23.5 in
-(60 cm) (Stone Harbor, chart of garment measurements)."""
+"""Width over both hems and length of the default trousers [m]. They are for a child of three to four years. The source
+is a chart of garment measurements by Stone Harbor. In this chart, the waist laid flat is 10 in (25.4 cm), and the full
+length is 23.5 in (60 cm)."""
 OPENINGS = ("waist", "right_hem", "left_hem")
 CORNERS = {"inner_hem": (0.0, 0.035), "outer_hem": (0.0, 0.17), "hip": (0.44, 0.157), "waist": (0.60, 0.127)}
-"""Corners of the left half [m], x from the hems, y from the middle; waist and length are those of the chart.
+"""Corners of the left half [m], with x measured from the hems and y from the middle.
 
-Hem (13.5 cm), hip (31 cm laid flat) and crotch (19 cm below the waist) are assumed. There is a small gap between the
-legs, as when hands lay them out."""
+Waist and length are from the chart of garment measurements. Three sizes are assumed: the hem (13.5 cm), the hip (31 cm
+laid flat) and the crotch (19 cm below the waist). There is a small gap between the legs, because hands that lay out
+trousers leave such a gap."""
 CROTCH = (0.41, 0.012)
-"""Height of the crotch and half the distance of the legs just below it [m]; the crotch is round."""
+"""Distance of the crotch from the hems, and half the distance between the legs just below the crotch [m]. The crotch is
+round."""
 
 
 def trousers(
     size: tuple[float, float] | None = None, material: Material | None = None, spacing: float | None = None
 ) -> Garment:
-    """Trousers of width (over both hems, y) and length (x) [m]; hems at x < 0, waist at x > 0.
+    """Make trousers of a width (over both hems, y) and length (x) [m]. The hems are at x < 0, the waist at x > 0.
 
     Raises:
-        InputError: If a size or a spacing that no trousers have.
+        InputError: If the size or the mesh spacing is out of range.
     """
     material = material or load_preset(FABRIC).material
     return front_and_back("trousers", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
 
 
 def pattern() -> Outline:
-    """Return the outline of front and back in the size SIZE."""
+    """Return the outline of the default trousers, which is the same for front and back."""
     inner, outer, hip, waist = (np.array(corner) * [1, -1] for corner in CORNERS.values())
     height, gap = CROTCH
     angle = np.linspace(0.0, 0.5 * np.pi, 9)

@@ -1,4 +1,4 @@
-"""A T-shirt: front and back sewn along sides, sleeves and shoulders; open at neck, sleeves and hem."""
+"""Makes a T-shirt: a front and a back, sewn along sides, sleeves and shoulders, open at neck, sleeves and hem."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from tatamu.material import Material
 from tatamu.presets import load_preset
 
 FABRIC = "usual-tshirt"
-"""A preset."""
+"""Name of the default material preset."""
 SIZE = (0.54, 0.46)
-"""Width over both sleeves and length from shoulder to hem [m] of a child of four: half chest 32 cm, length 46 cm
-(23rd New Zealand Scout Jamboree, chart of garments laid flat, youth 4). A men's M there, 52 x 70 cm, is 0.88x0.70."""
+"""Width over both sleeves and length from shoulder to hem of the default T-shirt [m]. It is for a child of four years.
+The source is the chart of garments laid flat of the 23rd New Zealand Scout Jamboree. In the row "youth 4", half the
+chest is 32 cm and the length is 46 cm. A men's M in this chart is 52 x 70 cm, which is the size 0.88x0.70."""
 OPENINGS = ("hem", "right_sleeve", "left_sleeve", "back_neck")
 CORNERS = {
     "hem": (0.0, 0.160),
@@ -25,21 +26,22 @@ CORNERS = {
     "shoulder": (0.432, 0.132),
     "neck": (0.460, 0.068),
 }
-"""Corners of the left half [m], x from the hem, y from the middle: half chest and length are those of the chart.
+"""Corners of the left half [m], with x measured from the hem and y from the middle.
 
-Sleeve (16 cm along its top, 10 cm at its hem) and neck (14 cm) are assumed.
+Half the chest and the length are from the chart of garments laid flat. The sleeve (16 cm along its top, 10 cm at its
+hem) and the neck (14 cm) are assumed.
 """
 NECK_DEPTH = {"front": 0.055, "back": 0.015}
-"""Depths of the necklines below the shoulder [m], which are assumed."""
+"""Assumed depths of the necklines below the shoulder [m]."""
 
 
 def tshirt(
     size: tuple[float, float] | None = None, material: Material | None = None, spacing: float | None = None
 ) -> Garment:
-    """A T-shirt of width (over the sleeves, y) and length (x) [m]; hem at x < 0.
+    """Make a T-shirt of a width (over the sleeves, y) and length (x) [m], with the hem at x < 0.
 
     Raises:
-        InputError: If a size or a spacing that no T-shirt has.
+        InputError: If the size or the mesh spacing is out of range.
     """
     material = material or load_preset(FABRIC).material
     shirt = front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
@@ -47,7 +49,10 @@ def tshirt(
 
 
 def _fibre(shirt: Garment) -> np.ndarray:
-    """Return the direction of the wales, shape (m, 3): along x, and along the sleeve in the set-in sleeves."""
+    """Return the direction of the wales, the lengthwise columns of a knitted fabric, in each triangle, shape (m, 3).
+
+    The direction is along the sleeve in the sleeves, and along x in all other triangles.
+    """
     plan = shirt.unstrained[:, :2]
     scale = np.ptp(plan, axis=0) / SIZE[::-1]
     corners = {name: np.array(CORNERS[name]) * scale + [plan[:, 0].min(), 0.0] for name in ("underarm", "shoulder")}
@@ -64,7 +69,7 @@ def _fibre(shirt: Garment) -> np.ndarray:
 
 
 def pattern() -> Outline:
-    """Return the outline of the back, with the neckline of the front, in the size SIZE."""
+    """Return the outline of the default T-shirt: the outline of the back, and a line for the neckline of the front."""
     hem, underarm, shoulder, neck = (
         np.array(CORNERS[name]) * [1, -1] for name in ("hem", "underarm", "shoulder", "neck")
     )
@@ -82,9 +87,10 @@ def pattern() -> Outline:
 
 
 def _neckline(neck: np.ndarray, depth: float, turn: float) -> np.ndarray:
-    """The right half of a neckline: part of an ellipse from the neck point to the middle, shape (k, 2).
+    """Return the right half of a neckline from the neck point to the middle, shape (k, 2).
 
-    With `turn` 1 it is a quarter of the ellipse, which is steep at the shoulder. Smaller values make it flatter.
+    With `turn` 1, the neckline is a quarter of an ellipse, which is steep at the shoulder. A smaller value gives a
+    neckline that is flatter there.
     """
     angle = np.linspace(0.0, 0.5 * np.pi, 25)
     x = neck[0] - depth * np.sin(angle) ** (1.0 / turn)

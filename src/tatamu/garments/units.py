@@ -1,4 +1,4 @@
-"""Units of length in files of garments: their metres, their sources, and the unit that was probably meant."""
+"""Handles units of length in garment files: their lengths, their sources, and doubts about a stated unit."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from tatamu.errors import InputError
 from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 
 NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}
-"""Usual units of drawings, by their metres."""
+"""Names of usual units of drawings, by the length of a unit in metres."""
 USUAL = (0.15, 1.8)
-"""Between these lies the longer side of most garments [m]."""
+"""Range of the longer side of most garments [m]."""
 DOUBTFUL = 2.6
-"""Largest size that is accepted without a note [m]; hardly any garment is larger, but bed linen may be."""
+"""Largest size that is accepted without a note [m]. Hardly any garment is larger, but bed linen may be larger."""
 
 
 @dataclass(frozen=True)
@@ -20,42 +20,45 @@ class Unit:
     """The unit of a file's coordinates."""
 
     metres: float
-    """Metres per unit."""
+    """Length of one unit [m]."""
     name: str
-    """The plural name of the unit that the file states."""
+    """Name of the unit in the plural."""
     source: str
-    """Source of the unit: the kind of file, and the words in it."""
+    """Source of the unit: the kind of file, and the words in the file that state the unit."""
     given: bool = False
-    """Whether the user gave it, so that it is not doubted."""
+    """Whether the user gave the unit. A unit from the user is not doubted."""
 
     @property
     def words(self) -> str:
-        """Return the unit and its source, such as "read in millimetres (Inkscape SVG, width 620mm)"."""
+        """Text with the unit and its source, such as "read in millimetres (Inkscape SVG, width 620mm)"."""
         return f"read in {self.name} ({self.source})"
 
     def reading(self, size: tuple[float, float] | None) -> str:
-        """Return the same with the size [m] that the user gave."""
+        """Return the text of `words`. If the user gave a size [m], the text says that the garment is scaled to it."""
         return f"{self.words}{'; scaled to that size' if size else ''}"
 
     def scaled(self, scale: float | None) -> Unit:
-        """Return the unit with the user's metres per unit of the file; None for this one."""
+        """Return a unit with the length [m] that the user gave; if `scale` is None, return this unit."""
         if scale is None:
             return self
         return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}", given=True)
 
 
 def probable_scale(longest: float) -> float | None:
-    """Return metres per unit with which a garment has a usual size; None if no usual unit does.
+    """Return the length [m] of the unit with which a garment has a usual size; None if no unit gives a usual size.
 
     Args:
-        longest: Its longer side in units of the file.
+        longest: Longer side of the garment in units of the file.
     """
     fitting = [scale for scale in NAMES if USUAL[0] <= scale * longest <= USUAL[1]]
     return min(fitting, key=lambda scale: abs(scale * longest - 0.7), default=None)
 
 
 def how_to_scale(longest: float, otherwise: float) -> str:
-    """Return advice on where to give the scale, with the probable one; `otherwise` if none is known."""
+    """Return advice on how to give the scale, with the probable scale as an example.
+
+    If no scale is probable, the example is `otherwise`.
+    """
     scale = probable_scale(longest) or otherwise
     return (
         f"give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}: "
@@ -64,10 +67,10 @@ def how_to_scale(longest: float, otherwise: float) -> str:
 
 
 def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> None:
-    """Refuse a width and length [m] that are probably of a wrong unit.
+    """Refuse a width and length [m] that probably result from a wrong unit.
 
     Raises:
-        InputError: No garment is so large or so small.
+        InputError: If no garment is this large or this small.
     """
     if not (SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE):
         width, length = sides
@@ -80,7 +83,7 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
     """Return the note on an unusual width and length [m] in a unit that the user did not give.
 
-    The unit that a file states is doubted as well, because many programs write a wrong unit into the header.
+    A unit that the file states is doubted as well, because many programs write a wrong unit into the header.
     """
     longest = max(sides)
     probable = probable_scale(longest / unit.metres)

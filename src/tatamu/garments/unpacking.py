@@ -1,4 +1,4 @@
-"""Bounds of drawings whose parts include other parts: a small file may unpack to any number of curves."""
+"""Limits the size of drawings whose parts include other parts, because a small file may unpack to very many curves."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tatamu.files import MIB
 LARGEST_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MOST_PARTS = 500_000
-"""Largest number of elements, and of numbers in paths, of an unpacked drawing."""
+"""Largest number of elements of an unpacked drawing; numbers in paths count as elements."""
 DEEPEST = 100
-"""Largest number of elements in which an element of a drawing is nested."""
+"""Largest depth to which elements of a drawing are nested."""
 MOST_CURVES = 5_000
-"""Largest number of closed curves of a drawing, and of open ones."""
+"""Largest number of closed curves of a drawing, and also the largest number of open curves."""
 Part = TypeVar("Part", bound=Hashable)
 
 
@@ -26,12 +26,12 @@ def check_unpacked(
 
     Args:
         root: The whole drawing.
-        parts: Function from a part to the other parts that it includes, with the number of times of each.
-        own: Function from a part to the number of its own elements, without those of included parts.
-        most: The largest allowed number of elements of the whole drawing.
+        parts: Function that returns all parts that a part includes, each with the number of times.
+        own: Function that returns the number of elements of a part, without the elements of included parts.
+        most: Largest allowed number of elements of the whole drawing.
 
     Raises:
-        InputError: If a part includes itself, lies too deep, or the drawing has too many elements.
+        InputError: If a part includes itself, parts are nested too deeply, or the drawing has too many elements.
     """
     known: dict[Part, int] = {}
     open_parts: set[Part] = set()

@@ -1,4 +1,7 @@
-"""A garment from a mesh: a flat mesh is kept, and one as worn on a body is laid flat."""
+"""Makes a garment from a mesh file.
+
+A flat mesh is used as it is. The mesh of a garment that is worn on a body is laid flat first.
+"""
 
 from __future__ import annotations
 
@@ -23,26 +26,29 @@ from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, ho
 from tatamu.material import Material
 
 OFTEN_UNWELDED = (".stl", ".glb")
-"""Formats that repeat a vertex for each triangle, or for each place in the texture."""
+"""File formats that repeat a vertex for each of its triangles, or for each of its texture coordinates."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""Relative changes of edges. A garment is flattened if half of its edges change by at most the first, and 95 in 100 by
-at most the second. If more than 5 in 100 change by more than the third, a note asks the user to check the garment."""
+"""Three limits for relative changes of the edges' lengths. A garment is flattened only if half of its edges change by
+at most GENTLE, and 95 % by at most MOST. If more than 5 % of the edges change by more than DOUBTED, a note asks the
+user to check the garment."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
-"""Relative misfit of half of the edges up to which a UV map counts as the pattern, with one scale for all panels."""
+"""Largest median of the relative differences between edges in the mesh and in the UV map, with one scale for all
+panels. With a larger median, the UV map is not the sewing pattern."""
 DEVELOPABLE = 0.01
-"""Relative misfit of half of the edges up to which a UV map gets separate scales along u and v."""
+"""Largest median of the relative differences between edges in the mesh and in the UV map, with separate scales along u
+and v. With a larger median, one scale is used for both directions."""
 SQUARE = 0.3
-"""Difference from the common scale below which scales along u and v count as equal [%]."""
+"""Difference from the common scale below which the scales along u and v count as equal [%]."""
 ROUNDS = 5
-"""Number of times that both scales are fitted."""
+"""Number of rounds in which the scales along u and v are fitted."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
-"""Default up direction of a flat mesh by its thin axis, and the side that faces up."""
+"""Default directions of a flat mesh, by the number of its thin axis: away from the hem, and out of the front."""
 
 
 @dataclass(frozen=True)
 class _Laid:
-    """The placement of a mesh before it becomes a garment."""
+    """A mesh in the frame of a garment, before it becomes a garment."""
 
     points: np.ndarray
     """Positions in the garment's frame [m], shape (n, 3)."""
@@ -51,10 +57,10 @@ class _Laid:
 
 
 def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
-    """The garment of a mesh file.
+    """Make the garment of a mesh file.
 
     Raises:
-        InputError: If the file cannot be read, or its mesh is no cloth or cannot be laid flat.
+        InputError: If the file cannot be read, the mesh has faults, or the mesh cannot be laid flat.
     """
     if given.spacing is not None and not given.remesh:
         raise InputError("spacing: a mesh has its own; give remesh = true under [garment] for a new one")
@@ -85,7 +91,7 @@ def _unit(source: Path) -> Unit:
 
 
 def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> tuple[TriangleMesh, list[str]]:
-    """Return the single piece of cloth in a mesh [m], and notes on changes."""
+    """Return the piece of cloth that a mesh contains, in metres, and notes on changes to the mesh."""
     mesh = replace(mesh, vertices=mesh.vertices * unit.metres)
     notes = []
     if given.weld or source.suffix.lower() in OFTEN_UNWELDED:
@@ -115,7 +121,7 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
 
 
 def _piece_name(mesh: TriangleMesh, own: np.ndarray, number: int) -> str:
-    """The file's name for most of a piece's triangles, or its number."""
+    """Return the name of a piece: the name that the file gives to most of its triangles or, without names, a number."""
     parts = [part for part, keep in zip(mesh.parts, own, strict=True) if keep and part] if mesh.parts else []
     return max(sorted(set(parts)), key=parts.count) if parts else f"piece {number + 1}"
 
@@ -126,7 +132,7 @@ def _extent(mesh: TriangleMesh, own: np.ndarray) -> str:
 
 
 def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
-    """Return the garment of a mesh that is flat in any plane."""
+    """Return the garment of a mesh that is flat, in whatever plane."""
     thin = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
     up, facing = SIDE_VIEW[thin]
     up = given.up or up
@@ -141,7 +147,10 @@ def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garmen
 
 
 def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
-    """Return the garment of a worn mesh: flattened if that hardly strains it, otherwise dropped over the table."""
+    """Return the garment of a mesh that is worn on a body.
+
+    The garment is flattened if this changes its edges little. Otherwise a simulation drops it onto the table.
+    """
     stance = posture(mesh.vertices, mesh.faces, given.up)
     points = (mesh.vertices - mesh.vertices.mean(axis=0)) @ stance.turn.T
     faces = mesh.faces[:, ::-1] if inside_out(points, mesh.faces) else mesh.faces
@@ -172,12 +181,12 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
 
 
 def _sized(plan: np.ndarray, size: tuple[float, float] | None) -> np.ndarray:
-    """The plan stretched to a width and length [m]."""
+    """Return the positions in the plane, stretched to a width and length [m]; unchanged if `size` is None."""
     return plan if size is None else plan * (np.array(size[::-1]) / np.ptp(plan, axis=0))
 
 
 def _meshed_anew(garment: Garment, spacing: float | None) -> Garment:
-    """Return the garment with a new mesh and the same fibre directions."""
+    """Return the garment with a new mesh, on which the warp has the same directions as before."""
     made = meshed_anew(garment, spacing)
     if garment.fibre is None:
         return made
@@ -189,16 +198,16 @@ class _Pattern:
     """The flat shape of each triangle."""
 
     lengths: np.ndarray
-    """Sides that the triangles shall have [m], shape (m, 3)."""
+    """Lengths of the sides of the flat triangles [m], shape (m, 3)."""
     panels: np.ndarray
-    """Number of each triangle's panel, shape (m,)."""
+    """Number of the panel to which each triangle belongs, shape (m,)."""
     words: str
-    """Source of the pattern, in words."""
+    """Source of the flat shapes, in words."""
     uv: np.ndarray | None = None
-    """Corners in the pattern, shape (m, 3, 2); None if there is none."""
+    """Corners of each triangle in the sewing pattern, shape (m, 3, 2); None if the file has no pattern."""
 
     def woven(self, garment: Garment) -> Garment:
-        """Return the garment of these triangles with the warp along the pattern's +v."""
+        """Return the garment with the warp along the +v axis of the sewing pattern, if there is a pattern."""
         if self.uv is None:
             return garment
         fibre = along_v(self.uv, garment.unstrained[garment.faces])
@@ -206,7 +215,10 @@ class _Pattern:
 
 
 def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _Pattern:
-    """Return the UV map as the pattern if one scale fits its edges to the mesh, otherwise the mesh itself."""
+    """Return the flat shapes of the triangles: from the UV map if it is the sewing pattern, otherwise from the mesh.
+
+    The UV map is the pattern if its edges, after scaling, have nearly the lengths of the mesh's edges.
+    """
     worn = side_lengths(points[faces])
     itself = _Pattern(worn, panel_numbers(faces, None), "its own shape")
     if uv is None:
@@ -220,7 +232,7 @@ def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _P
     off = [100 * (scale / each - 1.0) for each in along]
     misses = f"misses the mesh by {off[0]:+.1f} % along u and {off[1]:+.1f} % along v"
     both = uv * along
-    if _median_misfit(worn, side_lengths(both)) < DEVELOPABLE:  # cloth that is not stretched has the pattern's lengths
+    if _median_misfit(worn, side_lengths(both)) < DEVELOPABLE:  # unstretched cloth has the pattern's lengths
         squeezed = max(np.abs(off)) > SQUARE
         words = f"its UV map, a pattern of {panels.max() + 1} panels"
         words += f", which {misses}: each got a scale of its own" if squeezed else ""
@@ -231,15 +243,15 @@ def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _P
 
 
 def _median_misfit(worn: np.ndarray, drawn: np.ndarray) -> float:
-    """Return the median relative difference between the edges of a mesh and of its pattern."""
+    """Return the median relative difference between the lengths of edges in a mesh and in its pattern."""
     return float(np.median(np.abs(worn / drawn - 1.0)))
 
 
 def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """Metres per unit of u and of v with which a UV map fits the edges of the mesh best, shape (2,).
+    """Return the lengths [m] of one unit of u and of v with which a UV map fits the mesh best, shape (2,).
 
-    An edge has the squared length a u^2 + b v^2; a and b are fitted to the edges' relative errors. Large errors, such
-    as those at seams, have less weight.
+    With the scales sqrt(a) and sqrt(b), an edge from the UV map has the squared length a u^2 + b v^2. The fit of a and
+    b minimises the relative errors of the edges' squared lengths. Large errors, for example at seams, have less weight.
     """
     across = (np.roll(uv, -2, axis=1) - np.roll(uv, -1, axis=1)).reshape(-1, 2) ** 2
     wanted = worn.ravel() ** 2
@@ -254,7 +266,7 @@ def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def _coarseness(garment: Garment) -> list[str]:
-    """The note on a mesh that is too coarse for its fabric."""
+    """Return the note on a mesh that is too coarse for its fabric; empty if the mesh is fine enough."""
     cells = garment.spacing / garment.material.bending_length
     if cells <= PASSABLE:
         return []

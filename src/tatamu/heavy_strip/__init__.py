@@ -1,19 +1,20 @@
-"""The heavy strip: inextensible cloth in a vertical plane, bent only by its own weight.
+"""Computes the shape of a heavy strip: inextensible cloth in a vertical plane, bent only by its own weight.
 
-Notation: B bending rigidity [N m], w = rho g weight per area [N/m^2], s arc length [m], theta slope [rad]. The strip
-takes the shape of minimum energy per width
+The bending rigidity of the strip is B [N m], and its weight per area is w = rho g [N/m^2]. At the arc length s [m], the
+strip has the slope theta [rad] and the height z [m]. Its shape has the minimum energy per width,
 
-    E = int  B/2 (d theta/ds)^2 + w z  ds,
+    E = int  B/2 (d theta/ds)^2 + w z  ds.
 
-so shapes depend only on lengths divided by the bending length l_b = (B / w)^(1/3) (Peirce 1930).
+Therefore the shape depends only on lengths in units of the bending length l_b = (B / w)^(1/3) (Peirce 1930). The
+modules compute different shapes:
 
-- `cantilever`: clamped at one end, the other hanging free: the heavy elastica, a boundary-value problem.
-- `crease`: the loop of a fold whose layers rest on each other, by sequential quadratic programming: 100 links, 40 ms;
-  targets of folds are made from it.
-- `chain`: the same loop with any number of links and any height between its ends, by augmented Lagrangians; the
-  reference of validation, and the shape from which calibration's loop test starts.
+- `cantilever`: The strip is clamped at one end, and the other end hangs free. This is a boundary-value problem.
+- `crease`: The strip makes the loop of a fold whose layers rest on each other. The method is sequential quadratic
+  programming, which takes 40 ms for 100 links. Targets of folds are made from this shape.
+- `chain`: The strip makes the loop with any number of links and any height between its ends. The method is augmented
+  Lagrangians. Validation compares simulations with this shape, and calibration's loop test starts from it.
 
-The last two are separate on purpose. They discretise the clamps differently (to first and to second order) and find
-their minimum by different methods, so each checks the other. With the same number of links they agree to 4e-5 of the
-loop's height (tests/test_heavy_strip.py).
+The modules `crease` and `chain` are separate on purpose, because each checks the other. They discretise the clamps
+differently (to first and to second order), and find the minimum by different methods. With the same number of links,
+both loops agree to 4e-5 of the loop's height (tests/test_heavy_strip.py).
 """

@@ -1,14 +1,18 @@
-"""The crease of cloth: the loop of minimum energy at a fold, lying on the table under its own weight.
+"""Computes the crease of cloth: the loop at a fold that lies on the table under its own weight.
 
-A strip of arc length 2U, u in [-U, U], lies flat at both ends. The end u = U is on the table. The end u = -U is right
-above it, one thickness higher, so that the layers are flush. Between them it takes the shape of minimum bending and
-gravitational energy
+A strip with arc lengths u from -U to U lies flat at both ends. The end u = U is on the table. The end u = -U is exactly
+above the other end, one thickness higher. Between both ends, the strip has the shape with the minimum sum of bending
+energy and gravitational energy:
 
     E / b = int  B/2 (d phi/du)^2 + rho g z  du,     z >= t/2 below, z >= 3t/2 above,
 
-b the width, phi the direction of the strip: a heavy elastica with contact, as an inextensible chain of short links. In
-units of the bending length only t / l_b remains, and limp cloth (l_b of the order of t) is folded round a circle. A
-stack of layers that slide on each other has the bending length of one of them and the thickness of all.
+The strip has the width b, the bending rigidity B, the mass per area rho and the thickness t. At the arc length u, its
+direction is phi and its height is z. The acceleration of gravity is g. The strip is modelled as an inextensible chain
+of short links.
+
+In units of the bending length l_b, the shape depends only on t / l_b. If l_b is about as small as t, the cloth is limp,
+and its crease is a circle. A stack of layers that slide on each other has the bending length of a single layer, and the
+thickness of the whole stack.
 """
 
 from __future__ import annotations
@@ -24,41 +28,48 @@ from tatamu.errors import TatamuError
 
 LINKS = 100
 HALF_LENGTH = 4.5
-"""U in bending lengths: the loop of a heavy strip is shorter than this on either side."""
+"""Half of the strip's arc length, U, in bending lengths. The loop is shorter, so both ends of the strip are flat."""
 STEP = 2 * HALF_LENGTH / LINKS
-"""Length of a link in bending lengths."""
+"""Length of a link, in bending lengths."""
 SHARPEST = 0.75
-"""Lowest bending length for which a crease is computed, in thicknesses; limper cloth gets the same shape."""
+"""Least bending length for which a crease is computed, in thicknesses. The crease of limper cloth is computed with this
+bending length."""
 GUESSED_WIDTH = 1.4
-"""Arc length of half the turn at the start of the minimisation [bending lengths]."""
+"""Arc length of the bent part at the start of the minimisation, in bending lengths."""
 TOLERANCE = 1e-8
-"""Change of the energy at which the minimisation ends [w l_b^2]."""
+"""Change of the energy per step at which the minimisation ends, in units of w l_b^2. Here w is the weight per area, and
+l_b is the bending length."""
 MOST_ITERATIONS = 300
-"""Largest number of iterations; about 75 are enough from the thinnest cloth to `SHARPEST`."""
+"""Largest number of iterations of the minimisation. About 75 iterations are enough for any cloth."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
-"""1 where a node (row) comes after a link (column) and so moves as that link turns, shape (LINKS + 1, LINKS)."""
+"""Matrix that tells which nodes (rows) move if a link (column) turns, shape (LINKS + 1, LINKS). It is 1 if the node
+comes after the link, otherwise 0."""
 
 
 @dataclass(frozen=True)
 class Crease:
-    """The profile of a fold in the vertical plane across the fold line."""
+    """The profile of folded cloth near the fold, in the vertical plane across the fold line."""
 
     arc: np.ndarray
-    """Signed distance u from the fold line on the flat cloth [m], increasing, shape (k,); u > 0 stays on the table."""
+    """Signed distances u of points from the fold line on the flat cloth [m], increasing, shape (k,). The side u > 0
+    stays on the table."""
     x: np.ndarray
-    """Distance of that point from the fold line, towards the side that stays [m], shape (k,)."""
+    """Distances of the points from the fold line after the fold, towards the side that stays [m], shape (k,)."""
     z: np.ndarray
-    """Height of the mid-surface over the table [m], shape (k,)."""
+    """Heights of the cloth's mid-surface above the table at the points [m], shape (k,)."""
 
     def place(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return x and z of points at arc lengths u; beyond the profile the layers lie flat and flush."""
+        """Return x and z of points at arc lengths u. Outside the profile, the layers lie flat on each other."""
         inside = np.abs(u) <= self.arc[-1]
         x = np.where(inside, np.interp(u, self.arc, self.x), np.abs(u))
         z = np.where(inside, np.interp(u, self.arc, self.z), np.where(u > 0, self.z[-1], self.z[0]))
         return x, z
 
     def normals(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return x and z of unit vectors across the strip at arc lengths u, into the loop: up below, down above."""
+        """Return x and z of unit vectors across the strip at arc lengths u.
+
+        The vectors point into the loop: up in the lower layer, and down in the upper layer.
+        """
         along_x = np.gradient(self.x, self.arc)
         along_z = np.gradient(self.z, self.arc)
         inside = np.abs(u) <= self.arc[-1]
@@ -69,10 +80,10 @@ class Crease:
 
 
 def crease(bending_length: float, thickness: float) -> Crease:
-    """Return the crease of a cloth with bending length l_b [m] and thickness t [m].
+    """Return the crease of a cloth with the given bending length [m] and thickness [m].
 
     Raises:
-        TatamuError: If the minimisation did not converge, as it did for every cloth tried.
+        TatamuError: If the minimisation does not converge. It converged for every cloth that was tried.
     """
     length = max(bending_length, SHARPEST * thickness)
     arc, x, z = _profile(round(thickness / length, 6))
@@ -81,7 +92,7 @@ def crease(bending_length: float, thickness: float) -> Crease:
 
 @lru_cache(maxsize=32)
 def _profile(thickness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return arc, x and z in bending lengths for a thickness in bending lengths."""
+    """Return the arc lengths, x and z of a crease. The thickness and all results are in bending lengths."""
     phi = least_energy(thickness)
     x, z = nodes(phi, thickness)
     arc = HALF_LENGTH - STEP * np.arange(LINKS + 1)
@@ -89,17 +100,22 @@ def _profile(thickness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def nodes(phi: np.ndarray, thickness: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and z of a chain's nodes for link directions phi [bending lengths], from u = U, shapes (LINKS + 1,)."""
+    """Return x and z of the nodes of a chain with the link directions phi [rad], shapes (LINKS + 1,).
+
+    The first node is at the end u = U on the table. The thickness and the results are in bending lengths.
+    """
     x = HALF_LENGTH + STEP * np.concatenate([[0.0], np.cumsum(np.cos(phi))])
     z = thickness / 2 + STEP * np.concatenate([[0.0], np.cumsum(np.sin(phi))])
     return x, z
 
 
 def least_energy(thickness: float) -> np.ndarray:
-    """Return the links' directions phi of minimum energy for a thickness in bending lengths, shape (LINKS,).
+    """Return the directions phi of the links at the minimum of the energy [rad], shape (LINKS,).
+
+    The thickness is in bending lengths.
 
     Raises:
-        TatamuError: If the minimisation did not converge.
+        TatamuError: If the minimisation does not converge.
     """
 
     def energy(phi: np.ndarray) -> tuple[float, np.ndarray]:
@@ -125,7 +141,7 @@ def least_energy(thickness: float) -> np.ndarray:
             "jac": lambda phi: (STEP * AFTER * np.cos(phi))[1:-1],
         },
     ]
-    with threadpool_limits(1):  # the last bit of a product that threads share depends on their number
+    with threadpool_limits(1):  # with more threads, the last bit of a product may change
         result = minimize(
             energy,
             guess(),
@@ -140,6 +156,9 @@ def least_energy(thickness: float) -> np.ndarray:
 
 
 def guess() -> np.ndarray:
-    """Return link directions to start from, shape (LINKS,): a flat strip that turns over a half circle."""
+    """Return the directions of the links at the start of the minimisation [rad], shape (LINKS,).
+
+    They describe a flat strip that is bent over in a half circle.
+    """
     turn = np.clip((np.arange(LINKS) + 0.5 - LINKS / 2) * STEP / GUESSED_WIDTH, -0.5, 0.5)
     return np.pi * (0.5 - turn)

@@ -1,8 +1,8 @@
-"""Instruments that measure cloth, as scenes and readings; validation and calibration share them.
+"""Simulated instruments that measure cloth, which validation and calibration use.
 
-- `outline`: a draped disc seen from above: drape coefficient, nodes, amplitude, wavelength, harmonics;
-- `drapemeter`: the drapemeter: a disc of cloth over a round plate;
-- `oscillation`: periods and decrements of a signal that swings freely.
+- `drapemeter` makes the scene of a disc of cloth that hangs over a round plate.
+- `outline` reads the outline of a draped disc from above: drape coefficient, nodes, amplitude, wavelength, harmonics.
+- `oscillation` reads the periods and decrements of a signal that swings freely.
 
-They do not depend on a simulator.
+These modules do not depend on a simulator.
 """

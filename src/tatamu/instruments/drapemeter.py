@@ -1,9 +1,11 @@
-"""The drapemeter: a disc of cloth over a round plate.
+"""Makes the scene of a drapemeter, an instrument in which a disc of cloth hangs over a round plate.
 
-As in the instrument, the specimen lies flat, its middle on a plate level with a table, and the plate rises. The cloth
-on the plate does not move, because the scene fixes it there. The scene also fixes half a row beyond the rim, so that
-the cloth leaves the plate level. The mesh is a ring of concentric rows. A flat disc has no reason to buckle: small,
-seeded unevenness replaces the fabric's own. For more unevenness, the unstrained cloth itself can be wavy.
+At first, the specimen lies flat. Its middle is on the plate, and the rest is on a table at the same height. Then the
+plate rises. The scene fixes the cloth on the plate. It also fixes half a row of the mesh outside the plate's rim, so
+the cloth is level where it leaves the plate.
+
+The mesh is a ring of concentric rows. A perfectly flat disc would not buckle. Therefore random heights are added, which
+stand for the unevenness of real fabric. For more unevenness, the unstrained cloth itself can be wavy.
 """
 
 from __future__ import annotations
@@ -21,25 +23,26 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 RISE = 0.1
-"""Height by which the plate rises [m]; more than the cloth hangs down."""
+"""Height by which the plate rises [m]. It is larger than the length of cloth that hangs down."""
 RISING = 2.0
 """Time in which the plate rises [s]."""
 SETTLING = 2.0
 """Time from the end of the rise to the reading [s]."""
 FINENESS = 0.35
-"""Spacing of the mesh in bending lengths."""
+"""Edge length ("spacing") of the mesh, in bending lengths."""
 UNEVENNESS = 0.02
-"""Standard deviation of the flat cloth's height, in spacings of the mesh."""
+"""Standard deviation of the random heights of the flat cloth, in spacings of the mesh."""
 WAVE = 0.02
-"""Length of the waves of unstrained cloth that is wavy [m]: its height is correlated as exp(-d² / (2 WAVE²))."""
+"""Length of the waves of wavy cloth [m]. The heights of two points at the distance d have the correlation
+exp(-d² / (2 WAVE²))."""
 WAVES = 200
-"""Number of waves that are summed."""
+"""Number of cosine waves whose sum is the height of wavy cloth."""
 KNOTS = 21
 
 
 @dataclass(frozen=True)
 class Drapemeter:
-    """A specimen on its plate; both are round."""
+    """A round specimen of cloth on a round plate."""
 
     specimen: float
     """Radius of the cloth [m]."""
@@ -48,31 +51,31 @@ class Drapemeter:
     spacing: float
     """Edge length of the mesh [m]."""
     seed: int = 0
-    """Random seed of the unevenness, and of the rows' first points."""
+    """Random seed of the unevenness, and of the angles at which the rows of the mesh begin."""
     waviness: float = 0.0
-    """Standard deviation of the height of the unstrained cloth beyond the plate [m]."""
+    """Standard deviation of the height of wavy unstrained cloth outside the plate [m]; 0 for flat cloth."""
 
     @classmethod
     def fine_enough(
         cls, specimen: float, plate: float, material: Material, seed: int = 0, waviness: float = 0.0
     ) -> Drapemeter:
-        """Return a drapemeter whose mesh is fine enough for the fabric to bend."""
+        """Return a drapemeter whose mesh is fine enough for the bending of the material."""
         spacing = min(FINENESS * material.bending_length, 0.2 * (specimen - plate))
         return cls(specimen, plate, spacing, seed, waviness)
 
     @property
     def rows(self) -> int:
-        """Number of free rows of the mesh."""
+        """Number of rows of the mesh that are not fixed."""
         return max(4, round((self.specimen - self.plate) / (self.spacing * ROW)))
 
     @property
     def row(self) -> float:
-        """Distance between rows [m]."""
+        """Distance between two rows of the mesh [m]."""
         return (self.specimen - self.plate) / (self.rows + 0.5)
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the ring [m], shape (n, 2), the fixed rows first, and its triangles."""
+        """Points of the ring-shaped mesh [m], shape (n, 2), and its triangles. The points of fixed rows come first."""
         random = np.random.default_rng(self.seed)
         radii = self.plate + self.row * (np.arange(-1, self.rows + 1) + 0.5)
         rings = [_ring(radius, self.spacing, random.uniform()) for radius in radii]
@@ -83,12 +86,15 @@ class Drapemeter:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """Vertices on the plate, and those half a row beyond its rim."""
+        """Numbers of the fixed vertices, which are on the plate and half a row outside its rim."""
         return np.flatnonzero(np.hypot(*self.mesh[0].T) < self.plate + self.row)
 
     @property
     def unstrained(self) -> np.ndarray:
-        """The cloth without strain [m], shape (n, 3): level where it is fixed, and wavy from one wave beyond on."""
+        """Positions of the vertices in unstrained cloth [m], shape (n, 3).
+
+        The fixed part is level. Outside, the waves of wavy cloth grow to their full height over the length of a wave.
+        """
         points, _ = self.mesh
         if not self.waviness:
             return np.column_stack([points, np.zeros(len(points))])
@@ -100,7 +106,7 @@ class Drapemeter:
         return np.column_stack([points, np.clip(beyond / WAVE, 0.0, 1.0) * height])
 
     def scene(self, material: Material) -> Scene:
-        """Return a scene in which the plate rises from a table without friction, in air that damps critically."""
+        """Return a scene in which the plate rises. The table has no friction, and the air's damping is critical."""
         points, faces = self.mesh
         random = np.random.default_rng([self.seed, 1])
         height = UNEVENNESS * self.spacing * np.abs(random.standard_normal(len(points)))
@@ -118,17 +124,23 @@ class Drapemeter:
         )
 
     def damping(self, material: Material) -> float:
-        """Return the air drag that damps the overhang critically [N s/m^3], as only the shape at rest is read."""
+        """Return the air drag that damps the hanging cloth critically [N s/m^3].
+
+        Such a large drag does no harm, because only the shape at rest is read.
+        """
         free = self.specimen - self.plate
         return float(2.0 * material.areal_density * np.sqrt(1.5 * GRAVITY / free))
 
     def outline(self, rollout: Rollout, frame: int = -1) -> PlanOutline:
-        """Return the outline from above, the plate's axis at the origin."""
+        """Return the outline of the cloth from above, with the plate's axis at the origin."""
         return PlanOutline.of(rollout.positions[frame], rollout.faces, np.zeros(2))
 
 
 def _ring(radius: float, spacing: float, turn: float) -> np.ndarray:
-    """Return evenly spaced points on a circle [m], shape (k, 2), turned by a part of their spacing."""
+    """Return points at equal distances on a circle [m], shape (k, 2).
+
+    The points are rotated by the fraction `turn` of the angle between two points.
+    """
     count = max(6, round(2.0 * np.pi * radius / spacing))
     angles = 2.0 * np.pi * (np.arange(count) + turn) / count
     return radius * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -1,10 +1,11 @@
-"""Periods and decrements of a signal that swings freely about its rest.
+"""Reads the periods and the decrements of a signal that swings freely about its position of rest.
 
-A swing that decays a little each time is read from its zero crossings and from the extremes a_k between them:
+The period T and the decrement delta are read from the zero crossings of the signal, and from the extremes a_k between
+the crossings:
 
     T = distance of two crossings in the same direction,    delta = 2 ln((a_k + a_(k+1)) / (a_(k+1) + a_(k+2)))
 
-So a small error of the rest has little effect.
+With these formulas, a small error of the position of rest has little effect.
 """
 
 from __future__ import annotations
@@ -17,16 +18,16 @@ import numpy as np
 
 @dataclass(frozen=True)
 class FreeSwing:
-    """One period: from a zero crossing to the one after the next."""
+    """One period of a free oscillation, between two zero crossings in the same direction."""
 
     start: float
     """Start of the period [s]."""
     period: float
-    """T [s]."""
+    """Length of the period [s]."""
     amplitude: float
-    """Amplitude from peak to peak, of the two extremes of the period [m]."""
+    """Amplitude from peak to peak: the sum of the sizes of both extremes of the period [m]."""
     decrement: float
-    """delta [-]; NaN if there is no next extreme."""
+    """Logarithmic decrement per period [-]; NaN if no extreme follows the period."""
 
     @property
     def end(self) -> float:
@@ -35,12 +36,12 @@ class FreeSwing:
 
 
 def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[FreeSwing]:
-    """Return all periods of a signal [m] about 0 with an amplitude of at least this [m].
+    """Return all periods of a signal that swings about 0 and whose extremes are large enough.
 
     Args:
         times: Increasing times [s], shape (k,).
         signal: Values of the signal [m], shape (k,).
-        least: Lowest size of an extreme; smaller ones are noise [m].
+        least: Least size of an extreme [m]. Smaller extremes count as noise.
     """
     crossings = _crossings(times, signal)
     extremes = [_extreme(times, signal, start, end) for start, end in pairwise(crossings)]
@@ -55,14 +56,17 @@ def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[FreeSwin
 
 
 def _crossings(times: np.ndarray, signal: np.ndarray) -> list[float]:
-    """Return the times at which the signal passes 0 [s], by linear interpolation."""
+    """Return the times at which the signal passes 0 [s], found by linear interpolation."""
     change = np.flatnonzero(np.sign(signal[:-1]) * np.sign(signal[1:]) < 0)
     part = signal[change] / (signal[change] - signal[change + 1])
     return list(times[change] + part * (times[change + 1] - times[change]))
 
 
 def _extreme(times: np.ndarray, signal: np.ndarray, start: float, end: float) -> float:
-    """Return the size of the extreme between two crossings [m], by a parabola through the three samples around it."""
+    """Return the size of the extreme between two crossings [m].
+
+    The extreme is the vertex of a parabola through the largest sample and its two neighbours.
+    """
     inside = np.flatnonzero((times > start) & (times < end))
     if not len(inside):
         return 0.0

@@ -1,7 +1,8 @@
-"""The plan outline of a draped disc, and the measures read from it.
+"""Computes the outline of a draped disc of cloth from above, and measures of this outline.
 
-Seen from above, the hem of a cloth over a round plate is a curve r(phi) about the plate's axis. The drape coefficient
-(Cusick 1968; BS 5058, ISO 9073-9) compares its area with those of the flat specimen and of the plate:
+A disc of cloth hangs over a round plate. Seen from above, its hem is a curve r(phi): the distance r from the plate's
+axis at the angle phi. The drape coefficient DC (Cusick 1968; BS 5058, ISO 9073-9) compares three areas, those of the
+outline, of the flat specimen and of the plate:
 
     DC = (A_outline - A_plate) / (A_specimen - A_plate)
 
@@ -19,28 +20,28 @@ from scipy.signal import find_peaks
 from tatamu.topology import Topology
 
 ANGLES = 360
-"""Number of angles of an outline: one for each degree."""
+"""Default number of angles of an outline, one for each degree."""
 TOUCHING = 1e-9
-"""Tolerance at a segment's ends, as a fraction of the segment, so that no ray slips between two segments."""
+"""Tolerance at the ends of a segment, as a fraction of the segment. Otherwise a ray might pass between two segments."""
 PROMINENCE = 0.003
 """Least prominence of a node [m]."""
 
 
 @dataclass(frozen=True)
 class PlanOutline:
-    """Radii of the outline about the plate's axis."""
+    """The outline of a draped disc from above, as radii about the plate's axis."""
 
     radii: np.ndarray
-    """Radii at evenly spaced angles from 0 [m], shape (k,)."""
+    """Radii at equally spaced angles, starting at the angle 0 [m], shape (k,)."""
 
     @classmethod
     def of(cls, positions: np.ndarray, faces: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> PlanOutline:
-        """Return the silhouette of a mesh from above: the extent of the cloth at each angle.
+        """Return the outline of a mesh from above: the largest distance of the cloth from the centre at each angle.
 
         Args:
             positions: Positions of the vertices [m], shape (n, 3).
             faces: Triangles, shape (m, 3).
-            centre: Centre of the plate [m], shape (2,); the cloth surrounds it.
+            centre: Centre of the plate, which is inside the cloth [m], shape (2,).
             angles: Number of angles.
         """
         plan = positions[:, :2] - centre
@@ -48,44 +49,50 @@ class PlanOutline:
 
     @classmethod
     def of_curve(cls, curve: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> PlanOutline:
-        """Return the outline of a closed curve without its closing point [m], shape (k, 2), such as from a photo."""
+        """Return the outline of a closed curve, such as a curve from a photo.
+
+        The curve has points [m] of shape (k, 2), and its first point is not repeated at the end.
+        """
         plan = np.asarray(curve) - centre
         return cls(_reach(np.stack([plan, np.roll(plan, -1, axis=0)], axis=1), angles))
 
     @property
     def curve(self) -> np.ndarray:
-        """The closed curve about the plate's axis [m], shape (k + 1, 2)."""
+        """Points of the closed outline relative to the plate's axis [m], shape (k + 1, 2)."""
         angles = 2.0 * np.pi * np.arange(len(self.radii) + 1) / len(self.radii)
         radii = np.append(self.radii, self.radii[0])
         return radii[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
 
     @property
     def area(self) -> float:
-        """Enclosed area [m^2]."""
+        """Area inside the outline [m^2]."""
         step = 2.0 * np.pi / len(self.radii)
         turned = np.roll(self.radii, -1)
         return float(0.5 * np.sin(step) * (self.radii * turned).sum())
 
     def drape_coefficient(self, specimen: float, plate: float) -> float:
-        """Return the drape coefficient [-] of a specimen and a plate of these radii [m]."""
+        """Return the drape coefficient [-]; the arguments are the radii of the flat cloth and of the plate [m]."""
         covered = np.pi * plate**2
         return float((self.area - covered) / (np.pi * specimen**2 - covered))
 
     @property
     def peaks(self) -> np.ndarray:
-        """Indices of the nodes among the radii, shape (k,)."""
+        """Indices of the radii at the nodes, the outermost points of the hem's folds, shape (k,)."""
         start = int(self.radii.argmin())
         once = np.append(np.roll(self.radii, -start), self.radii[start])
         return np.sort((find_peaks(once, prominence=PROMINENCE)[0] + start) % len(self.radii))
 
     @property
     def nodes(self) -> int:
-        """Number of folds of the hem."""
+        """Number of nodes, the folds of the hem."""
         return len(self.peaks)
 
     @property
     def amplitude(self) -> float:
-        """Half of the mean distance of nodes beyond the troughs between them [m]; 0 with fewer than two nodes."""
+        """Amplitude of the hem's waves [m]; 0 with fewer than two nodes.
+
+        It is half of the difference between two means: the mean radius of the nodes, and of the troughs between them.
+        """
         peaks = self.peaks
         if len(peaks) < 2:
             return 0.0
@@ -96,23 +103,34 @@ class PlanOutline:
 
     @property
     def wavelength(self) -> float:
-        """Wavelength of the hem in plan: the mean circle over the nodes [m]; infinite without nodes."""
+        """Wavelength of the hem's waves as seen from above [m]; infinite without nodes.
+
+        It is the circumference of a circle with the mean radius, divided by the number of nodes.
+        """
         return float(2.0 * np.pi * self.radii.mean() / self.nodes) if self.nodes else np.inf
 
     def harmonic(self, order: int) -> float:
-        """Return the amplitude of a harmonic of r(phi) [m]; the second distinguishes warp from weft."""
+        """Return the amplitude of a harmonic of the radii [m].
+
+        The second harmonic is large if the cloth bends differently along warp and weft.
+        """
         return float(2.0 * np.abs(np.fft.rfft(self.radii)[order]) / len(self.radii))
 
 
 def centroid(curve: np.ndarray) -> np.ndarray:
-    """Return the centroid of a closed curve's area [m], shape (2,): the plate's position under a centred disc."""
+    """Return the centroid of the area inside a closed curve [m], shape (2,).
+
+    If the disc is centred on the plate, the centroid is the centre of the plate.
+    """
     turned = np.roll(curve, -1, axis=0)
     across = curve[:, 0] * turned[:, 1] - turned[:, 0] * curve[:, 1]
     return np.asarray(((curve + turned) * across[:, None]).sum(axis=0) / (3.0 * across.sum()))
 
 
 def _reach(segments: np.ndarray, angles: int) -> np.ndarray:
-    """Return the farthest crossing of each ray from the origin with segments [m], shape (k,); 0 without a crossing.
+    """Return the distance at which each ray from the origin crosses the segments for the last time [m], shape (k,).
+
+    The distance is 0 for a ray that crosses no segment.
 
     Args:
         segments: Ends of the segments [m], shape (s, 2, 2).

@@ -1,1 +1,4 @@
-"""Photographs of cloth on a table: a printed board for scale, where the cloth lies, how a fold ended."""
+"""Measures cloth on a table in photographs.
+
+A printed board next to the cloth gives the scale. A photograph shows where the cloth lies, or how a fold ended.
+"""

@@ -1,11 +1,12 @@
-"""The printed board that gives a photograph its scale: a ChArUco pattern of known size next to the cloth.
+"""Defines the printed board that lies next to the cloth and gives a photograph its scale.
 
-A ChArUco pattern (Garrido-Jurado et al. 2014) is a chessboard with a coded marker in every white square. Its corners
-are found to a fraction of a pixel, and each is known by its number even if others are covered.
+The board shows a ChArUco pattern of known size: a chessboard with a coded marker in every white square (Garrido-Jurado
+et al. 2014). The corners of the squares are found to a fraction of a pixel. Each corner has a number, so it is
+identified even if other corners are covered.
 
-The board's frame: the mark A at the lower left corner of the pattern is the origin, x points to mark B on its right, y
-to mark C above it, z out of the paper. A board may have several pages, each with other markers. The frame is that of
-the first page; the others may lie anywhere flat on the table.
+The board's frame has its origin at mark A, the lower left corner of the pattern. The x axis points to mark B on the
+right of A, y points to mark C above A, and z points out of the paper. A board may have several pages with different
+markers. The first page defines the frame. The other pages may lie anywhere flat on the table.
 """
 
 from __future__ import annotations
@@ -23,19 +24,19 @@ from tatamu.photographs.opencv import opencv
 from tatamu.records import Record
 
 PAPERS = {"a4": (0.210, 0.297), "letter": (0.2159, 0.2794)}
-"""Width and height of sheets [m]: ISO 216, ANSI/ASME Y14.1."""
+"""Width and height of each paper size [m] (ISO 216, ANSI/ASME Y14.1)."""
 COLUMNS, ROWS = 6, 8
-"""Squares of the pattern, across and along the page."""
+"""Numbers of squares of the pattern, across and along the page."""
 SQUARE = 0.030
-"""Intended side of a printed square [m]."""
+"""Intended side length of a printed square [m]."""
 MARKER = 0.024
-"""Intended side of a printed marker [m]."""
+"""Intended side length of a printed marker [m]."""
 BAR = 0.150
 """Intended length of the printed scale bar [m]."""
 TOP = 0.012
-"""Space above the pattern [m]."""
+"""Distance between the pattern and the upper edge of the paper [m]."""
 MARKERS = COLUMNS * ROWS // 2
-"""Markers of a page."""
+"""Number of markers on a page."""
 Paper = Literal["a4", "letter"]
 
 HEAD = """\
@@ -55,7 +56,7 @@ class Board(Record):
 
     @property
     def scale(self) -> float:
-        """Printed size over meant size."""
+        """Ratio of the printed size to the intended size."""
         return self.bar / BAR
 
     @property
@@ -65,13 +66,13 @@ class Board(Record):
 
     @property
     def marks(self) -> np.ndarray:
-        """Marks A, B and C in the board's frame [m], shape (3, 2)."""
+        """Positions of the marks A, B and C in the board's frame [m], shape (3, 2)."""
         width, height = self.size
         return np.array([[0.0, 0.0], [width, 0.0], [0.0, height]])
 
     @property
     def rim(self) -> np.ndarray:
-        """Corners of the paper in the frame of its page [m], counter-clockwise, shape (4, 2)."""
+        """Corners of a page's paper in the frame of this page [m], in counter-clockwise order, shape (4, 2)."""
         wide, tall = PAPERS[self.paper]
         left = 0.5 * (wide - SQUARE * COLUMNS)
         low = -(tall - TOP - SQUARE * ROWS)
@@ -80,13 +81,13 @@ class Board(Record):
 
     @property
     def corners(self) -> np.ndarray:
-        """Inner corners of the pattern in the frame of its page [m], in OpenCV's order, shape (35, 2)."""
+        """Inner corners of a page's pattern in the frame of this page [m], in OpenCV's order, shape (35, 2)."""
         across, down = np.meshgrid(np.arange(1, COLUMNS), np.arange(1, ROWS))
         places = np.column_stack([across.ravel(), ROWS - down.ravel()])
         return self.scale * SQUARE * places
 
     def pattern(self, page: int) -> Any:
-        """Return OpenCV's description of a page, the first being 0."""
+        """Return OpenCV's description of a page; the first page has number 0."""
         aruco = opencv().aruco
         dictionary = aruco.getPredefinedDictionary(aruco.DICT_4X4_250)
         ids = MARKERS * page + np.arange(MARKERS)
@@ -94,7 +95,7 @@ class Board(Record):
 
 
 def load_board(path: Path) -> Board:
-    """Read the file of a board.
+    """Read a board from its file.
 
     Raises:
         InputError: If the file cannot be read, or a field is wrong.
@@ -106,5 +107,5 @@ def load_board(path: Path) -> Board:
 
 
 def write_board(board: Board, path: Path, pdf: Path) -> None:
-    """Write the file of a board that is printed from a PDF file."""
+    """Write the file that describes a board; `pdf` is the file from which the board is printed."""
     write_text(path, HEAD.format(pdf=pdf.name) + tomli_w.dumps({"board": board.model_dump()}))

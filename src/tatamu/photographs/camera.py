@@ -1,12 +1,20 @@
-"""The camera of one photograph: from places on the table to pixels and back, with its uncertainty.
+"""Estimates the camera of a photograph, which converts positions on the table to pixels and back.
 
-The parameters are the focal length, the centre, two terms of distortion, the pose of the board's first page before the
-camera, and the place of every further page on the table. They minimise
+The parameters are:
+
+- the focal length, the centre and two terms of distortion of the lens,
+- the pose of the board's first page relative to the camera,
+- the position of every further page on the table.
+
+The estimated parameters minimise
 
     sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
 
-The second sum is the prior of the lens. A board covers a small part of the picture. This prior therefore determines the
-uncertainty of places beyond the board. The covariance of the parameters describes this uncertainty.
+The first sum is over the corners of the board. For each corner, it compares the pixel in the photo (seen) with the
+pixel according to the camera (projected). The error of a pixel is sigma. The second sum is over the parameters of the
+lens, whose values are roughly known in advance (a prior). The board covers only a small part of the picture. Outside
+the board, the uncertainty of positions depends mostly on this prior. The covariance of the parameters describes the
+uncertainty.
 """
 
 from __future__ import annotations
@@ -34,23 +42,23 @@ from tatamu.photographs.opencv import opencv
 from tatamu.photographs.pose import Pose
 
 FINEST = 0.05
-"""Least error of a corner that is found [pixels]."""
+"""Least error that is assumed for a corner of the board in the photo [pixels]."""
 SQUARE = 0.6
-"""Difference of an outline on the near and the far side, as a fraction of the rim's height: 1 for a square rim, 0.3 for
-a round one."""
+"""Height difference between the far and the near side of an outline, as a fraction of the height of the cloth's rim. It
+is 1 for a square rim and 0.3 for a round rim."""
 SMOOTH = 2
-"""Points of an outline to either side from which its direction is taken."""
+"""Number of points before and after a point of an outline from which the direction of the outline is computed."""
 WORST = 5e-4
-"""Corners of a flat board deviate by less, in longer sides of the picture."""
+"""Largest deviation of the corners of a flat board, as a fraction of the picture's longer side."""
 GRAZING = 75.0
-"""Largest angle of a camera from straight down [degrees]."""
+"""Largest angle between the direction of a camera and straight down [degrees]."""
 LENS = 5
 """Number of parameters of the lens."""
 GUESSES = (1.0, 0.6, 1.6)
-"""Focal lengths over the expected one from which the search starts."""
+"""Focal lengths at which the search starts, as multiples of the expected focal length."""
 
 Seen = tuple[np.ndarray, np.ndarray]
-"""Corners of a page in its frame [m] and in the photo [pixels], both of shape (k, 2)."""
+"""Corners of a page in the frame of the page [m], and in the photo [pixels], both of shape (k, 2)."""
 
 
 @dataclass(frozen=True)
@@ -58,22 +66,22 @@ class Camera:
     """A camera above a table."""
 
     matrix: np.ndarray
-    """Focal length and centre [pixels], shape (3, 3)."""
+    """Camera matrix with the focal length and the centre [pixels], shape (3, 3)."""
     distortion: np.ndarray
-    """k1, k2, p1, p2, k3, shape (5,)."""
+    """OpenCV's distortion coefficients k1, k2, p1, p2, k3, shape (5,)."""
     turn: np.ndarray
-    """Rotation vector from the board's frame to the camera's, shape (3,)."""
+    """Rotation vector from the board's frame to the camera's frame, shape (3,)."""
     shift: np.ndarray
-    """Origin of the board's frame in the camera's [m], shape (3,)."""
+    """Origin of the board's frame in the camera's frame [m], shape (3,)."""
 
     @cached_property
     def rotation(self) -> np.ndarray:
-        """Rotation from the board's frame to the camera's, shape (3, 3)."""
+        """Rotation matrix from the board's frame to the camera's frame, shape (3, 3)."""
         return np.asarray(opencv().Rodrigues(self.turn)[0])
 
     @property
     def eye(self) -> np.ndarray:
-        """Place of the camera in the board's frame [m], shape (3,)."""
+        """Position of the camera in the board's frame [m], shape (3,)."""
         return np.asarray(-self.rotation.T @ self.shift)
 
     @property
@@ -82,17 +90,24 @@ class Camera:
         return float(np.arccos(np.clip(-self.rotation[2, 2], -1.0, 1.0)))
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Return the pixels of points in the board's frame [m], shape (n, 3), as shape (n, 2)."""
+        """Return the pixels of points in the board's frame.
+
+        The points [m] have shape (n, 3), and the pixels have shape (n, 2).
+        """
         pixels, _ = opencv().projectPoints(
             np.ascontiguousarray(points, dtype=float), self.turn, self.shift, self.matrix, self.distortion
         )
         return np.asarray(pixels)[:, 0]
 
     def on_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the places of pixels (n, 2) at a height above the table [m], one or shape (n,), shape (n, 2).
+        """Return the positions on the table [m] that are seen at pixels, shape (n, 2).
+
+        Args:
+            pixels: Pixels of the photograph, shape (n, 2).
+            height: Height of the positions above the table [m]: a number for all pixels, or shape (n,).
 
         Raises:
-            InputError: If one of them lies beyond the table's horizon.
+            InputError: If a pixel lies above the horizon of the table.
         """
         straight = opencv().undistortPoints(
             np.ascontiguousarray(pixels, dtype=float)[:, None], self.matrix, self.distortion
@@ -105,14 +120,15 @@ class Camera:
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
 
     def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
-        """Return the places of an outline of cloth whose rim reaches from the table up to `top` [m], shape (n, 2).
+        """Return the positions on the table of an outline of cloth [m], shape (n, 2).
 
-        Where the rim faces the camera, the outline is the rim's lower edge; behind the cloth, it is the upper edge. The
-        edges of a hem are rounder than those of a board, so both are seen nearer to the middle.
+        The rim of the cloth reaches from the table up to the height `top`. On the side of the camera, the outline in
+        the photo is near the rim's lower edge. On the far side, it is near the upper edge. Because a hem is round, the
+        heights on both sides are nearer to half of `top`.
 
         Args:
-            outline: Closed curve [pixels], shape (n, 2).
-            top: Height of the upper edge [m].
+            outline: Outline as a closed curve [pixels], shape (n, 2).
+            top: Height of the rim's upper edge above the table [m].
         """
         middle = self.on_table(outline, 0.5 * top)
         after, before = np.roll(middle, -SMOOTH, axis=0), np.roll(middle, SMOOTH, axis=0)
@@ -127,36 +143,43 @@ class Camera:
 
 @dataclass(frozen=True)
 class View:
-    """A camera as estimated from one photograph, and how it may differ."""
+    """A camera that was estimated from one photograph, with its uncertainty."""
 
     camera: Camera
     parameters: np.ndarray
-    """Shape (p,)."""
+    """Estimated parameters of the lens, of the camera's pose and of further pages, shape (p,)."""
     covariance: np.ndarray
-    """Shape (p, p)."""
+    """Covariance matrix of the parameters, shape (p, p)."""
     rms: float
-    """Deviation of the corners [pixels]."""
+    """Root mean square of the distances between the corners seen and the corners projected [pixels]."""
     penalty: float
-    """Minimum of the sum above."""
+    """Value of the sum that the estimate minimises. The smaller the value, the better the camera fits."""
     lens: Lens | None
     size: tuple[int, int]
     """Width and height of the photograph [pixels]."""
 
     def varied(self) -> Iterator[Camera]:
-        """Yield cameras one deviation away in each independent direction: their effects add as squares."""
+        """Yield cameras for the computation of uncertainties.
+
+        Each camera differs by one standard deviation in one independent direction of the parameters. The squares of
+        their effects are added.
+        """
         values, vectors = np.linalg.eigh(self.covariance)
         for value, vector in zip(values, vectors.T, strict=True):
             yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
 
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return how far places of pixels (n, 2) may be wrong because of the camera [m], shape (n,)."""
+        """Return the standard deviation of positions on the table because of the camera [m], shape (n,).
+
+        The positions are those at the given pixels (n, 2), at a height above the table [m].
+        """
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]
         return np.sqrt(np.sum(np.square(moved), axis=(0, 2)))
 
     @property
     def pages(self) -> list[Pose]:
-        """Pose of every page in the board's frame."""
+        """Poses of all pages in the board's frame."""
         return _poses(self.parameters)
 
 
@@ -166,13 +189,13 @@ def estimate(
     """Find the camera from the corners of a board.
 
     Args:
-        pages: The visible corners of each page; the first defines the frame.
+        pages: Visible corners of each page; the first page defines the board's frame.
         size: Width and height of the photo [pixels].
-        lens: The lens; None if it is not known.
-        focal: Focal length that the photo states [pixels]; None if it does not.
+        lens: Lens of the camera; None if the lens is not known.
+        focal: Focal length that the photo's file states [pixels]; None if the file states none.
 
     Raises:
-        InputError: If the corners cannot be those of a flat board.
+        InputError: If the corners do not fit a flat board.
     """
     prior, spread = _expected(size, lens, focal)
     fits = [_fit(pages, size, lens, prior, spread, FINEST, guess) for guess in (GUESSES if lens is None else (1.0,))]
@@ -181,7 +204,7 @@ def estimate(
     rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * FINEST
     if rms > WORST * max(size):
         raise InputError(f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay it flat")
-    if rms > FINEST:  # worse corners than assumed leave more to the prior
+    if rms > FINEST:  # with larger errors of corners, the prior counts more
         best = _fit(pages, size, lens, prior, spread, rms, 1.0, best.x)
     camera = _camera(best.x, size, lens)
     if camera.tilt > np.radians(GRAZING):
@@ -194,7 +217,7 @@ def estimate(
 
 
 def _expected(size: tuple[int, int], lens: Lens | None, focal: float | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the expected parameters of the lens and their deviations, shape (5,) each."""
+    """Return the expected parameters of the lens and their standard deviations, shape (5,) each."""
     longer = max(size)
     if lens is not None:
         k1, k2 = (*lens.distortion, 0.0, 0.0)[:2]
@@ -216,7 +239,7 @@ def _fit(
     guess: float,
     start: np.ndarray | None = None,
 ) -> OptimizeResult:
-    """Return the result of `least_squares`; the residuals are in deviations."""
+    """Fit the parameters by `least_squares`. Each residual is divided by its standard deviation."""
 
     def residuals(parameters: np.ndarray) -> np.ndarray:
         camera = _camera(parameters, size, lens)
@@ -232,7 +255,7 @@ def _fit(
 
 
 def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, optics: np.ndarray) -> np.ndarray:
-    """Return parameters from which to search: the pose of the first page, then the places of the others."""
+    """Return start values for the parameters of the lens, the camera's pose and the positions of further pages."""
     cv2 = opencv()
     blank = _camera(np.concatenate([optics, np.zeros(6)]), size, lens)
     points, pixels = pages[0]

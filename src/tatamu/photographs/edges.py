@@ -1,4 +1,4 @@
-"""Edges of cloth to a fraction of a pixel: the photograph's colours along lines across an edge."""
+"""Finds edges of cloth to a fraction of a pixel, from the photograph's colours along lines across the edge."""
 
 from __future__ import annotations
 
@@ -10,29 +10,30 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 from tatamu.photographs.opencv import opencv
 
 STEP = 0.5
-"""Distance of samples along a line [pixels]."""
+"""Distance between samples of the colour along a line [pixels]."""
 FAINT = 4.0
-"""Difference of colour between both sides of an edge that counts [8-bit levels]."""
+"""Least difference in colour between both sides of an edge [8-bit levels]."""
 NEIGHBOURS = 9
 """Number of neighbouring lines whose colours are averaged."""
 
 
 @dataclass(frozen=True)
 class Edges:
-    """Edges along a curve."""
+    """Edge points that were found along a curve."""
 
     points: np.ndarray
-    """Places of the edge [pixels], shape (n, 2); of the given curve if nothing was found."""
+    """Points on the edge [pixels], shape (n, 2). If no edge was found at a point, it is the given point."""
     found: np.ndarray
-    """Whether an edge was found, shape (n,)."""
+    """Whether an edge was found at each point, shape (n,)."""
     width: np.ndarray
-    """Width of the edge [pixels], shape (n,)."""
+    """Width of the edge at each point [pixels], shape (n,)."""
 
 
 def closed_normals(curve: np.ndarray) -> np.ndarray:
-    """Return unit normals of a closed curve that point out of a counter-clockwise one, shape (n, 2).
+    """Return the unit normals of a closed curve, shape (n, 2).
 
-    With y down, as in pixels, they point out of a curve that turns clockwise on the screen.
+    If y points up, the normals point out of a counter-clockwise curve. If y points down, as in pixels, they point out
+    of a curve that is clockwise on the screen.
     """
     smooth = gaussian_filter1d(curve, 2.0, axis=0, mode="wrap")
     along = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
@@ -41,13 +42,13 @@ def closed_normals(curve: np.ndarray) -> np.ndarray:
 
 
 def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reach: float) -> Edges:
-    """Find where the colour steps along lines through points.
+    """Find the edge near each point. On a line through the point, it is the position at which the colour changes most.
 
     Args:
         pixels: 8-bit RGB, shape (h, w, 3).
         points: Points near the edge, in order along it [pixels], shape (n, 2).
         normals: Direction of the line at each point, shape (n, 2).
-        reach: The edge is at most this far from the points [pixels].
+        reach: Largest distance between the edge and the points [pixels].
     """
     at = np.arange(-2.0 * reach, 2.0 * reach + 1e-9, STEP)
     places = points[:, None] + at[:, None] * normals[:, None]
@@ -71,7 +72,7 @@ def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reac
 
 
 def sample(pixels: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return colours of an 8-bit picture at places (n, s, 2) [pixels], shape (n, s, 3)."""
+    """Return the colours of an 8-bit picture at positions [pixels] of shape (n, s, 2), shape (n, s, 3)."""
     cv2 = opencv()
     maps = places.astype(np.float32)
     return np.asarray(

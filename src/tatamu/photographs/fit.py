@@ -1,7 +1,8 @@
-"""Fit of a garment's outline to one that was found: its position, its angle and its scales.
+"""Fits the outline of a garment to an outline that was found in a photograph.
 
-The parameters x, y, yaw and the scales along and across minimise the distances from the found points to the outline.
-Small distances count as squares. Large ones, such as those of a corner that is turned in, count less.
+The parameters are the position x and y, the angle yaw, and the scales along the garment and across it. The fit
+minimises a sum over the distances between the found points and the garment's outline. Small distances count with their
+squares. Large distances count less: for example, a corner of the cloth may be turned in.
 """
 
 from __future__ import annotations
@@ -17,17 +18,18 @@ from tatamu.photographs.pose import Pose, wrapped
 from tatamu.photographs.shape import Shape
 
 TOLERANCE = 0.002
-"""Distance beyond which errors count less than their squares [m]."""
+"""Distance above which an error counts less than its square [m]."""
 GIVEN = 0.001
-"""Deviation of a corner that the user gives [m]."""
+"""Standard deviation of a corner that the user gives [m]."""
 LARGEST = 1.5
-"""Logarithm of the largest scale."""
+"""Natural logarithm of the largest scale."""
 TIE = 0.001
-"""Largest difference of scores at which two poses count as equally good [m]."""
+"""Largest difference in score between two poses that count as equally good [m]."""
 STRETCH = 0.02
-"""Score of a unit of the logarithm of length over width [m]: the way that keeps proportions is the likelier."""
+"""Penalty for changed proportions [m]: the score that a pose gets if the logarithm of length over width changes by 1. A
+pose that keeps the proportions is more probable."""
 CORRELATED = 0.05
-"""Length of an outline over which its errors are correlated [m]."""
+"""Length along an outline within which the errors of points are correlated [m]."""
 
 
 @dataclass(frozen=True)
@@ -36,43 +38,45 @@ class Fit:
 
     shape: Shape
     parameters: np.ndarray
-    """x, y [m], yaw [rad], logarithms of the scales along and across, shape (5,)."""
+    """Parameters of the fit: x, y [m], yaw [rad] and the logarithms of the scales along and across, shape (5,)."""
     off: np.ndarray
-    """Signed distance of each found point from the outline, outwards [m], shape (n,)."""
+    """Distance of each found point from the fitted outline [m], shape (n,); positive outside the outline."""
     covariance: np.ndarray
-    """Covariance of the parameters because of the outline, shape (5, 5)."""
+    """Covariance of the parameters that results from errors of the found outline, shape (5, 5)."""
 
     @property
     def pose(self) -> Pose:
-        """Pose of the garment's frame."""
+        """Fitted pose of the garment's frame."""
         x, y, yaw = self.parameters[:3].tolist()
         return Pose(x, y, wrapped(yaw))
 
     @property
     def scale(self) -> np.ndarray:
-        """Scales along (x) and across (y), shape (2,)."""
+        """Scales along the garment (x) and across it (y), shape (2,)."""
         return np.exp(self.parameters[3:])
 
     def place(self, points: np.ndarray) -> np.ndarray:
-        """Return points of the garment's frame (n, 2) as they lie."""
+        """Return where points of the garment's frame lie on the table, shape (n, 2); they are scaled and moved."""
         return self.pose.place(points * self.scale)
 
     @property
     def rms(self) -> float:
-        """Usual distance of the outlines, without the worst tenth [m]."""
+        """Root mean square of the distances `off` without the largest tenth [m]."""
         best = np.sort(np.abs(self.off))[: max(1, int(0.9 * len(self.off)))]
         return float(np.sqrt(np.mean(best**2)))
 
 
 def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outward: Pose | None = None) -> Fit:
-    """Lay a shape over a found outline.
+    """Fit the outline of a garment to an outline that was found.
+
+    If several poses fit equally well, as with a rectangle, the pose with the least yaw is chosen.
 
     Args:
-        shape: The garment's outline.
+        shape: Outline of the garment.
         found: Points of the outline that was found [m], shape (n, 2).
-        given: Corners of the shape that the user gives, by name [m], shape (2,).
-        outward: Pose of the frame of `found` in the robot's; of poses that fit equally well, the one with the least yaw
-            in this frame is chosen. None for the frame of `found` itself.
+        given: Positions of corners that the user gives, by the name of the corner [m], shape (2,).
+        outward: Pose of the frame of `found` in the robot's frame. If it is given, the yaw is compared in the robot's
+            frame; if it is None, the yaw is compared in the frame of `found`.
     """
     box = np.array(shapely.Polygon(found).minimum_rotated_rectangle.exterior.coords)
     first, second = box[1] - box[0], box[2] - box[1]
@@ -98,7 +102,7 @@ def _score(fit: Fit) -> float:
 
 
 def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], start: np.ndarray) -> Fit:
-    """Lay a shape over an outline from near its place."""
+    """Fit the outline of a garment to an outline that was found; the search starts from the parameters `start`."""
     names = list(given)
     own = np.array([shape.corners[name] for name in names]).reshape(-1, 2)
     wanted = np.array([given[name] for name in names]).reshape(-1, 2)

@@ -1,8 +1,9 @@
-"""Edges of cloth that lies on cloth: faint straight lines inside an outline.
+"""Finds edges of cloth that lies on cloth: faint straight lines inside an outline.
 
-The table about an expected edge is resampled as a patch with the edge along one side. For every line through the patch,
-the mean slope of brightness across it is compared with that of all other lines. An edge of a layer stands out, because
-its rim has another brightness and casts a shadow.
+The photo is resampled in a rectangular window around an expected edge, with one side of the window along the edge. For
+many lines through the window, the mean gradient of brightness across the line is computed. A line is the edge if its
+gradient is much larger than the gradients of the other lines. This works because the rim of a layer has another
+brightness and casts a shadow.
 """
 
 from __future__ import annotations
@@ -19,49 +20,55 @@ from tatamu.photographs.photograph import Photograph
 from tatamu.photographs.pose import Pose
 
 FINEST = 0.0005
-"""Resolution of a patch [m]."""
+"""Smallest distance between samples in the window [m]."""
 SOFT = 0.0012
-"""Deviation of the smoothing across an edge [m]."""
+"""Standard deviation of the smoothing across an edge [m]."""
 TURN = 0.14
-"""Largest rise of a line, as a fraction of its length."""
+"""Largest slope of a line relative to the window."""
 TURNS = 29
-"""Number of directions that are tried."""
+"""Number of directions of lines that are tried."""
 CLEAR = 6.0
-"""An edge stands out of all other lines by this many deviations."""
+"""Least gradient of brightness across an edge, as a multiple of the usual gradient across other lines."""
 LEAST = 0.25
-"""Least slope of brightness of an edge [8-bit levels per resolution]."""
+"""Least gradient of brightness across an edge [8-bit levels per sample]."""
 RIM = 0.0045
-"""Distance from the outline within which places are ignored [m]."""
+"""Distance from the outline within which the picture is ignored [m]."""
 WIDE = 0.006
-"""An edge's two slopes, of a dark or bright line, lie within this distance [m]."""
+"""Largest width of the dark or bright band that the rim of a layer makes in the picture [m]."""
 SEEN = 0.7
-"""Deviation by which a camera blurs [pixels]."""
+"""Standard deviation of the camera's blur [pixels]."""
 SECOND = 0.35
-"""Least strength of the weaker slope, as a fraction of the stronger one."""
+"""Least gradient at the fainter side of the band that a rim makes, as a fraction of the gradient at the other side."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """The area in which an edge is expected, in the fold's frame."""
+    """The rectangular area in which an edge is expected, in the fold's frame."""
 
     corner: np.ndarray
     """Starting corner of the window [m], shape (2,)."""
     along: np.ndarray
-    """Unit vector along it, shape (2,)."""
+    """Unit vector along the expected edge, shape (2,)."""
     outward: np.ndarray
-    """Unit vector across it, out of the layer, shape (2,)."""
+    """Unit vector across the expected edge, out of the layer, shape (2,)."""
     length: float
-    """[m]"""
+    """Length of the window along the edge [m]."""
     reach: float
-    """Distance to either side within which it is searched [m]."""
+    """Distance from the expected edge, to either side, within which the edge is searched [m]."""
 
     def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return places along and across the window of points (n, 2)."""
+        """Return the coordinates of points (n, 2) along and across the window."""
         away = points - self.corner
         return away @ self.along, away @ self.outward
 
     def line(self, middle: float, turn: float, rms: float) -> Line:
-        """Return the line at `middle` across the window that rises by `turn` per length."""
+        """Return a line through the window.
+
+        Args:
+            middle: Coordinate across the window at which the line passes the middle of the window [m].
+            turn: Slope of the line relative to the window.
+            rms: Error of the line [m].
+        """
         direction = self.along + turn * self.outward
         origin = self.corner + 0.5 * self.length * self.along + middle * self.outward
         return Line(origin, direction / np.linalg.norm(direction), rms, self.length / np.sqrt(12.0), 1)
@@ -70,14 +77,14 @@ class Window:
 def inner_edge(
     photograph: Photograph, frame: Pose, window: Window, height: float, cloth: shapely.Polygon
 ) -> Line | None:
-    """Return the edge of a layer on other cloth; None if none is clear.
+    """Return the edge of a layer that lies on other cloth; None if no line is clearly an edge.
 
     Args:
         photograph: The photograph.
         frame: Pose of the fold's frame on the board.
-        window: Part of the picture in which the edge is expected.
-        height: Height of the edge [m].
-        cloth: Area inside the outline, in the fold's frame.
+        window: Area in which the edge is expected.
+        height: Height of the edge above the table [m].
+        cloth: Area inside the outline of the cloth, in the fold's frame.
     """
     step = max(FINEST, 0.7 * photograph.resolution(frame.place(window.corner[None])))
     along = np.arange(0.008, window.length, step)
@@ -115,9 +122,11 @@ def inner_edge(
 
 
 def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> float:
-    """Return the end of a layer whose rim is a dark or bright band between two slopes, one of them the strongest.
+    """Return the coordinate at which a layer ends, from the gradients of brightness across the edge.
 
-    The slopes at the ends of a band of width w are steepest sqrt(soft^2 + w^2/4) from its middle.
+    The rim of a layer may be a dark or bright band, which has a strong gradient at each end. The stronger of the two
+    gradients has the index `best`. The band has a width w and is blurred by `soft`. Then the gradients are largest at
+    the distance sqrt(soft^2 + w^2/4) from the middle of the band.
     """
     reach = round(WIDE / float(across[1] - across[0]))
     strength = np.abs(slopes)
@@ -132,11 +141,11 @@ def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> floa
 
 
 def outer_edge(points: np.ndarray, window: Window) -> Line | None:
-    """Return the outline's line in a window; None if no part of the outline runs along the window.
+    """Fit a line to the part of an outline in a window; None if no part of the outline runs along the window.
 
     Args:
-        points: The outline in the fold's frame [m], shape (n, 2).
-        window: Part of the picture in which the edge is expected.
+        points: Points of the outline in the fold's frame [m], shape (n, 2).
+        window: Area in which the edge is expected.
     """
     along, across = window.coordinates(points)
     near = (along > 0.01) & (along < window.length) & (np.abs(across) < window.reach)

@@ -1,6 +1,7 @@
-"""The lens of a camera: focal length, centre and distortion, known from photographs of a board or assumed.
+"""Describes the lens of a camera by its focal length, centre and distortion.
 
-The distortion is OpenCV's: k1, k2, p1, p2, k3, with r measured in focal lengths from the centre.
+These values are assumed, or are measured from several photographs of a board. The distortion has OpenCV's coefficients
+k1, k2, p1, p2, k3. Distances from the centre are measured in focal lengths.
 """
 
 from __future__ import annotations
@@ -19,21 +20,24 @@ from tatamu.photographs.opencv import opencv
 from tatamu.records import Record
 
 DIAGONAL = 0.04327
-"""Diagonal of the 35 mm film to which photos state their focal length [m]."""
+"""Diagonal of 35 mm film [m]. The focal length that a photo's file states refers to this film."""
 USUAL, SPREAD = 0.85, 0.35
-"""Focal length over the longer side of the picture: cameras of phones, and the relative deviation."""
+"""Usual focal length of a phone's camera, as a fraction of the picture's longer side, and its relative standard
+deviation."""
 STATED_SPREAD = 0.05
-"""Relative deviation of a focal length that a photo states."""
+"""Relative standard deviation of a focal length that a photo's file states."""
 KNOWN_SPREAD = 0.005
-"""Relative deviation of a focal length from a file: focusing changes it."""
+"""Relative standard deviation of a focal length from a lens file. It is not zero because focusing changes the focal
+length."""
 CENTRE_SPREAD, KNOWN_CENTRE = 0.01, 0.001
-"""Deviation of the centre, in longer sides of the picture, if assumed and if from a file."""
+"""Standard deviation of the centre as a fraction of the picture's longer side: without and with a lens file."""
 BENT, BENT_MORE = 0.03, 0.01
-"""Deviations of k1 and k2 if no file has them: phones correct most of their distortion themselves."""
+"""Standard deviations of the distortion coefficients k1 and k2 without a lens file. They are small because phones
+correct most of the distortion themselves."""
 APART = 20.0
-"""Least angle between the boards of two of the photos that determine a lens [degrees]."""
+"""Least angle by which the board's direction must differ between two of the photos that determine a lens [degrees]."""
 FEWEST = 4
-"""Photos of a board that determine a lens."""
+"""Least number of photos of a board that determine a lens."""
 
 Distortion = Annotated[tuple[Annotated[float, Field(ge=-5.0, le=5.0)], ...], Field(max_length=5)]
 
@@ -42,17 +46,17 @@ class Lens(Record):
     """The description of a lens."""
 
     width: int = Field(ge=16, le=100_000)
-    """Width of its pictures [pixels]."""
+    """Width of the camera's pictures [pixels]."""
     height: int = Field(ge=16, le=100_000)
     focal: float = Field(gt=0.0, le=1e6)
     """Focal length [pixels]."""
     centre: tuple[float, float]
-    """Place of the optical axis [pixels]."""
+    """Position of the optical axis in the picture [pixels]."""
     distortion: Distortion = ()
 
 
 def load_lens(path: Path) -> Lens:
-    """Read the file of a lens.
+    """Read a lens from its file.
 
     Raises:
         InputError: If the file cannot be read, or a field is wrong.
@@ -64,20 +68,22 @@ def load_lens(path: Path) -> Lens:
 
 
 def write_lens(lens: Lens, path: Path) -> None:
-    """Write the file of a lens."""
+    """Write a lens to a file."""
     write_text(path, tomli_w.dumps({"lens": lens.model_dump(mode="json")}))
 
 
 def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
-    """Return the focal length [pixels] of a photo that states it in millimetres of 35 mm film; None if it does not."""
+    """Convert a focal length for 35 mm film, `film` [mm], to pixels; None if `film` is None."""
     return None if film is None else 1e-3 * film / DIAGONAL * float(np.hypot(*size))
 
 
 def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
-    """Return a lens for pictures of another width and height [pixels], turned by a quarter if need be.
+    """Return the lens for pictures of another width and height [pixels].
+
+    Pictures may be upright although the lens was described for wide pictures, or the other way round.
 
     Raises:
-        InputError: If their sides have another ratio.
+        InputError: If the ratio of the sides is different.
     """
     if size[0] / size[1] < 1.0 < lens.width / lens.height or size[0] / size[1] > 1.0 > lens.width / lens.height:
         centre = (lens.centre[1], lens.centre[0])
@@ -96,14 +102,14 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     """Find the lens from several photos of one page of a board.
 
     Args:
-        seen: Corners of the page in its frame [m] and in the photo [pixels], both of shape (k, 2), of each photo.
+        seen: For each photo, the corners of the page in its frame [m] and in the photo [pixels], both of shape (k, 2).
         size: Width and height of the photos [pixels].
 
     Returns:
-        The lens, and the deviation of corners from it [pixels].
+        The lens, and the root mean square error of the corners with this lens [pixels].
 
     Raises:
-        InputError: If there are fewer than `FEWEST` photos, or they are too alike.
+        InputError: If there are fewer than `FEWEST` photos, or the photos are too similar.
     """
     if len(seen) < FEWEST:
         raise InputError(f"photos: must be at least {FEWEST}, from different sides and angles, given {len(seen)}")

@@ -1,4 +1,4 @@
-"""Straight lines through points of an edge, a few of which may lie elsewhere."""
+"""Fits straight lines to the points of an edge. A few of the points may lie far from the line."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 ROUNDS = 8
-"""Rounds of reweighting."""
+"""Number of rounds in which the points get new weights."""
 TUNING = 2.0
-"""Number of deviations from the line beyond which points count little."""
+"""Distance from the line above which points count little, in standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -17,18 +17,18 @@ class Line:
     """A line in the plane."""
 
     origin: np.ndarray
-    """The middle of its points, shape (2,)."""
+    """Weighted mean of the fitted points, shape (2,)."""
     direction: np.ndarray
-    """Unit vector along it, shape (2,)."""
+    """Unit vector along the line, shape (2,)."""
     rms: float
-    """Deviation of the points that count."""
+    """Standard deviation of the points across the line."""
     spread: float
-    """Deviation of the points along the line."""
+    """Standard deviation of the points along the line."""
     count: int
 
     @classmethod
     def through(cls, points: np.ndarray) -> Line:
-        """Fit a line to points (n, 2) by total least squares, reweighted by their distance (Cauchy)."""
+        """Fit a line to points (n, 2) by total least squares. Distant points get small weights (Cauchy's weights)."""
         weight = np.ones(len(points))
         for _ in range(ROUNDS):
             origin = weight @ points / weight.sum()
@@ -43,24 +43,24 @@ class Line:
 
     @property
     def normal(self) -> np.ndarray:
-        """Unit vector across it, shape (2,)."""
+        """Unit vector across the line, shape (2,)."""
         return np.array([-self.direction[1], self.direction[0]])
 
     def off(self, points: np.ndarray) -> np.ndarray:
-        """Return signed distances of points (n, 2), shape (n,)."""
+        """Return the signed distances of points (n, 2) from the line, shape (n,)."""
         return np.asarray((points - self.origin) @ self.normal)
 
     def deviation_at(self, point: np.ndarray, independent: float) -> float:
-        """Return the deviation of the line across itself at a point.
+        """Return the standard deviation of the line's position at a point, measured across the line.
 
         Args:
-            point: The point, shape (2,).
-            independent: Number of points that are independent of one another.
+            point: The point at which the deviation is computed, shape (2,).
+            independent: Number of fitted points whose errors are independent of one another.
         """
         away = float((point - self.origin) @ self.direction) / max(self.spread, 1e-9)
         return float(self.rms * np.sqrt((1.0 + away**2) / max(independent, 1.0)))
 
     def meets(self, other: Line) -> np.ndarray:
-        """Return where two lines meet, shape (2,)."""
+        """Return the point at which this line and another line meet, shape (2,)."""
         matrix = np.array([self.normal, other.normal])
         return np.asarray(np.linalg.solve(matrix, [self.normal @ self.origin, other.normal @ other.origin]))

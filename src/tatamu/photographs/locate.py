@@ -1,4 +1,4 @@
-"""Pose, size and outline of a garment on the table from a photograph."""
+"""Finds the pose, the size and the outline of a garment on the table in a photograph."""
 
 from __future__ import annotations
 
@@ -20,13 +20,16 @@ from tatamu.photographs.shape import Shape, shape_of
 from tatamu.study.result import Result
 
 TURNED_IN = 0.015
-"""Distance of the outline inside the garment's from which a corner counts as turned in [m]."""
+"""Largest distance between a corner of the garment and the found outline [m]. With a larger distance, the corner of the
+cloth counts as turned in."""
 OTHER = 0.15
-"""Relative difference of sides above which cloth is not the learned garment, or is partly invisible."""
+"""Largest relative difference in width or length. With a larger difference, the cloth is not the learned garment, or is
+only partly visible."""
 MOST_TURNED = 2
-"""Largest number of corners turned in; with more, the outline is that of another garment."""
+"""Largest number of corners that may be turned in. With more, the cloth counts as another garment."""
 UNLIKE = 0.010
-"""Largest deviation of an outline [m]; a larger one means another garment, or wrinkles."""
+"""Largest usual distance between the found outline and the garment's outline [m]. With a larger distance, the cloth is
+another garment or has wrinkles."""
 
 
 def locate(
@@ -42,23 +45,25 @@ def locate(
     corners: Mapping[str, np.ndarray] | None = None,
     join: bool = False,
 ) -> Located:
-    """Find a garment on the table from a photo; `tatamu locate` is the same computation.
+    """Find a garment on the table in a photo. The command `tatamu locate` does the same.
 
     Args:
-        photo: File of the photo, which shows all of the cloth, and the board beside it.
+        photo: File of the photo. The photo shows all of the cloth and, next to the cloth, the board.
         board: File of the board, or "a4" or "letter" for a plain white sheet.
-        run: Learned fold, or its folder; the cloth is compared with its garment. None to use `garment`.
+        run: Learned fold, or the folder of a learned fold. The cloth is then compared with the garment of this fold.
+            None to use `garment`.
         garment: Name or file of the garment.
-        size: Width and length with which the cloth is compared [m]; None if it may have any.
+        size: Width and length with which the cloth is compared [m]; None to accept any size.
         board_pose: Pose of the board in the robot's base frame [m, m, rad]; None if it is not known.
-        touched: Places of the board's marks A, B and C that the robot touched, in its base frame [m], shape (3, 2) or
-            (3, 3); None if the marks were not touched.
-        lens: File of the camera's lens; None if it is not known.
-        corners: Pixels of corners by name, shape (2,), that replace those found.
-        join: Whether all regions that stand out belong to the cloth.
+        touched: Positions of the board's marks A, B and C in the robot's base frame [m], shape (3, 2) or (3, 3). They
+            are measured by touching the marks with the robot. None if the marks were not touched.
+        lens: File of the camera's lens; None if the lens is not known.
+        corners: Pixels of corners that the user gives, by the name of the corner, shape (2,). They replace the corners
+            that are found.
+        join: Whether all regions that differ from the table belong to the cloth.
 
     Raises:
-        InputError: If an argument or a file is wrong, no such garment is seen, or one of its corners is turned in.
+        InputError: If an argument or a file is wrong, the garment is not found, or one of its corners is turned in.
     """
     if board_pose is not None and touched is not None:
         raise InputError("board-pose, touch: must give one of them, given 2")
@@ -79,10 +84,10 @@ def locate(
 
 
 def learned_shape(run: Result | Path | str) -> Shape:
-    """Return the shape of a garment as it lay before its fold was learned.
+    """Return the shape of the garment of a learned fold, as it lies before the fold.
 
     Raises:
-        InputError: If the folder is no learned fold.
+        InputError: If the folder does not contain a learned fold.
     """
     result = run if isinstance(run, Result) else Result.load(run)
     return shape_of(result.task.fold.garment, result.start)
@@ -97,18 +102,18 @@ def locate_shape(
     given: Mapping[str, np.ndarray] | None = None,
     join: bool = False,
 ) -> Located:
-    """Find a garment on the table.
+    """Find a garment with a given outline on the table.
 
     Args:
-        photograph: The photograph.
-        shape: The garment's outline, as learned or of any size.
-        board_pose: Pose of the board in the robot's base frame; None if it is not known.
-        learned: Whether the shape is of the garment's size.
-        given: Corners that the user shows, by name [pixels], shape (2,).
-        join: Whether all regions that stand out belong to the cloth.
+        photograph: Photograph of the table.
+        shape: Outline of the garment.
+        board_pose: Pose of the board in the robot's base frame; None if this pose is not known.
+        learned: Whether the cloth must have the size of `shape`. If false, the cloth may have any size.
+        given: Pixels of corners that the user gives, by the name of the corner, shape (2,).
+        join: Whether all regions that differ from the table belong to the cloth.
 
     Raises:
-        InputError: If no such garment lies there, or one of its corners is turned in.
+        InputError: If the garment is not found, or one of its corners is turned in.
     """
     path = photograph.path
     camera = photograph.view.camera
@@ -147,14 +152,17 @@ def locate_shape(
 
 
 def _turned(covariance: np.ndarray, outer: Pose) -> tuple[float, float, float]:
-    """Return the deviations of x, y and yaw in an outer frame."""
+    """Convert a covariance of x, y and yaw to standard deviations in an outer frame.
+
+    The argument `outer` is the pose, in the outer frame, of the frame of the covariance.
+    """
     plane = outer.rotation @ covariance[:2, :2] @ outer.rotation.T
     x, y, yaw = np.sqrt([plane[0, 0], plane[1, 1], covariance[2, 2]]).tolist()
     return x, y, yaw
 
 
 def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the covariance of a fit's parameters because of the camera, shape (5, 5)."""
+    """Return the part of the covariance of a fit's parameters that results from the camera, shape (5, 5)."""
     total = np.zeros((5, 5))
     height = fit.shape.height
     for camera in photograph.view.varied():
@@ -166,7 +174,7 @@ def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mappin
 
 
 def _check_size(path: object, fit: Fit) -> None:
-    """Refuse cloth of a very different size; a part of it was probably taken for the table."""
+    """Refuse cloth of a very different size, because a part of the cloth was probably taken for the table."""
     if not (np.abs(np.log(fit.scale)) < OTHER).all():
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
@@ -177,7 +185,7 @@ def _check_size(path: object, fit: Fit) -> None:
 
 
 def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
-    """Refuse an outline of another shape, and one with a corner turned in."""
+    """Refuse an outline of another shape, and an outline with a corner that is turned in."""
     ring = shapely.LinearRing(found)
     gaps = {name: ring.distance(shapely.Point(fit.place(place[None])[0])) for name, place in fit.shape.corners.items()}
     turned = {name: gap for name, gap in gaps.items() if gap > TURNED_IN and name not in shown}

@@ -1,4 +1,4 @@
-"""A garment found on the table: its pose, size and outline, and its difference from the learned garment."""
+"""Describes a garment that was found on the table: pose, size, outline, and difference from the learned garment."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from tatamu.photographs.photograph import Photograph
 from tatamu.photographs.pose import Pose
 
 DOUBTFUL = 0.003
-"""Deviation of the pose above which a better photo is worthwhile [m]."""
+"""Standard deviation of the position above which the user should take a better photo [m]."""
 WRINKLED = 0.03
-"""Relative lack of area above which cloth counts as wrinkled or shrunk."""
+"""Relative loss of area above which cloth counts as wrinkled or shrunk."""
 OTHER_SIZE = 0.02
-"""Relative difference of sides above which cloth counts as of another size than learned."""
+"""Relative difference in width or length above which the cloth counts as having another size than the learned one."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The garment with which the cloth is compared, as its fold was learned or its size was given."""
+    """The garment with which the cloth is compared. Its size is given, or comes from the learned fold."""
 
     size: tuple[float, float]
     """Width and length [m]."""
     area: float
-    """[m2]"""
+    """Area [m2]."""
 
     def lines(self, located: Located) -> list[str]:
-        """Return the differences of a garment from this one as text."""
+        """Return the differences between a located garment and this garment as lines of text."""
         sides = [
             f"{name} {100 * (now / then - 1):+.1f} %"
             for name, now, then in zip(("width", "length"), located.size, self.size, strict=True)
@@ -48,13 +48,13 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Located:
-    """A garment on the table."""
+    """A garment that was found on the table in a photograph."""
 
     garment: str
     pose: Pose
     """Pose of the garment's frame in the board's frame."""
     place: Pose | None
-    """Pose of the garment's frame in the robot's base frame; None if the board's pose there is not known."""
+    """Pose of the garment's frame in the robot's base frame; None if the board's pose in this frame is not known."""
     deviation: tuple[float, float, float]
     """Standard deviations of x, y [m] and yaw [rad]."""
     size: tuple[float, float]
@@ -62,23 +62,23 @@ class Located:
     size_deviation: tuple[float, float]
     """Standard deviations of width and length [m]."""
     area: float
-    """[m2]"""
+    """Area inside the outline [m2]."""
     outline: np.ndarray
-    """The outline that was found, in the robot's base frame if the board's pose there is known, otherwise in the
-    board's [m], shape (n, 2)."""
+    """Points of the outline that was found [m], shape (n, 2). They are in the robot's base frame if the board's pose in
+    this frame is known, otherwise in the board's frame."""
     corners: Mapping[str, np.ndarray]
-    """Corners of the fitted outline, in the frame of `outline` [m], shape (2,)."""
+    """Corners of the fitted outline by name, in the frame of `outline` [m], shape (2,)."""
     rms: float
-    """Usual distance of the outline from the garment's [m]."""
+    """Root mean square of the distances between the found outline and the garment's outline [m]."""
     learned: Comparison | None
-    """The learned garment for comparison; None if no learned fold was given."""
+    """Garment with which the cloth is compared; None if neither a learned fold nor a size was given."""
     fit: Fit = field(repr=False)
     photograph: Photograph = field(repr=False)
     edge: np.ndarray = field(repr=False)
-    """The outline in the photograph [pixels], shape (n, 2)."""
+    """Points of the outline in the photograph [pixels], shape (n, 2)."""
 
     def describe(self) -> dict[str, Any]:
-        """Return plain data for a JSON file."""
+        """Return the result as a dictionary for a JSON file."""
         place = self.place
         learned = self.learned
         return {

@@ -1,4 +1,4 @@
-"""Pictures for checking: results drawn over the photograph, and the table seen from above."""
+"""Draws pictures for checking: results over the photograph, and the table as seen from above."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ from tatamu.presentation.palette import day
 
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
 LONGEST = 1600
-"""Pictures are reduced to this many pixels at most."""
+"""Largest number of pixels along the longer side of a picture."""
 CLOSE = 1000
-"""Length of the longer side of a picture of a part of the photograph [pixels]."""
+"""Longer side of a picture that shows a part of the photograph [pixels]."""
 ROOM = 0.25
-"""Room around that part, over its longer side."""
+"""Margin around the shown part of a photograph, as a fraction of the part's longer side."""
 OUTLINE, FITTED, AXES = "#d02090", "#ffffff", ("#d64a57", "#14968c")
-"""Colours of the outline that was found, of the garment's laid over it, of x and y."""
+"""Colours of the found outline, of the garment's outline that is fitted to it, and of the axes x and y."""
 ARROW = 0.08
 """Length of the axes of a frame [m]."""
 MARGIN = 0.05
-"""Table around the cloth in the view from above [m]."""
+"""Width of the table that is shown around the cloth in the view from above [m]."""
 FINEST = 0.0005
-"""Least size of a pixel of the view from above [m]."""
+"""Smallest size of a pixel in the view from above [m]."""
 
 
 class Overlay:
-    """A photograph, or a part of one, on which places are drawn."""
+    """A photograph, or a part of a photograph, on which curves and dots are drawn."""
 
     def __init__(self, photograph: Photograph, around: np.ndarray | None = None) -> None:
         """Cut and resize the photograph.
 
         Args:
             photograph: The photograph.
-            around: Pixels that the picture must contain, with a margin, shape (n, 2); None for the whole photograph.
+            around: Pixels that must be visible in the picture, shape (n, 2); None to show the whole photograph.
         """
         self._photograph = photograph
         image = Image.fromarray(photograph.pixels)
@@ -69,7 +69,7 @@ class Overlay:
         self._canvas.line(self._at(points), day(colour), max(1, round(width * self._wide)), joint="curve")
 
     def dot(self, pixel: np.ndarray, colour: str, text: str = "", before: bool = False) -> None:
-        """Draw a dot at a pixel of the photograph (2,), with a name after or before it."""
+        """Draw a dot at a pixel of the photograph, shape (2,), with a text after the dot or before it."""
         ((x, y),) = self._at(pixel[None])
         radius = 2 * self._wide
         self._canvas.ellipse((x - radius, y - radius, x + radius, y + radius), day(colour), "#ffffff", 1)
@@ -79,11 +79,11 @@ class Overlay:
             self._canvas.text(place, text, "#ffffff", anchor="rm" if before else "lm", **look)
 
     def table_curve(self, places: np.ndarray, colour: str, width: float = 1.0, closed: bool = False) -> None:
-        """Draw a curve through places on the table (n, 2)."""
+        """Draw a curve through positions on the table [m], shape (n, 2)."""
         self.curve(self._photograph.in_pixels(places), colour, width, closed)
 
     def frame(self, origin: np.ndarray, turn: np.ndarray, name: str) -> None:
-        """Draw the axes of a frame: its origin (2,) and rotation (2, 2) on the table."""
+        """Draw the axes of a frame on the table; its origin has shape (2,) and its rotation has shape (2, 2)."""
         for axis, colour, letter in zip(turn.T, AXES, "xy", strict=True):
             ends = self._photograph.in_pixels(np.array([origin, origin + ARROW * axis]))
             self.curve(ends, colour, 2.0)
@@ -95,7 +95,7 @@ class Overlay:
 
 
 def draw_located(located: Located) -> Image.Image:
-    """Return the photograph with the outline, the garment's outline laid over it, corners and frames."""
+    """Draw a located garment: the photograph with the found outline, the fitted outline, the corners and the frames."""
     overlay = Overlay(located.photograph)
     fit, photograph = located.fit, located.photograph
     overlay.curve(located.edge, OUTLINE, 2.0, closed=True)
@@ -111,11 +111,11 @@ def draw_located(located: Located) -> Image.Image:
 
 
 def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Image.Image:
-    """Return the photograph with the outline, the corners found, and the targets of those of the moved hem.
+    """Draw a reading of a fold: the photograph with the outline, the corners, and the targets of the hem's corners.
 
     Args:
-        reading: What was found.
-        expected: Another outline to draw [pixels], shape (n, 2); None for none.
+        reading: Reading of the fold, with its photograph.
+        expected: Another outline to draw [pixels], shape (n, 2); None to draw no other outline.
     """
     overlay = Overlay(reading.photograph, reading.outline)
     overlay.curve(reading.outline, OUTLINE, 1.0, closed=True)
@@ -131,7 +131,10 @@ def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Im
 
 
 def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
-    """Return the table about places (n, 2) as seen from straight above, x of the board to the right and y up."""
+    """Return a picture of the table from straight above, with the board's x axis to the right and its y axis up.
+
+    The picture shows the table around the given positions [m], shape (n, 2).
+    """
     low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
     pixel = max(FINEST, photograph.resolution(places), float((high - low).max()) / LONGEST)
     columns = np.arange(low[0], high[0], pixel)
@@ -143,10 +146,10 @@ def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
 
 
 def write_picture(image: Image.Image, path: Path) -> None:
-    """Write a picture as PNG or JPEG, as its name says.
+    """Write a picture as a PNG or JPEG file, depending on the ending of the file's name.
 
     Raises:
-        InputError: If its name says neither, or it cannot be written.
+        InputError: If the name has another ending, or the file cannot be written.
     """
     check_picture(path, "picture")
     buffer = io.BytesIO()
@@ -157,10 +160,10 @@ def write_picture(image: Image.Image, path: Path) -> None:
 
 
 def check_picture(path: Path, option: str) -> None:
-    """Refuse a name that is not that of a PNG or JPEG file.
+    """Refuse a file name that does not end in .png, .jpg or .jpeg.
 
     Raises:
-        InputError: If it is another name.
+        InputError: If the name has another ending.
     """
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{option}: must be a .png or .jpg file, given {path}")

@@ -1,4 +1,4 @@
-"""A board found in a photograph: the corners of each of its pages."""
+"""Finds a board in a photograph: the corners of all visible pages."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from tatamu.photographs.camera import Seen
 from tatamu.photographs.opencv import opencv
 
 FEWEST = 8
-"""Corners of a page that place it."""
+"""Least number of corners that determine the pose of a page."""
 WINDOW = 0.13
-"""Half the side of the window about a corner, in squares: markers leave this much white around them."""
+"""Half the side of the window around a corner, as a fraction of a square's side. The window is so small because it must
+not contain the markers inside the squares."""
 WINDOWS = (2, 10)
-"""Least and largest half side of that window [pixels]."""
+"""Smallest and largest half side of the window around a corner [pixels]."""
 LOST = 2.0
-"""A corner that would move farther than this has been misled [pixels]."""
+"""Largest distance by which the refinement may move a corner [pixels]. A corner that moves farther is dropped."""
 ROUNDS = 8
-"""Rounds in which a corner's window is moved to the corner."""
+"""Number of rounds in which the window is moved to the corner that was found."""
 BLURRED = 9.0
 """Width of the sharpest edges of a blurred photograph, in thousandths of its longer side."""
 
@@ -30,19 +31,21 @@ class FoundPage:
     """A page of a board in a photograph."""
 
     number: int
-    """The first page is 0."""
+    """Number of the page; the first page has number 0."""
     corners: Seen
 
 
 def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
-    """Find the pages of a board, the first page first; further pages count even if the board's file has fewer.
+    """Find the pages of a board in a photograph. The first page of the board comes first in the result.
+
+    Further pages are found even if the board's file states fewer pages.
 
     Args:
-        grey: The photograph, uint8, shape (h, w).
-        board: The board.
+        grey: Grey photograph, uint8, shape (h, w).
+        board: Description of the board.
 
     Raises:
-        InputError: If the first page is not seen, or too little of it.
+        InputError: If too little of the first page is visible.
     """
     aruco = opencv().aruco
     dictionary = board.pattern(0).getDictionary()
@@ -68,7 +71,10 @@ def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
 
 
 def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
-    """Return places of corners (n, 2) and their pixels, found better; those that are misled are dropped."""
+    """Refine the pixels of corners. Return the corners' positions on the page (n, 2) and the refined pixels.
+
+    Corners that move too far are dropped.
+    """
     first = pixels.reshape(-1, 2)
     found = saddles(grey, first)
     kept = np.linalg.norm(found - first, axis=1) < LOST
@@ -76,15 +82,16 @@ def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
 
 
 def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return corners of a chessboard to a few hundredths of a pixel: the saddles of brightness, shape (n, 2).
+    """Return the corners of a chessboard with an error of a few hundredths of a pixel, shape (n, 2).
 
-    A quadric is fitted to the brightness about each corner (Lucchese and Mitra 2002, Asia-Pacific Conference on
-    Circuits and Systems). OpenCV's own refinement is not used: it includes the edges of markers beside the corner,
-    which adds an error of a quarter of a pixel.
+    At a corner, the brightness has a saddle point. A quadratic function is fitted to the brightness around each corner,
+    and the saddle point of this function is the result. The method is by Lucchese and Mitra (2002, Asia-Pacific
+    Conference on Circuits and Systems). OpenCV's own refinement is not used, because edges of markers next to the
+    corner disturb it. They cause an error of a quarter of a pixel.
 
     Args:
-        grey: The photograph, uint8, shape (h, w).
-        corners: Corners within a pixel or so [pixels], shape (n, 2).
+        grey: Grey photograph, uint8, shape (h, w).
+        corners: Corners with an error of about a pixel [pixels], shape (n, 2).
     """
     apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
     np.fill_diagonal(apart, np.inf)
@@ -105,7 +112,7 @@ def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def _check(seen: np.ndarray, grey: np.ndarray) -> None:
-    """Refuse a photo without markers of the board's first page."""
+    """Refuse a photo that shows no marker of the board's first page."""
     if (seen < MARKERS).any():
         return
     if len(seen):
@@ -122,7 +129,7 @@ def _check(seen: np.ndarray, grey: np.ndarray) -> None:
 
 
 def _other_dictionary(grey: np.ndarray) -> str:
-    """Return the name of a usual dictionary of which several markers are seen; empty if there is none."""
+    """Return the name of another set of markers ("dictionary") if the photo shows several of them, otherwise ""."""
     aruco = opencv().aruco
     for name in ("DICT_5X5_250", "DICT_6X6_250", "DICT_APRILTAG_36h11"):
         dictionary = aruco.getPredefinedDictionary(getattr(aruco, name))
@@ -133,7 +140,7 @@ def _other_dictionary(grey: np.ndarray) -> str:
 
 
 def edge_width(grey: np.ndarray) -> float:
-    """Return how wide the sharpest edges of a photograph are, in thousandths of its longer side."""
+    """Return the width of the sharpest edges of a photograph, in thousandths of the photograph's longer side."""
     smooth = opencv().GaussianBlur(grey, (0, 0), 1.0).astype(float)
     steepest = np.percentile(np.hypot(*np.gradient(smooth)), 99.9)
     low, high = np.percentile(smooth, [1.0, 99.0])

@@ -1,4 +1,4 @@
-"""The place of a board before a robot: stated, or measured by touching its marks."""
+"""Determines the pose of a board in the robot's base frame: given by the user, or measured by touching its marks."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from tatamu.errors import InputError
 from tatamu.photographs.pose import Pose
 
 FARTHEST = 10.0
-"""Coordinates in a robot's frame [m]."""
+"""Largest allowed coordinate in the robot's frame [m]."""
 TOUCHED = 0.005
-"""Largest distance of touched marks from their places on the board [m]."""
+"""Largest distance between a touched mark and its position according to the fitted pose of the board [m]."""
 LEVEL = 0.01
-"""Marks on a level table differ by at most this in height [m]."""
+"""Largest difference in height between the touched marks on a level table [m]."""
 
 
 def parse_pose(text: str, option: str) -> Pose:
-    """Return a pose from "x,y,yaw".
+    """Read a pose from a text "x,y,yaw".
 
     Raises:
-        InputError: If it is no pose; the message names the option.
+        InputError: If the text is not a pose. The message names the command line option `option`.
     """
     values = _numbers(text, option, "x,y,yaw in metres and radians", (3,))
     if max(abs(values[0]), abs(values[1])) > FARTHEST or abs(values[2]) > 6.3:
@@ -28,10 +28,10 @@ def parse_pose(text: str, option: str) -> Pose:
 
 
 def parse_touched(text: str) -> np.ndarray:
-    """Return three places [m], shape (3, 2) or (3, 3), from "x,y[,z] x,y[,z] x,y[,z]".
+    """Read three positions [m] from a text "x,y[,z] x,y[,z] x,y[,z]", shape (3, 2) or (3, 3).
 
     Raises:
-        InputError: If these are no three places.
+        InputError: If the text does not contain three positions.
     """
     parts = text.split()
     if len(parts) != 3:
@@ -49,11 +49,11 @@ def touched_pose(marks: np.ndarray, touched: np.ndarray) -> Pose:
     """Return the pose of a board in the robot's base frame.
 
     Args:
-        marks: Marks A, B and C in the board's frame [m], shape (3, 2).
-        touched: Points at which the robot touched them [m], shape (3, 2) or (3, 3).
+        marks: Positions of the marks A, B and C in the board's frame [m], shape (3, 2).
+        touched: Positions of the marks in the robot's frame, where the robot touched them [m], shape (3, 2) or (3, 3).
 
     Raises:
-        InputError: If the marks do not lie so, or the table is not level.
+        InputError: If the touched positions do not fit the board, or the table is not level.
     """
     pose = Pose.moving(marks, touched[:, :2])
     off = np.linalg.norm(pose.place(marks) - touched[:, :2], axis=1)

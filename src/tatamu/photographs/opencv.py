@@ -1,4 +1,4 @@
-"""OpenCV, which the extra `photo` installs."""
+"""Imports OpenCV, which is installed with the extra `photo` of the package."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def opencv() -> Any:
     """Return the module `cv2`.
 
     Raises:
-        InputError: If it is not installed.
+        InputError: If OpenCV is not installed.
     """
     if find_spec("cv2") is None:
         raise InputError("photographs need the package opencv-python-headless: pip install 'tatamu[photo]'")

@@ -1,4 +1,4 @@
-"""A photograph with its scale, its camera and the outline of the cloth."""
+"""Reads a photograph, finds its scale and its camera, and finds the outline of the cloth."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from tatamu.photographs.opencv import opencv
 from tatamu.photographs.sheet import SHEETS, Sheet, find_sheet
 
 ROOM = 0.004
-"""Width of the table around paper that is ignored [m]."""
+"""Width of the margin around a sheet of paper that is ignored in the search for cloth [m]."""
 SMALLEST = 400
 """Least number of pixels along the shorter side of a photo."""
 WIDEST, WIDEST_PIXELS = 0.006, 10.0
-"""Largest width of a sharp edge of cloth [m, pixels]; the colours of JPEG files are blurred over 4 pixels."""
+"""Largest width of a sharp edge of cloth, in metres and in pixels. It is not smaller because JPEG files blur colours
+over 4 pixels."""
 SPACING = 2.0
-"""Distance of points along the outline, in reduced pixels."""
+"""Distance between points along the outline, in pixels of the reduced photograph."""
 
 Scale = Board | Sheet
 """The object that gives a photograph its scale."""
 
 
 def load_scale(name: Path | str) -> Scale:
-    """Return the sheet of that name, or the board of a file.
+    """Return the plain sheet of paper with this name, or read the board of a file.
 
     Raises:
-        InputError: If it is neither.
+        InputError: If `name` is neither the name of a sheet nor the file of a board.
     """
     return SHEETS[str(name)] if str(name) in SHEETS else load_board(Path(name))
 
@@ -49,19 +50,22 @@ class Photograph:
     picture: Picture
     view: View
     papers: tuple[np.ndarray, ...]
-    """Corners of the paper in it, in the board's frame [m], shape (4, 2) each."""
+    """Corners of each sheet of paper in the photograph, in the board's frame [m], shape (4, 2) each."""
 
     @property
     def pixels(self) -> np.ndarray:
-        """8-bit RGB, shape (h, w, 3)."""
+        """Pixels of the photograph as 8-bit RGB, shape (h, w, 3)."""
         return self.picture.pixels
 
     def in_pixels(self, table: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the pixels of places at a height above the table [m], both of shape (n, 2)."""
+        """Return the pixels at which positions are seen, shape (n, 2).
+
+        The positions on the table have shape (n, 2), and are raised by `height` [m].
+        """
         return self.view.camera.project(np.column_stack([table, np.full(len(table), height)]))
 
     def resolution(self, table: np.ndarray) -> float:
-        """Return the size of a pixel on the table about places (n, 2) [m]."""
+        """Return the size of a pixel on the table [m], near the middle of the given positions (n, 2)."""
         middle = table.mean(axis=0)
         around = self.in_pixels(middle + 0.01 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]))
         lengths = np.linalg.norm(around[[0, 2]] - around[[1, 3]], axis=1)
@@ -72,12 +76,12 @@ def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photo
     """Read a photograph and find its camera.
 
     Args:
-        path: The file.
-        scale: The board or sheet in it.
-        lens: Its lens; None if it is not known.
+        path: Path of the photograph.
+        scale: Board or sheet of paper that the photograph shows.
+        lens: Lens of the camera; None if the lens is not known.
 
     Raises:
-        InputError: If the file is no picture, or neither board nor sheet is found in it.
+        InputError: If the file is not a picture, or the board or sheet is not found.
     """
     picture = read_picture(path)
     tall, wide = picture.pixels.shape[:2]
@@ -99,10 +103,10 @@ def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photo
 
 
 def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
-    """Find the outline of the cloth in a photograph, clockwise on the screen [pixels].
+    """Find the outline of the cloth in a photograph [pixels]; its points are clockwise on the screen.
 
     Raises:
-        InputError: If no cloth stands out, it is cut off, or the photograph is blurred.
+        InputError: If no cloth differs from the table, the cloth is cut off, or the photograph is blurred.
     """
     pixels = photograph.pixels
     reduced = reduction(pixels)
@@ -123,7 +127,7 @@ def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
 
 
 def even(curve: np.ndarray, spacing: float) -> np.ndarray:
-    """Return points of a closed curve at even distances, about `spacing`, shape (n, 2)."""
+    """Return points at equal distances of about `spacing` along a closed curve, shape (n, 2)."""
     closed = np.vstack([curve, curve[:1]])
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
     at = np.linspace(0.0, arc[-1], max(8, round(arc[-1] / spacing)), endpoint=False)
@@ -136,13 +140,13 @@ def _grey(pixels: np.ndarray) -> np.ndarray:
 
 
 def _signed_area(curve: np.ndarray) -> float:
-    """Return an area that is positive if a curve turns clockwise on the screen, where y points down."""
+    """Return the area inside a curve; it is positive if the curve is clockwise on the screen, where y points down."""
     after = np.roll(curve, -1, axis=0)
     return float(0.5 * (curve[:, 0] * after[:, 1] - curve[:, 1] * after[:, 0]).sum())
 
 
 def _drawn(photograph: Photograph, reduced: int, shape: tuple[int, int]) -> np.ndarray:
-    """Return the reduced pixels that paper covers, shape (h, w)."""
+    """Return the mask of the pixels of the reduced photograph that show sheets of paper, shape (h, w)."""
     covered = np.zeros(shape, dtype=np.uint8)
     for corners in photograph.papers:
         middle = corners.mean(axis=0)
@@ -153,10 +157,10 @@ def _drawn(photograph: Photograph, reduced: int, shape: tuple[int, int]) -> np.n
 
 
 def board_corners(photos: Sequence[Path], board: Board) -> tuple[list[Seen], tuple[int, int]]:
-    """Return the corners of a board's first page in several photos, and the size of all of them [pixels].
+    """Return the corners of a board's first page in several photos, and the common size of the photos [pixels].
 
     Raises:
-        InputError: If a photo does not show it, or the photos have different sizes.
+        InputError: If a photo does not show the first page, or the photos have different sizes.
     """
     seen: list[Seen] = []
     sizes: dict[tuple[int, int], Path] = {}

@@ -1,6 +1,6 @@
-"""The board as a PDF file that prints at its true size.
+"""Writes the board as a PDF file that prints at its true size.
 
-Pages are bitmaps of 20 dots to the millimetre, so that every line of the pattern lies on whole dots.
+Pages are bitmaps with 20 dots per millimetre, so every line of the pattern lies on whole dots.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from tatamu.files import replacing
 from tatamu.photographs.board import BAR, COLUMNS, MARKERS, PAPERS, ROWS, SQUARE, TOP, Board
 
 DOTS = 20_000
-"""Dots per metre."""
+"""Number of dots per metre."""
 INCH = 0.0254
-"""Metres."""
+"""Length of an inch [m]."""
 MARK = 0.005
 """Length of the lines of a mark [m]."""
 LINE = 0.0003
@@ -27,7 +27,7 @@ LETTER = 0.0038
 
 
 def page(board: Board, number: int) -> Image.Image:
-    """Return a page as a picture of 20 dots to the millimetre, white is 255; the first page is number 0."""
+    """Return a page of the board as a grey picture with 20 dots per millimetre. The first page has number 0."""
     wide, tall = (round(side * DOTS) for side in PAPERS[board.paper])
     sheet = Image.new("L", (wide, tall), 255)
     size = (round(COLUMNS * SQUARE * DOTS), round(ROWS * SQUARE * DOTS))
@@ -58,12 +58,12 @@ def write_pdf(board: Board, path: Path) -> None:
             "creationDate": None,
             "modDate": None,
             "title": "tatamu board",
-        }  # the same board makes the same file
+        }  # without dates, the same board always makes the same file
         first.save(temporary, "PDF", resolution=DOTS * INCH, save_all=True, append_images=others, **dated)
 
 
 def _mark(canvas: Any, x: int, y: int, right: int, down: int, name: str) -> None:
-    """Draw lines outwards from a corner of the pattern, and its letter."""
+    """Draw a mark: two lines outwards from a corner of the pattern, and the letter `name`."""
     long, wide = round(MARK * DOTS), round(LINE * DOTS)
     canvas.line([(x, y), (x + right * long, y)], 0, wide)
     canvas.line([(x, y), (x, y + down * long)], 0, wide)

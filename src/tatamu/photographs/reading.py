@@ -1,8 +1,9 @@
-"""A reading of a fold from a photograph: places of the corners of the moved hem, and the slip of the lower hem.
+"""Reads a finished fold from a photograph: where the moved hem lies, and how far the lower hem has slipped.
 
-The moved hem lies on top. If an edge of a layer is seen inside the outline, this edge is the moved hem's, and the
-outline is the lower hem's. Otherwise the outline is the moved hem's, and the lower hem is hidden under it. The crease
-shows whether a hem can be hidden: then the cloth is longer than the visible part between crease and hem.
+The fold moves a hem of the cloth onto the opposite hem, which is called the lower hem. The moved hem lies on top. If
+an edge is seen inside the outline, this edge is the moved hem, and the outline shows the lower hem. Otherwise the
+outline shows the moved hem, and the lower hem is hidden under it. The position of the crease tells how far a hidden hem
+may be from the outline.
 """
 
 from __future__ import annotations
@@ -26,56 +27,58 @@ from tatamu.photographs.pose import Pose
 from tatamu.study.result import Result
 
 REACH = 0.06
-"""Largest distance of edges from their targets within which they are searched [m]."""
+"""Distance from its target within which an edge is searched [m]."""
 LENGTH = 0.12
-"""Length of an edge from its corner that is searched [m]."""
+"""Length of the searched part of an edge, measured from the corner [m]."""
 UNSEEN = 0.012
-"""A hem that may be this far from the outline without being seen is left out [m]."""
+"""Largest distance at which a hidden hem may lie from the outline [m]. If the hem may lie farther away, it is left
+out."""
 WIDER = 0.006
-"""Largest excess of a hem's visible width over its target [m]; a wider hem consists of two layers."""
+"""Largest difference between a hem's visible width and its target [m]. If the visible hem is wider, its two corners
+belong to different layers."""
 GIVEN = 1.5
-"""Deviation of a pixel that the user gives."""
+"""Standard deviation of a corner that the user gives [pixels]."""
 ROUND = 0.3
-"""Distance of the visible rim of cloth from its edge, as a fraction of the thickness."""
+"""Distance between the visible rim of the cloth and its edge, as a fraction of the thickness."""
 CORNERS = ("left", "right", "lower-left", "lower-right")
-"""Corners that can be given: of the moved hem, and of the lower hem."""
+"""Names of corners that the user can give: two of the moved hem, and two of the lower hem."""
 
 Measured = dict[str, tuple[float, float]]
-"""Value and standard deviation of each measured mark [m], by name."""
+"""Value and standard deviation of each measured quantity [m], by name."""
 
 
 @dataclass(frozen=True)
 class FoldReading:
-    """The reading of a finished fold from a photograph."""
+    """The result of reading a finished fold from a photograph."""
 
     values: Measured
-    """Deviations from the target by the names of `folding.marks.MARKS`, as far as they are seen."""
+    """Deviations of the fold from its target that are visible, by the names of `folding.marks.MARKS`."""
     corners: Mapping[str, np.ndarray]
-    """Corners that were found, in the photograph [pixels], shape (2,), by names of `CORNERS`."""
+    """Pixels of the corners that were found, shape (2,), by the names of `CORNERS`."""
     outline: np.ndarray
     """Outline of the cloth in the photograph [pixels], shape (n, 2)."""
     targets: Mapping[str, np.ndarray]
-    """Targets of the corners of the moved hem in the photograph [pixels], shape (2,)."""
+    """Pixels at which the corners of the moved hem should be, shape (2,), by the names of `CORNERS`."""
     frame: Pose
     """Pose of the fold's frame on the board."""
     photograph: Photograph = field(repr=False)
 
     def pixels_of(self, points: np.ndarray) -> np.ndarray:
-        """Return where points of the fold's frame [m], shape (n, 3), are in the photograph [pixels], shape (n, 2)."""
+        """Return the pixels of points of the fold's frame, shape (n, 2); the points [m] have shape (n, 3)."""
         placed = np.column_stack([self.frame.place(points[:, :2]), points[:, 2]])
         return self.photograph.view.camera.project(placed)
 
 
 @dataclass(frozen=True)
 class _Corner:
-    """A corner in the fold's frame."""
+    """A corner of a hem in the fold's frame."""
 
     place: np.ndarray
-    """[m], shape (2,)."""
+    """Position of the corner [m], shape (2,)."""
     deviation: np.ndarray
-    """Standard deviations along and across [m], shape (2,)."""
+    """Standard deviations of the position along and across the fold [m], shape (2,)."""
     height: float
-    """[m]"""
+    """Height of the corner above the table [m]."""
 
 
 def read_fold(
@@ -87,7 +90,10 @@ def read_fold(
     lens: Path | str | None = None,
     corners: Mapping[str, np.ndarray] | None = None,
 ) -> Measured:
-    """Read how a fold ended: the `values` of `view_fold`, which has the arguments and the errors."""
+    """Read how a fold ended. The result is the field `values` of the result of `view_fold`.
+
+    The arguments and the errors are explained at `view_fold`.
+    """
     return view_fold(photo, board, frame, result, lens=lens, corners=corners).values
 
 
@@ -103,15 +109,17 @@ def view_fold(
     """Read a fold from a photograph.
 
     Args:
-        photo: File of the photo after the fold.
-        board: File of the board in it, which has not moved since `frame`; "a4" or "letter" for a plain sheet.
-        frame: The cloth as it was found before the fold, or the pose of its frame on the board.
-        result: The learned fold that was carried out.
-        lens: File of the camera's lens; None if it is not known.
-        corners: Pixels of corners by names of `CORNERS`, shape (2,), that take the place of what is found.
+        photo: File of a photo that was taken after the fold.
+        board: File of the board in the photo, or "a4" or "letter" for a plain sheet. The board must not have moved
+            since `frame` was determined.
+        frame: The cloth as it was located before the fold, or the pose of the cloth's frame on the board.
+        result: The learned fold that the robot executed.
+        lens: File of the camera's lens; None if the lens is not known.
+        corners: Pixels of corners that the user gives, by the names of `CORNERS`, shape (2,). They replace the corners
+            that are found.
 
     Raises:
-        InputError: If a file or a corner is wrong, or no corner of the hem is seen.
+        InputError: If a file or a corner's name is wrong, or no corner of the hem is found.
     """
     known = None if lens is None else load_lens(Path(lens))
     photograph = read_photograph(Path(photo), load_scale(board), known)
@@ -132,7 +140,7 @@ class FoldReader:
             fold: The fold.
 
         Raises:
-            InputError: If the fold is one of a single hand, or no cloth is seen.
+            InputError: If the fold uses a single hand, or no cloth is found.
         """
         if fold.hands != 2:
             raise InputError("fold: must be one of two hands, whose hem has two corners, given one of a single hand")
@@ -152,14 +160,14 @@ class FoldReader:
 
     @property
     def _hem(self) -> list[int]:
-        """The corners of the moved hem, left and right."""
+        """Numbers of the vertices at the left and the right corner of the moved hem."""
         return [int(self._fold.left[0]), int(self._fold.right[0])]
 
     def read(self, given: Mapping[str, np.ndarray]) -> FoldReading:
-        """Return the visible marks of the fold.
+        """Return the reading of the fold; `given` has the pixels of corners that the user gives, by their names.
 
         Raises:
-            InputError: If a corner that is given has another name, or no corner of the hem is seen.
+            InputError: If a given corner has an unknown name, or no corner of the hem is found.
         """
         for name in given:
             if name not in CORNERS:
@@ -186,7 +194,10 @@ class FoldReader:
         return FoldReading(values, pixels, self._edge, targets, self._frame, self._photograph)
 
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
-        """Drop places across the fold if the hem appears too wide, because one of its corners is in the lower layer."""
+        """Drop the positions across the fold if the moved hem appears too wide.
+
+        Then one of its corners probably belongs to the lower layer.
+        """
         if "left" not in found or "right" not in found:
             return
         left, right = (self._fold.target[vertex, :2] for vertex in self._hem)
@@ -197,7 +208,7 @@ class FoldReader:
                 found[side] = _Corner(found[side].place, deviation, found[side].height)
 
     def _values(self, found: Mapping[str, _Corner]) -> Measured:
-        """Return deviations from the target along the fold and across it."""
+        """Return the deviations of the corners from their targets, along the fold and across the fold."""
         values: Measured = {}
         for side, vertex in zip(("left", "right"), self._hem, strict=True):
             if side in found:
@@ -219,7 +230,10 @@ class FoldReader:
         return values
 
     def _corner(self, side: str, vertex: int) -> tuple[_Corner | None, _Corner | None]:
-        """Return a corner of the moved hem and the one of the lower hem below it; None if it is not seen."""
+        """Return a corner of the moved hem, and the corner of the lower hem below it.
+
+        A corner that is not found is None.
+        """
         hem, flank = self._windows(side, vertex)
         upper_hem, lower_hem = self._edges(hem)
         upper_flank, lower_flank = self._edges(flank)
@@ -232,7 +246,7 @@ class FoldReader:
         return upper, lower
 
     def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
-        """Return where the hem and the flank of a corner are expected."""
+        """Return the two areas in which the hem and the side edge that meet at a corner are expected."""
         target = self._fold.target[:, :2]
         corner = target[vertex]
         other = target[self._hem[1] if side == "left" else self._hem[0]]
@@ -249,22 +263,25 @@ class FoldReader:
         )
 
     def _edges(self, window: Window) -> tuple[Line | None, Line | None]:
-        """Return the edge of the upper layer in a window, and that of the lower one; None if it is not seen."""
-        top = self._heights["upper"] + self._rim  # the inner end of what is seen of the rim
+        """Return the edges of the upper layer and of the lower layer in a window.
+
+        An edge that is not found is None.
+        """
+        top = self._heights["upper"] + self._rim  # inner end of the visible rim
         inner = inner_edge(self._photograph, self._frame, window, top, self._cloth)
         if inner is not None:
             return inner, outer_edge(self._outlines["lower"], window)
         return outer_edge(self._outlines["upper"], window), None
 
     def _unseen(self, edge: Line, hem: Window) -> float:
-        """Return how far from the outline's hem a hidden hem may be [m]; inf without a crease."""
+        """Return how far a hidden hem may be from the visible hem [m]; infinite if the crease is not visible."""
         crease = self._crease()
         if crease is None:
             return np.inf
         return abs(2.0 * crease - float((edge.origin - hem.corner) @ self._axes[0]))
 
     def _crease(self) -> float | None:
-        """Return how far the crease lies from its target, along the fold [m]; None if it is not part of the outline."""
+        """Return the distance of the crease from its target, along the fold [m]; None if the crease is not visible."""
         across = self._fold.crease.split(self._fold.target)[0]
         place = self._fold.target[int(across.argmin()), :2] @ self._axes[0]
         middle = self._fold.target[self._hem, :2].mean(axis=0) @ self._axes[1]
@@ -280,7 +297,10 @@ class FoldReader:
         return _Corner(place, deviation, self._heights[layer])
 
     def _lower(self, side: str, hem: Line | None, flank: Line | None) -> _Corner:
-        """Return a corner of the lower hem; coordinates that are not seen have an infinite deviation."""
+        """Return a corner of the lower hem from its visible edges.
+
+        If only one edge is visible, the coordinate along this edge has an infinite standard deviation.
+        """
         if hem is not None and flank is not None:
             return self._met(hem, flank, "lower")
         seen, k = (hem, 0) if hem is not None else (flank, 1)
@@ -297,7 +317,10 @@ class FoldReader:
         return _Corner(place, np.full(2, np.hypot(size, self._rim)), self._heights[layer])
 
     def _total(self, corner: _Corner) -> np.ndarray:
-        """Return deviations along and across, with those of camera and frame, shape (2,)."""
+        """Return the standard deviations of a corner along and across the fold, shape (2,).
+
+        They include the uncertainties of the camera and of the fold's frame.
+        """
         pixel = self._photograph.in_pixels(self._frame.place(corner.place[None]), corner.height)
         camera = float(self._photograph.view.deviation(pixel, corner.height)[0]) / np.sqrt(2.0)
         x, y, yaw = self._spread

@@ -1,4 +1,4 @@
-"""The shape of a garment as it lies, seen from above: its outline, and corners with names."""
+"""Computes the shape of a lying garment as seen from above: its outline, and corners with names."""
 
 from __future__ import annotations
 
@@ -12,42 +12,42 @@ from scipy.spatial import cKDTree
 from tatamu.garments import Garment
 
 SPACING = 0.002
-"""Distance of points along an outline [m]."""
+"""Distance between points along an outline [m]."""
 ON = 0.004
-"""Corners lie this near to the outline [m]."""
+"""Largest distance between a corner and the outline [m]."""
 SHARP = np.radians(35.0)
-"""Least turn of the outline at a corner."""
+"""Least change of the outline's direction at a corner [rad]."""
 ARM = 0.02
 """Distance before and after a corner over which the outline's turn is measured [m]."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """An outline in the garment's frame."""
+    """Outline and corners of a garment in the garment's frame."""
 
     name: str
     polygon: shapely.Polygon
     corners: dict[str, np.ndarray]
-    """Places of its corners [m], shape (2,)."""
+    """Positions of the corners by name [m], shape (2,)."""
     height: float
-    """Height of the middle of its rim above the table [m]."""
+    """Height of the middle of the cloth's rim above the table [m]."""
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Points at even distances along the outline, counter-clockwise [m], shape (n, 2)."""
+        """Points at equal distances along the outline, in counter-clockwise order [m], shape (n, 2)."""
         ring = shapely.segmentize(shapely.orient_polygons(self.polygon).exterior, SPACING)
         return np.asarray(ring.coords)[:-1]
 
     @cached_property
     def normals(self) -> np.ndarray:
-        """Unit normals outwards at `points`, shape (n, 2)."""
+        """Unit vectors at `points` that point out of the outline, shape (n, 2)."""
         along = np.roll(self.points, -1, axis=0) - np.roll(self.points, 1, axis=0)
         normals = np.column_stack([along[:, 1], -along[:, 0]])
         return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
     @cached_property
     def tree(self) -> cKDTree:
-        """The points, to find the nearest one."""
+        """Search tree of `points`, which finds the point nearest to a position."""
         return cKDTree(self.points)
 
     @property
@@ -62,7 +62,7 @@ def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
 
     Args:
         garment: The garment.
-        lying: Its vertices as it lies [m], shape (n, 3); None if it lies flat.
+        lying: Positions of the garment's vertices [m], shape (n, 3); None if the garment lies flat.
     """
     points = garment.vertices if lying is None else lying
     polygon = silhouette(points, garment.faces)
@@ -73,7 +73,10 @@ def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
 
 
 def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
-    """Return the region that triangles cover from above, holes filled; the largest of several parts."""
+    """Return the region that triangles cover, seen from above, with holes filled.
+
+    If the region has several parts, the largest part is returned.
+    """
     triangles = shapely.polygons(points[faces][:, :, :2])
     whole = shapely.union_all(triangles[shapely.area(triangles) > 1e-12], grid_size=1e-6)
     parts = shapely.get_parts(whole)
@@ -81,7 +84,7 @@ def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 
 def _named_corners(garment: Garment, points: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the ends of a garment's open edges, each vertex once, as it lies."""
+    """Return the positions of the ends of a garment's open edges, by name; each vertex appears once."""
     named: dict[str, np.ndarray] = {}
     known: set[int] = set()
     ends = {edge: [int(garment.edges[edge][k]) for k in (0, -1)] for edge in garment.openings}

@@ -1,7 +1,7 @@
-"""A plain white sheet of paper next to the cloth, which gives the scale.
+"""Finds a plain white sheet of paper that lies next to the cloth and gives the scale of a photo.
 
-The origin of the sheet's frame is its middle. x points along its long side, in the sense that is nearer to the photo's
-right, and z points out of the table.
+The origin of the sheet's frame is the middle of the sheet. The x axis is parallel to the long side, and points to the
+right in the photo. The z axis points up from the table.
 """
 
 from __future__ import annotations
@@ -19,17 +19,18 @@ from tatamu.photographs.lines import Line
 from tatamu.photographs.opencv import opencv
 
 LONGEST = 1400
-"""Photos are reduced to this many pixels for the search."""
+"""Number of pixels along the longer side to which photos are reduced for the search."""
 SMALLEST, LARGEST = 0.002, 0.4
-"""Part of the photo that a sheet covers."""
+"""Smallest and largest fraction of the photo that a sheet may cover."""
 PLAIN, SPOTS = 0.75, 0.02
-"""Brightness of a plain sheet's pixels as a fraction of the median, and the largest share of darker pixels."""
+"""Two limits for a plain sheet. A pixel is dark if it has less than the first fraction of the median brightness. The
+fraction of dark pixels must be below the second limit."""
 LEVELS = (0.6, 0.7, 0.8, 0.88)
-"""Brightnesses that separate the sheet from darker areas."""
+"""Thresholds of brightness between the sheet and darker areas; each is tried."""
 RESIDUAL = 3.0
-"""Largest deviation of a quadrangle's corners from those of a sheet [pixels]."""
+"""Largest root mean square error of a quadrangle's corners compared with the corners of a sheet [pixels]."""
 SIDE = 60
-"""Places along each side at which its edge is found."""
+"""Number of positions along each side of the sheet at which the edge is located."""
 
 
 @dataclass(frozen=True)
@@ -38,17 +39,17 @@ class Sheet:
 
     name: str
     size: tuple[float, float]
-    """Length of its long and of its short side [m]."""
+    """Lengths of the long side and of the short side [m]."""
 
     @property
     def corners(self) -> np.ndarray:
-        """Corners in its frame, counter-clockwise from the one at -x, -y [m], shape (4, 2)."""
+        """Corners in the sheet's frame [m], shape (4, 2), in counter-clockwise order from the corner at -x, -y."""
         long, short = self.size
         return 0.5 * np.array([[-long, -short], [long, -short], [long, short], [-long, short]])
 
     @property
     def marks(self) -> np.ndarray:
-        """Corners of the sheet at -x -y, +x -y and -x +y [m], shape (3, 2)."""
+        """The three corners (-x, -y), (+x, -y) and (-x, +y) of the sheet in its frame [m], shape (3, 2)."""
         return self.corners[[0, 1, 3]]
 
 
@@ -59,7 +60,7 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
     """Find the camera from a sheet of paper in a photo.
 
     Raises:
-        InputError: If no quadrangle in it can be such a sheet.
+        InputError: If no quadrangle in the photo can be this sheet.
     """
     size = (pixels.shape[1], pixels.shape[0])
     views = []
@@ -85,7 +86,10 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
 
 
 def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
-    """Return bright convex quadrangles, counter-clockwise as seen on the table [pixels], shape (4, 2) each."""
+    """Return the corners of bright convex quadrangles [pixels], shape (4, 2) each.
+
+    The corners are counter-clockwise as seen from above the table.
+    """
     cv2 = opencv()
     factor = max(1.0, max(pixels.shape[:2]) / LONGEST)
     small = cv2.resize(pixels, None, fx=1 / factor, fy=1 / factor, interpolation=cv2.INTER_AREA)
@@ -104,14 +108,14 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
             corners = (quad.astype(float) + 0.5) * factor - 0.5
             after = np.roll(corners, -1, axis=0)
             turn = (corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).sum()
-            corners = corners if turn < 0 else corners[::-1]  # pixels count downwards
+            corners = corners if turn < 0 else corners[::-1]  # y points down in pixels
             if not any(np.abs(corners.mean(axis=0) - other.mean(axis=0)).max() < 5 * factor for other in found):
                 found.append(corners)
     return found
 
 
 def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
-    """Return whether the inside of a quadrangle has one brightness: a printed page is no plain sheet."""
+    """Return whether a quadrangle has the same brightness everywhere, because a printed page is not a plain sheet."""
     middle = quad.mean(axis=0)
     inner = np.round(middle + 0.85 * (quad - middle)).astype(np.int32)
     there = np.zeros(dark.shape, dtype=np.uint8)
@@ -121,7 +125,10 @@ def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
 
 
 def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
-    """Return corners where lines along the sides' edges meet [pixels], shape (4, 2); None if a side has no edge."""
+    """Return the refined corners of a quadrangle [pixels], shape (4, 2); None if a side has no clear edge.
+
+    A line is fitted to the edge of each side. The refined corners are the points at which neighbouring lines meet.
+    """
     reach = 3.0 + max(pixels.shape[:2]) / LONGEST * 2.0
     lines = []
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):

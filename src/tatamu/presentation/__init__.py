@@ -1,15 +1,15 @@
-"""A toolkit for pages, charts, drawings, pictures and the replay of a fold in three dimensions.
+"""Tools for pages, charts, drawings, pictures, and the replay of a fold in three dimensions.
 
-It belongs to no domain: it depends on errors, files, scenes and rollouts, but on no learned fold, calibration or robot
-plan. A package with a page collects the data and names a template that extends `base.html`:
+These tools can be used for any kind of result. They depend on errors, files, scenes and rollouts, but not on learned
+folds, calibrations or robot plans. The modules are:
 
-- `page`: data and a template to one HTML file that opens offline; `base.html`, `parts.html`, `style.css`;
-- `chart`: 2-D charts as plain Plotly data in the colours of the page;
-- `drawing`: lines, dots, words and dimensions to scale, as SVG and as PNG; `projection` and `canvas` serve it;
-- `replay`: the data of the viewer in `scripts/`; `packing` makes them small;
-- `raster`, `shading`, `tube`, `image`: pictures of cloth without a browser;
-- `palette`: every colour, by day and by night.
+- `page` makes an HTML file, which opens without a network, from data and a template that extends `base.html`.
+- `chart` makes 2-D charts as plain Plotly data, in the colours of the page.
+- `drawing` makes drawings to scale, as SVG and as PNG. It uses `projection` and `canvas`.
+- `replay` makes the data of the replay, which `packing` compresses. The replay's viewer is in `scripts/`.
+- `raster`, `shading`, `tube` and `image` make pictures of cloth without a browser.
+- `palette` defines every colour in light and dark mode.
 
 The pages themselves are in the packages of their data: `report` (a learned fold, a plan, a garment), `calibration`,
-`validation`, `crosscheck`, `robots`; each has a `page.py` and a `page.html`.
+`validation`, `crosscheck` and `robots`. Each package has a `page.py` and a `page.html`.
 """

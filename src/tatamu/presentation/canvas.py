@@ -1,4 +1,4 @@
-"""Painting of a drawing's shapes on a canvas of Pillow."""
+"""Paints the shapes of a drawing as pixels, with the library Pillow."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from tatamu.presentation.projection import Projection
 from tatamu.presentation.shapes import FONT, Box, Dot, Label, Polyline, Segments, Shape
 
 FINER = 3
-"""Factor by which shapes are painted larger and then averaged, for smooth lines."""
+"""Factor by which shapes are first painted larger. Then the image is reduced by averaging, which makes lines smooth."""
 
 
 def paint(projection: Projection, shapes: Sequence[Shape], background: str) -> bytes:
-    """Paint shapes by day.
+    """Paint shapes in the colours of light mode.
 
     Args:
-        projection: Place of the shapes.
-        shapes: Shapes of the drawing, the lowest first.
-        background: Name of a colour of `palette`.
+        projection: Projection of the shapes to pixels.
+        shapes: Shapes of the drawing; each shape is painted over the shapes before.
+        background: Colour of the background, as a name of `palette`.
 
     Returns:
         The bytes of a PNG file.
@@ -69,7 +69,7 @@ def _paint(canvas: Any, projection: Projection, shape: Shape, ground: str) -> No
 
 
 def _dashes(path: np.ndarray, length: float) -> Iterable[np.ndarray]:
-    """Cut a polyline into dashes of a length, with gaps of the same length; whole if the length is zero."""
+    """Cut a polyline into dashes of a given length, with gaps of this length. With length 0, the line is not cut."""
     if not length:
         return [path]
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])

@@ -1,6 +1,7 @@
-"""2-D charts as plain Plotly data.
+"""Makes 2-D charts as plain Plotly data.
 
-A colour "@name" is the one that `palette` has under that name; scripts/charts.js fills it in, by day and by night.
+A colour "@name" stands for the colour of that name in `palette`. In the browser, scripts/charts.js replaces it by the
+colour for light or dark mode.
 """
 
 from __future__ import annotations
@@ -13,37 +14,37 @@ from typing import Any
 import numpy as np
 
 Plot = dict[str, Any]
-"""A Plotly figure as plain data: "data" and "layout"."""
+"""A Plotly figure as a dictionary with the keys "data" and "layout"."""
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 LEGEND = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"color": "@ink"}}
-"""The legend is above the plot; next to it, a phone would have no space for the plot."""
+"""Layout of a legend above the plot. Next to the plot, the legend would take too much space on a phone."""
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
-"""Numbers on a logarithmic axis of less than a power of ten, times powers of ten."""
+"""Labels on a logarithmic axis that spans less than one power of ten. They are multiplied by powers of ten."""
 FEW_TICKS = (1.0, 2.0, 5.0)
-"""Numbers on a longer logarithmic axis, times powers of ten."""
+"""Labels on a logarithmic axis that spans one to two powers of ten. They are multiplied by powers of ten."""
 
 
 @dataclass(frozen=True)
 class Chart:
-    """A plot in its place on a page."""
+    """A plot on a page, with its title."""
 
     title: str
-    """Plain text above it."""
+    """Title above the plot, as plain text."""
     plot: Plot
     caption: str = ""
-    """Plain text after the title."""
+    """Caption after the title, as plain text."""
     kind: str = ""
-    """A class of the style sheet that sets its height."""
+    """Class of the style sheet that sets the height of the plot."""
 
 
 def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
-    """A plot of traces with the layout of `layout`; points that are no numbers are gaps."""
+    """Return a plot of traces with the standard layout. Values that are not finite become gaps."""
     return {"data": [_with_gaps(trace) for trace in data], "layout": layout(**more)}
 
 
 def _with_gaps(trace: dict[str, Any]) -> dict[str, Any]:
-    """A trace without the values that JSON does not have."""
+    """Return a trace in which values that are not finite are replaced by None, because JSON cannot store them."""
     shown = {name: [_finite(value) for value in trace[name]] for name in trace if name in {"x", "y"}}
     return {**trace, **shown}
 
@@ -53,7 +54,7 @@ def _finite(value: Any) -> Any:
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:
-    """Return an axis with its title and unit."""
+    """Return an axis with a title, which includes the unit."""
     return {
         "title": {"text": title, "standoff": 8, "font": {"size": 12.5}},
         "zeroline": False,
@@ -68,7 +69,10 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
-    """Return a logarithmic axis between two values, with plain numbers if it spans less than two powers of ten."""
+    """Return a logarithmic axis from `low` to `high`.
+
+    If the axis spans less than two powers of ten, the labels are plain numbers.
+    """
     ticks: dict[str, Any] = {}
     if high < 100.0 * low:
         powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.log10(high))
@@ -78,7 +82,7 @@ def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
 
 
 def layout(**more: Any) -> dict[str, Any]:
-    """A transparent figure without a title, in the page's type."""
+    """Return the standard layout of a figure: transparent, without a title, and in the font of the page."""
     return {
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "rgba(0,0,0,0)",
@@ -94,20 +98,23 @@ def layout(**more: Any) -> dict[str, Any]:
 
 
 def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:
-    """Return a text in a chart, at data coordinates or those of `xref` and `yref`."""
+    """Return a text in a chart at the position x, y.
+
+    The position is in the units of the axes, unless `xref` and `yref` are given.
+    """
     font = {"size": 11.5, "color": "@muted"}
     return {"x": x, "y": y, "text": text, "showarrow": False, "font": font, **more}
 
 
 def line(axis_name: str, at: float, *, dash: str = "dot", colour: str = "@muted", **more: Any) -> dict[str, Any]:
-    """A line across the chart at a value of "x" or "y"."""
+    """Return a line across the chart at a value of the axis "x" or "y"."""
     other = "y" if axis_name == "x" else "x"
     span = {f"{axis_name}0": at, f"{axis_name}1": at, f"{other}0": 0, f"{other}1": 1, f"{other}ref": "paper"}
     return {"type": "line", **span, "line": {"color": colour, "width": 1, "dash": dash}, **more}
 
 
 def band(low: float, high: float, colour: str) -> dict[str, Any]:
-    """A pale band across the chart between two values of y."""
+    """Return a pale strip across the chart between two values of y."""
     return {
         "type": "rect",
         "y0": low,

@@ -1,7 +1,7 @@
-"""Drawings to scale: lines, dots, words and dimensions in metres, as SVG and as PNG from the same shapes.
+"""Makes drawings to scale from lines, dots, words and dimensions in metres, as SVG or as PNG.
 
-Colours are names of `palette` or "#rrggbb". An SVG is self-contained: it has its dark colours, which a browser
-uses if the reader prefers them, and any other program shows it by day.
+Colours are names of `palette` or "#rrggbb". An SVG contains the colours for light mode and for dark mode. A browser
+chooses the mode that the reader prefers, and any other program shows the colours for light mode.
 """
 
 from __future__ import annotations
@@ -32,31 +32,37 @@ class Drawing(Projection):
 
     shapes: list[Shape] = field(default_factory=list)
     caption: Sequence[str] = ()
-    """Lines of text under the drawing."""
+    """Lines of text below the drawing."""
     background: str | None = "card"
     words: str = ""
-    """A description of the drawing for readers who cannot see it."""
+    """Description of the drawing for readers who cannot see it."""
 
     @classmethod
     def around(cls, points: np.ndarray, width: float, height: float, *, margin: float = 34.0) -> Drawing:
-        """Make an upright drawing around points [m], shape (n, 2), of width x height [pixels] inside the margin."""
+        """Make an empty drawing that shows the area of some points [m], shape (n, 2).
+
+        The area fits into `width` x `height` [pixels], to which the margin is added.
+        """
         low = points.min(axis=0)
         high = points.max(axis=0)
         scale = float(min(np.array([width, height]) / np.maximum(high - low, 1e-9)))
         return cls(low, high, scale, margin=margin)
 
     def add(self, *shapes: Shape) -> None:
-        """Draw shapes over those drawn before."""
+        """Add shapes, which are drawn over the shapes added before."""
         self.shapes.extend(shapes)
 
     def line(self, points: Any, colour: str = "ink", width: float = 1.5, **more: Any) -> None:
-        """Draw a line through points, shape (k, 2); see `Polyline`."""
+        """Draw a line through points [m], shape (k, 2). The other arguments are fields of `Polyline`."""
         self.add(Polyline(np.asarray(points, dtype=float), colour, width, **more))
 
     def arrow(
         self, points: Any, colour: str, width: float = 1.5, *, head: float | None = None, both: bool = False
     ) -> None:
-        """Draw a line with a head [m], HEAD pixels if not given, at its end or at both ends."""
+        """Draw a line with an arrow's head at its end or, if `both` is true, at both ends.
+
+        The length `head` of an arrow's head is in metres. If it is None, the length is `HEAD` pixels.
+        """
         path = np.asarray(points, dtype=float)
         length = HEAD / self.scale if head is None else head
         self.line(path, colour, width)
@@ -66,11 +72,14 @@ class Drawing(Projection):
             self.line([end + back + across, end, end + back - across], colour, width)
 
     def label(self, place: Any, text: str, colour: str = "ink", towards: Any = (0.0, 0.0)) -> None:
-        """Write a word centred on a place, or next to it."""
+        """Write a word at a position: centred on the position or, if `towards` is not zero, next to the position."""
         self.add(Label(np.asarray(place, dtype=float), text, np.asarray(towards, dtype=float), colour))
 
     def dimension(self, start: Any, end: Any, name: str, colour: str = "reading") -> None:
-        """Draw a line with arrows at both ends and write its name above it, or to the right of an upright one."""
+        """Draw a line with arrows at both ends, and write its name next to the line.
+
+        The name is above the line or, if the line is upright, to its right.
+        """
         ends = np.array([start, end], dtype=float)
         self.arrow(ends, colour, both=True)
         right, up = self.axes @ (ends[1] - ends[0])
@@ -81,7 +90,7 @@ class Drawing(Projection):
             self.label(ends.mean(axis=0), name, colour, self.axes.T @ across)
 
     def ruler(self, right_end: Any, colour: str = "muted") -> None:
-        """Draw a bar of ten centimetres that ends at a place, with its length above it."""
+        """Draw a scale bar of ten centimetres, with its length written above; `right_end` is its right end [m]."""
         end = np.asarray(right_end, dtype=float)
         left = self.axes.T @ np.array([-0.1, 0.0])
         up = self.axes.T @ np.array([0.0, 1.0])
@@ -93,7 +102,7 @@ class Drawing(Projection):
         """Return the drawing as an SVG element."""
         total = self.tall + (CAPTION * len(self.caption) + 16 if self.caption else 0)
         body = "".join(self._element(shape) for shape in self.shapes)
-        if self.caption:  # an inner element of its own cuts off what reaches beyond the drawing
+        if self.caption:  # the inner element cuts off everything outside the drawing
             body = f'<svg width="{self.wide}" height="{self.tall}">{body}</svg>'
         lines = "".join(
             f'<text x="12" y="{self.tall + CAPTION * (k + 1)}" {_look("muted" if k else "ink")}>{escape(text)}</text>'
@@ -139,14 +148,14 @@ class Drawing(Projection):
         )
 
     def png(self) -> bytes:
-        """Return the drawing by day, without its caption, as the bytes of a PNG file."""
-        from tatamu.presentation.canvas import paint  # Pillow is needed for pixels only
+        """Return the drawing in light mode, without its caption, as the bytes of a PNG file."""
+        from tatamu.presentation.canvas import paint  # Pillow is only needed for pixels
 
         return paint(self, self.shapes, self.background or "card")
 
 
 def _look(fill: str | None, stroke: str | None = None, width: float = 0.0, opacity: float = 1.0) -> str:
-    """Return the attributes that colour an element; its class has the names for `_dark`."""
+    """Return the attributes that colour an SVG element. The attribute "class" has the names of its colours."""
     line = stroke if width else None
     named = [f"{what}-{colour}" for what, colour in (("fill", fill), ("stroke", line)) if colour in COLOURS]
     parts = [f'fill="{day(fill) if fill else "none"}"']
@@ -160,7 +169,7 @@ def _look(fill: str | None, stroke: str | None = None, width: float = 0.0, opaci
 
 
 def _dark(inside: str) -> str:
-    """A style element with the dark colours of all names that the elements `inside` use."""
+    """Return a style element with the dark mode of all colours that the SVG elements `inside` use."""
     used = {name for names in re.findall(r' class="([^"]+)"', inside) for name in names.split()}
     rules = [
         f".{what}-{name}{{{what}:{night}}}"

@@ -1,4 +1,4 @@
-"""Pictures as bytes of PNG files and as addresses inside a page."""
+"""Converts pictures to PNG files and to data URIs, which store a picture inside a page."""
 
 from __future__ import annotations
 
@@ -12,18 +12,21 @@ from PIL import Image
 from tatamu.files import MIB, read_bytes, replacing
 
 LARGEST = 16 * MIB
-"""Largest size of a picture in a page [bytes]."""
+"""Largest size of a picture file that is stored in a page [bytes]."""
 
 
 def png(pixels: np.ndarray) -> bytes:
-    """A PNG file of pixels: uint8, shape (h, w, 4), RGBA with straight alpha, row 0 on top."""
+    """Return the bytes of a PNG file for a picture.
+
+    The pixels are RGBA with straight alpha: uint8, shape (h, w, 4), with row 0 at the top.
+    """
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
 
 
 def data_uri(pixels: np.ndarray) -> str:
-    """Return the picture as a data URI."""
+    """Return a picture as a data URI."""
     return "data:image/png;base64," + base64.b64encode(png(pixels)).decode()
 
 
@@ -31,13 +34,13 @@ def jpeg_uri(path: Path) -> str:
     """Return the picture in a JPEG file as a data URI.
 
     Raises:
-        InputError: The file cannot be read.
+        InputError: If the file cannot be read.
     """
     return "data:image/jpeg;base64," + base64.b64encode(read_bytes(path, LARGEST)).decode()
 
 
 def save_png(pixels: np.ndarray, path: Path) -> None:
-    """Write a picture in one piece.
+    """Write a picture to a PNG file. If writing fails, an existing file remains unchanged.
 
     Raises:
         InputError: If the file cannot be written.

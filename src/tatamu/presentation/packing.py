@@ -1,6 +1,6 @@
-"""Data inside a page: deflated and encoded as text; packing.js reads them.
+"""Compresses data inside a page and encodes them as text, which packing.js decodes.
 
-Plotly and the replay shrink to a third of their size.
+The Plotly script and the data of the replay shrink to a third of their size.
 """
 
 from __future__ import annotations
@@ -12,18 +12,19 @@ import numpy as np
 
 
 def packed(data: bytes) -> str:
-    """Deflated bytes in base 64; packing.js reads them."""
+    """Compress bytes (deflate) and encode them in base 64; packing.js decodes the result."""
     return base64.b64encode(zlib.compress(data, 9)).decode()
 
 
 def motion(steps: np.ndarray) -> bytes:
-    """Encode numbers that change smoothly from frame to frame as bytes that deflate well.
+    """Encode numbers that change smoothly from frame to frame as bytes that can be compressed well.
 
-    Each number is predicted from the two frames before it by a straight line. The difference is stored modulo
-    65536, small differences of either sign as small numbers; first all low bytes, then all high bytes.
+    Each number is predicted from the two frames before by a straight line. The difference from the prediction is stored
+    modulo 65536. The code of a small positive or negative difference is a small number. All low bytes are stored
+    first, and then all high bytes.
 
     Args:
-        steps: Whole numbers 0 to 65535, shape (f, ..).
+        steps: Whole numbers from 0 to 65535, shape (f, ..).
     """
     wide = np.zeros((len(steps) + 2, *steps.shape[1:]), dtype=np.int64)
     wide[2:] = steps

@@ -1,8 +1,8 @@
-"""Rendering of data and a template to one HTML file that contains style, scripts, charts and replay.
+"""Renders data and a template to one HTML file, which contains the style, scripts, charts and replay.
 
-Templates are files of the package, named by their path in it, such as "report/page.html", or files elsewhere; each
-extends "presentation/base.html" and has the macros of "presentation/parts.html" as `parts`. Texts are escaped unless a
-template or a `Markup` says that they are HTML.
+A template of the package is named by its path in the package, such as "report/page.html". A template may also be a file
+elsewhere. Each template extends "presentation/base.html", and can use the macros of "presentation/parts.html" under the
+name `parts`. Texts are escaped unless a template or a `Markup` marks them as HTML.
 """
 
 from __future__ import annotations
@@ -24,22 +24,23 @@ from tatamu.presentation.packing import packed
 from tatamu.version import __version__
 
 Charts = Mapping[str, Sequence[Chart]]
-"""Groups of charts by name; `parts.plots` puts the group `name` into places `name-0`, `name-1`, ... of a page."""
+"""Groups of charts by name. The charts of the group `name` become the elements `name-0`, `name-1`, ... of a page."""
 
 
 def render(
     template: str | Path, *, charts: Charts | None = None, replay: Mapping[str, Any] | None = None, **values: Any
 ) -> str:
-    """Fill a template; the same values give the same bytes.
+    """Fill a template with values. The same values always give the same bytes.
 
     Args:
-        template: Path in the package, such as "report/page.html", or a file outside the package.
-        charts: Charts that scripts/charts.js draws into the places of the page.
-        replay: Data that scripts/replay.js shows, see `presentation.replay`; None if the page has no replay.
-        **values: Values of the names in the template.
+        template: Path of a template in the package, such as "report/page.html", or a file outside the package.
+        charts: Groups of charts, which scripts/charts.js draws into the page.
+        replay: Data of the replay (see `presentation.replay`), which scripts/replay.js shows; None if the page has no
+            replay.
+        **values: Values of the variables in the template.
 
     Raises:
-        jinja2.UndefinedError: If the template names a value that is not given.
+        jinja2.UndefinedError: If the template uses a variable that has no value.
     """
     plots = {f"{name}-{k}": chart.plot for name, group in (charts or {}).items() for k, chart in enumerate(group)}
     inside = {
@@ -78,23 +79,24 @@ def _environment() -> Environment:
 
 @cache
 def plotly() -> str:
-    """The script of the plotly package, deflated, in base 64."""
+    """Return the script of the plotly package, compressed (deflate) and encoded in base 64."""
     from plotly.offline import get_plotlyjs
 
     return packed(get_plotlyjs().encode())
 
 
 def inline(value: Any) -> Markup:
-    """JSON for a script element, which no text inside can close."""
+    """Return a value as JSON for a script element. No text inside the JSON can close the element."""
     text = json.dumps(value, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
     return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
 
 
 @cache
 def script(entry: str) -> Markup:
-    """Return an ES module of scripts/ and its imports as one module, each once and before its users.
+    """Join an ES module of scripts/ and all modules that it imports to one module.
 
-    The modules share one scope there: their top-level names differ.
+    Each module appears once, before the modules that import it. In the result, all modules share one scope, so their
+    top-level names must differ.
     """
     modules: dict[str, str] = {}
     _collect(entry, modules)

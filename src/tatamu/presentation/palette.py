@@ -1,33 +1,35 @@
-"""Every colour, in light and dark mode. Colours with a meaning are the same in pictures, charts and the replay."""
+"""Defines every colour in light and dark mode. A colour has the same meaning in pictures, charts and the replay."""
 
 from __future__ import annotations
 
 import numpy as np
 
 FRONT = "#3f66b0"
-"""The side of the cloth that faces up before the fold; of two layers, the outside of the upper one."""
+"""Colour of the side of a single layer that faces up before the fold. With two layers, it is the outside of the upper
+layer."""
 REAR = "#a9cbf0"
-"""Outside of the lower of two layers."""
+"""Colour of the outside of the lower layer, if the cloth has two layers."""
 BACK = "#f0b774"
-"""The side of the cloth that faces down before the fold; of two layers, the inside of both."""
+"""Colour of the side of a single layer that faces down before the fold. With two layers, it is the inside of both."""
 SIDES = {
     1: (("front", "side up at the start"), ("back", "other side")),
     2: (("front", "outside of the front"), ("rear", "outside of the back"), ("back", "inside")),
 }
-"""Colours and names of the sides of cloth, by its layers."""
+"""Colours and names of the sides of cloth, by the number of layers."""
 TARGET = "#9a78f2"
 LEFT = "#d64a57"
-"""The left hand."""
+"""Colour of the left hand."""
 RIGHT = "#14968c"
-"""The right hand."""
+"""Colour of the right hand."""
 SCALE = ("#fdf3dc", "#f9c982", "#ef8a5b", "#c9475f", "#6b2a72")
-"""Stops of the scale of e_i, from none to the largest; lightness falls evenly, so it reads in grey too."""
+"""Colours of the scale for vertex errors, from zero to the largest. Their lightness decreases evenly, so the scale can
+also be read in grey."""
 TABLE = "#e9e5dd"
 SOLID = "#8a93a3"
-"""Rigid bodies."""
+"""Colour of rigid bodies."""
 
 SERIES = 8
-"""Number of colours `series-0`, `series-1`, ... for curves that differ in name only."""
+"""Number of the colours `series-0`, `series-1`, ..., which are for curves without a special meaning."""
 
 COLOURS = {
     "paper": ("#f6f4ef", "#15171c"),
@@ -65,7 +67,8 @@ COLOURS = {
     "robot": ("#8d939c", "#8d939c"),
     **{f"scale-{number}": (stop, stop) for number, stop in enumerate(SCALE)},
 }
-"""Colours by name, as "#rrggbb" by day and by night. Style sheet, charts, drawings and viewer use the names."""
+"""Colours by name, as "#rrggbb" in light mode and in dark mode. The style sheet, charts, drawings and the replay use
+these names."""
 
 
 def rgb(colour: str) -> np.ndarray:
@@ -75,12 +78,12 @@ def rgb(colour: str) -> np.ndarray:
 
 
 def day(colour: str) -> str:
-    """Return a colour, given by its name or as "#rrggbb", as "#rrggbb" by day."""
+    """Return a colour in light mode as "#rrggbb". The argument is the name of the colour, or "#rrggbb" itself."""
     return COLOURS[colour][0] if colour in COLOURS else colour
 
 
 def css() -> str:
-    """Return the colours as custom properties of a style sheet, the dark ones if the reader prefers them."""
+    """Return all colours as custom properties of a style sheet, for light mode and for dark mode."""
     day = "".join(f"--{name}:{light};" for name, (light, _) in COLOURS.items())
     night = "".join(f"--{name}:{dark};" for name, (light, dark) in COLOURS.items() if dark != light)
     return f":root{{{day}}}\n@media (prefers-color-scheme: dark){{:root{{{night}}}}}\n"

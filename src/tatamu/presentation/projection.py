@@ -1,4 +1,4 @@
-"""The projection of a drawing: the visible rectangle of a plane, its scale and its orientation."""
+"""Defines the projection of a drawing: the visible rectangle of a plane, its scale and its orientation."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 from tatamu.presentation.shapes import FONT, Box, Label
 
 LETTER = 0.55
-"""Mean width of a letter over the height."""
+"""Ratio of the mean width of a letter to its height."""
 FROM_ABOVE = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""Axes of a view from above, as a robot sees the table in front of it: x up, y to the left."""
+"""Axes of a view from above, with x up and y to the left. This is how a robot sees the table in front of it."""
 UPRIGHT = np.eye(2)
-"""Axes of an upright view: the first coordinate to the right, the second up."""
+"""Axes of an upright view, with the first coordinate to the right and the second coordinate up."""
 
 
 @dataclass
 class Projection:
-    """A rectangle of a plane on a grid of pixels."""
+    """The projection of a rectangle of a plane to a grid of pixels."""
 
     low: np.ndarray
     """Smallest coordinates shown [m], shape (2,)."""
@@ -27,19 +27,19 @@ class Projection:
     scale: float
     """Pixels per metre."""
     axes: np.ndarray = field(default_factory=lambda: UPRIGHT)
-    """Matrix from the plane to right and up, shape (2, 2): `FROM_ABOVE` or `UPRIGHT`."""
+    """Matrix from coordinates of the plane to the directions right and up, shape (2, 2): `FROM_ABOVE` or `UPRIGHT`."""
     margin: float = 0.0
     """Width of the border around the rectangle [pixels]."""
 
     @property
     def _corner(self) -> np.ndarray:
-        """Distance of the upper left corner from the origin, to the right and up [m], shape (2,)."""
+        """Position of the upper left corner relative to the origin, to the right and up [m], shape (2,)."""
         ends = np.array([self.low, self.high]) @ self.axes.T
         return np.array([ends[:, 0].min(), ends[:, 1].max()])
 
     @property
     def size(self) -> np.ndarray:
-        """Width and height with the margin [pixels], shape (2,)."""
+        """Width and height, including the margin [pixels], shape (2,)."""
         return self.scale * np.abs(self.axes @ (self.high - self.low)) + 2 * self.margin
 
     @property
@@ -53,7 +53,7 @@ class Projection:
         return round(float(self.size[1]))
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
-        """Project places in the plane [m], shape (k, 2), to pixels, x to the right and y down."""
+        """Project points of the plane [m], shape (k, 2), to pixels, with x to the right and y down."""
         return (points @ self.axes.T - self._corner) * [self.scale, -self.scale] + self.margin
 
     def box(self, box: Box) -> tuple[np.ndarray, np.ndarray]:
@@ -62,10 +62,10 @@ class Projection:
         return corners.min(axis=0), np.ptp(corners, axis=0)
 
     def beside(self, label: Label) -> tuple[np.ndarray, str]:
-        """Place a word inside the rectangle.
+        """Find a position for a word so that it is inside the rectangle.
 
         Returns:
-            The place [pixels], and the part of the word that is anchored there: l(eft), m(iddle) or r(ight).
+            The position [pixels], and the part of the word that is at this position: l(eft), m(iddle) or r(ight).
         """
         right, up = self.axes @ label.towards
         at = self.pixels(label.place[None])[0] + np.array([right, -up]) * 0.9 * FONT

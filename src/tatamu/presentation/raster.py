@@ -1,6 +1,6 @@
-"""A z-buffer for pictures without a browser: the triangle that is visible at each pixel.
+"""Finds the triangle that is visible at each pixel (z-buffer), for pictures that are drawn without a browser.
 
-Notation: image x to the right, y down [pixels]; depth grows towards the eye.
+In the image, x points to the right and y points down [pixels]. The depth increases towards the eye.
 """
 
 from __future__ import annotations
@@ -15,12 +15,16 @@ from tatamu.zbuffer import z_buffer
 
 @dataclass(frozen=True)
 class View:
-    """An eye that looks at `centre` from the direction `rotation[2]`; `distance` = inf sees in parallel."""
+    """A camera ("eye") that looks at the point `centre`. The vector `rotation[2]` points from there to the eye.
+
+    If `distance` is infinite, the projection is parallel.
+    """
 
     centre: np.ndarray
     """Point in the middle of the image [m], shape (3,)."""
     rotation: np.ndarray
-    """World to eye, shape (3, 3): rows right, up, towards the eye."""
+    """Rotation matrix from the scene to the eye, shape (3, 3). Its rows are the directions right, up and towards the
+    eye."""
     scale: float
     """Pixels per metre at the centre."""
     shape: tuple[int, int]
@@ -29,9 +33,9 @@ class View:
     """Distance from the eye to the centre [m]."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Image x, y [pixels] and depth of points [m], both of shape (n, 3)."""
+        """Project points [m], shape (n, 3). Each row of the result has x and y [pixels] and the depth, shape (n, 3)."""
         right, up, near = (points - self.centre).dot(self.rotation.T).T
-        # Depth as 1 / distance is linear over the image, as the interpolation inside a triangle needs it.
+        # Inside a triangle, the depth is interpolated linearly. The depth 1 / distance is linear over the image.
         shrink = 1.0 / (1.0 - near / self.distance)
         depth = near if np.isinf(self.distance) else shrink
         height, width = self.shape
@@ -39,7 +43,7 @@ class View:
         return np.column_stack([x, y, depth])
 
     def towards_eye(self, points: np.ndarray) -> np.ndarray:
-        """Unit vectors from points to the eye, shape (n, 3)."""
+        """Return the unit vectors from points to the eye, shape (n, 3)."""
         if np.isinf(self.distance):
             return np.broadcast_to(self.rotation[2], points.shape)
         away = self.centre + self.distance * self.rotation[2] - points
@@ -51,34 +55,40 @@ class Visible:
     """The nearest triangle in each pixel."""
 
     face: np.ndarray
-    """Number of the triangle, -1 if there is none, shape (h, w)."""
+    """Number of the nearest triangle in each pixel, shape (h, w); -1 if no triangle covers the pixel."""
     weights: np.ndarray
-    """Barycentric coordinates in it, shape (h, w, 3)."""
+    """Barycentric coordinates of each pixel in its triangle, shape (h, w, 3)."""
 
     @cached_property
     def mask(self) -> np.ndarray:
-        """The pixels that any triangle covers, shape (h, w)."""
+        """Whether a triangle covers each pixel, shape (h, w)."""
         return self.face >= 0
 
     @cached_property
     def covered(self) -> tuple[np.ndarray, np.ndarray]:
-        """Triangle and barycentric coordinates of the covered pixels, shapes (p,) and (p, 3)."""
+        """Triangles and barycentric coordinates of the covered pixels, shapes (p,) and (p, 3)."""
         return self.face[self.mask], self.weights[self.mask]
 
     def sample(self, values: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Interpolate values at vertices, shape (n,) or (n, k), over the covered pixels, (p,) or (p, k)."""
+        """Interpolate values from the vertices to the covered pixels.
+
+        The values have shape (n,) or (n, k), and the result has shape (p,) or (p, k).
+        """
         face, weights = self.covered
         return np.einsum("pc,pc...->p...", weights, values[faces[face]])
 
 
 def rasterise(projected: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> Visible:
-    """Draw triangles (m, 3) with corners `projected` (x, y, depth), shape (n, 3)."""
+    """Find the nearest of the triangles (m, 3) in each pixel; `projected` has x, y and depth of the vertices (n, 3)."""
     seen = z_buffer(projected[:, [1, 0, 2]], faces, shape)
     return Visible(seen.face, seen.weights)
 
 
 def vertex_normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Unit normals at the vertices, weighted by area, shape (n, 3)."""
+    """Return the unit normals at the vertices, shape (n, 3).
+
+    The normal at a vertex is the mean over the adjacent triangles, weighted by their areas.
+    """
     a, b, c = (points[faces[:, k]] for k in range(3))
     normals = np.zeros_like(points)
     across = np.cross(b - a, c - a)

@@ -1,4 +1,4 @@
-"""The data of the viewer in a page: cloth and hands at a few frames, in steps of some micrometres."""
+"""Makes the data of a replay in a page: cloth and hands in a few frames, with rounded positions."""
 
 from __future__ import annotations
 
@@ -14,38 +14,39 @@ from tatamu.scene import Scene
 from tatamu.topology import facing_down
 
 FRAMES = 150
-"""Largest number of frames of a replay; the viewer interpolates linearly between them."""
+"""Largest number of frames of a replay; the viewer interpolates linearly between the frames."""
 BUDGET = 3_000_000
-"""Largest number of coordinates in all frames, which keeps pages small; about a byte each when packed."""
+"""Largest number of coordinates in all frames. The limit keeps pages small, because each coordinate takes about a
+byte."""
 STEP = 5e-5
-"""Step to which positions are rounded [m]; it is larger if 65536 steps would not reach across the scene."""
+"""Step to which positions are rounded [m]. The step is larger if the scene is larger than 65536 steps."""
 HAND_COLOURS = ("left", "right")
 """Names of the colours of the two hands."""
 
 
 @dataclass(frozen=True)
 class HandTrack:
-    """A hand as the viewer draws it."""
+    """The motion of a hand in a replay."""
 
     colour: str
-    """Name of its colour."""
+    """Name of the hand's colour."""
     path: np.ndarray
-    """Position at each frame [m], shape (f, 3)."""
+    """Position of the hand in each frame [m], shape (f, 3)."""
     holds: list[tuple[float, float | None]]
-    """Times at which it closes and opens [s]; None if never."""
+    """Times at which the hand closes and opens for each grasp [s]; None if the hand does not open again."""
 
 
 def replay_data(
     rollout: Rollout, scene: Scene, hands: list[HandTrack], largest: float, robot: MovingMesh | None = None
 ) -> dict[str, Any]:
-    """The data of the viewer for a rollout with its `target`.
+    """Return the data with which the viewer replays a rollout.
 
     Args:
-        rollout: Motion of the cloth; its last frame is the target.
+        rollout: Motion of the cloth, with the target in `extra["target"]`.
         scene: Scene of the motion; its rigid bodies are drawn too.
-        hands: Hands at each frame of the rollout.
-        largest: End of the scale of e_i [m].
-        robot: The robot's links at each frame of the rollout.
+        hands: Motions of the hands.
+        largest: End of the colour scale for vertex errors, the distances of vertices from their targets [m].
+        robot: Meshes of the robot's links at each frame of the rollout; None if no robot is drawn.
     """
     kept = frames(len(rollout.times), len(rollout.positions[0]))
     table = scene.table
@@ -64,7 +65,10 @@ def replay_data(
 
 
 def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
-    """Return frames (f, n, 3) and one more as whole steps from the lowest corner [m]."""
+    """Return the frames (f, n, 3) and the last shape (n, 3) with positions as whole numbers of steps.
+
+    Positions are measured from the corner with the smallest coordinates.
+    """
     shown = np.concatenate([positions, last[None]])
     low = shown.min(axis=(0, 1))
     step = max(float((shown.max(axis=(0, 1)) - low).max()) / 65535, STEP)
@@ -78,7 +82,7 @@ def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[
 
 
 def frames(count: int, vertices: int) -> np.ndarray:
-    """Choose the frames of a rollout to show: the first, the last, and evenly between."""
+    """Choose the frames of a rollout that the replay shows: the first, the last, and frames at equal steps between."""
     most = int(np.clip(BUDGET // (3 * vertices), 2, FRAMES))
     return np.unique(np.rint(np.linspace(0, count - 1, min(count, most))).astype(int))
 

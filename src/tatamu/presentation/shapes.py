@@ -1,4 +1,7 @@
-"""The shapes of a drawing. Places are in metres, widths in pixels; colours are names of `palette` or "#rrggbb"."""
+"""Defines the shapes of a drawing.
+
+Positions are in metres, and widths are in pixels. Colours are names of `palette` or "#rrggbb".
+"""
 
 from __future__ import annotations
 
@@ -15,12 +18,12 @@ class Polyline:
     """A line through points, or a filled region."""
 
     points: np.ndarray
-    """[m], shape (k, 2)."""
+    """Positions of the points [m], shape (k, 2)."""
     colour: str = "ink"
     width: float = 1.0
-    """[pixels]; 0: only filled."""
+    """Width of the line [pixels]; 0 for a region without a line."""
     dash: float = 0.0
-    """Length of dashes and gaps [pixels]; 0: drawn through."""
+    """Length of dashes and gaps [pixels]; 0 for a solid line."""
     fill: str | None = None
     opacity: float = 1.0
 
@@ -30,10 +33,10 @@ class Segments:
     """Many short lines of one kind, such as the edges of a mesh."""
 
     ends: np.ndarray
-    """[m], shape (k, 2, 2)."""
+    """Both ends of each line [m], shape (k, 2, 2)."""
     colour: str
     width: float = 0.5
-    """[pixels]."""
+    """Width of the lines [pixels]."""
     opacity: float = 1.0
 
 
@@ -44,7 +47,7 @@ class Dot:
     place: np.ndarray
     colour: str
     radius: float = 4.0
-    """[pixels]."""
+    """Radius of the circle [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -52,31 +55,31 @@ class Box:
     """A filled rectangle along the axes."""
 
     low: np.ndarray
-    """A corner [m], shape (2,)."""
+    """A corner of the rectangle [m], shape (2,)."""
     high: np.ndarray
-    """The corner across [m], shape (2,)."""
+    """The opposite corner [m], shape (2,)."""
     fill: str
     edge: str | None = None
-    """Colour of its outline."""
+    """Colour of the outline; None for a rectangle without an outline."""
 
 
 @dataclass(frozen=True)
 class Label:
-    """A word next to a place, on the side given by `towards`."""
+    """A word next to a position, on the side given by `towards`."""
 
     place: np.ndarray
     text: str
     towards: np.ndarray
-    """Direction in the plane, shape (2,); zero: centred on the place."""
+    """Direction from the position to the word, shape (2,). If it is zero, the word is centred on the position."""
     colour: str = "ink"
 
 
 @dataclass(frozen=True)
 class Picture:
-    """An image that fills the drawing, under all shapes."""
+    """An image that fills the drawing below all other shapes."""
 
     source: str
-    """Its address, such as `image.data_uri` makes."""
+    """Address of the image, such as a data URI from `image.data_uri`."""
 
 
 Shape = Polyline | Segments | Dot | Box | Label | Picture

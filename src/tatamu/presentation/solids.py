@@ -1,4 +1,4 @@
-"""Rigid bodies as triangle meshes, as pictures and the replay draw them."""
+"""Converts rigid bodies to triangle meshes, which pictures and the replay draw."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ import numpy as np
 from tatamu.body import Body, rotation
 
 MovingMesh = tuple[np.ndarray, np.ndarray]
-"""Points at each frame [m], shape (f, n, 3), and triangles, shape (m, 3)."""
+"""Positions of the vertices at each frame [m], shape (f, n, 3), and triangles, shape (m, 3)."""
 
 
 def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
-    """The surface of a body in its frame: points [m], shape (n, 3), and triangles, shape (m, 3), with flat shading."""
+    """Return the surface of a body in the body's frame: points [m], shape (n, 3), and triangles, shape (m, 3).
+
+    Each triangle has its own three points, so the shading is flat.
+    """
     import trimesh.creation
 
     if body.shape == "box":
@@ -23,12 +26,12 @@ def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
     else:
         mesh = trimesh.creation.capsule(height=2.0 * body.core[2], radius=body.radius, count=[24, 24])
         mesh.apply_translation(-mesh.bounds.mean(axis=0))
-    corners = np.asarray(mesh.vertices)[mesh.faces]  # a box has edges: its faces share no points
+    corners = np.asarray(mesh.vertices)[mesh.faces]  # a box has edges, so its faces share no points
     return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
 
 
 def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
-    """Return all bodies as one mesh at times [s], shape (f,); None if there are none."""
+    """Return all bodies as one mesh that moves; `times` [s] has shape (f,). None if there are no bodies."""
     parts = []
     faces = []
     count = 0
@@ -43,7 +46,7 @@ def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
 
 
 def together(*meshes: MovingMesh | None) -> MovingMesh | None:
-    """Return several moving meshes as one; None if there is none."""
+    """Join several moving meshes to one; None if no mesh is given."""
     given = [mesh for mesh in meshes if mesh is not None]
     if not given:
         return None

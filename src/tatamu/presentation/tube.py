@@ -1,4 +1,4 @@
-"""A tube around a path, so that a line has a width and a light side."""
+"""Makes a tube around a path, because a line in a picture needs a width and a light side."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import numpy as np
 
 
 def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (k, 3) and triangles (m, 3) of a tube [m] around a path (f, 3) with at least two places."""
+    """Return the points (k, 3) and the triangles (m, 3) of a tube around a path (f, 3) of at least two points.
+
+    The radius and all positions are in metres.
+    """
     path = _spaced(path, radius)
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    # Any fixed direction that the path never follows serves: a hand stays near the vertical plane through its ends.
+    # The direction must never be along the path. A hand stays near the vertical plane through the ends of its path.
     span = path[-1] - path[0]
     side = np.cross(along, [-span[1], span[0], 0.0] if np.hypot(span[0], span[1]) > radius else [0.0, 1.0, 0.0])
     side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
@@ -21,7 +24,7 @@ def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, 
 
 
 def _spaced(path: np.ndarray, apart: float) -> np.ndarray:
-    """Return the places of a path that are at least `apart` from the place before."""
+    """Return the points of a path whose distance from the point before is at least `apart`."""
     kept = [path[0]]
     for place in path[1:]:
         if np.linalg.norm(place - kept[-1]) >= apart:
@@ -30,7 +33,7 @@ def _spaced(path: np.ndarray, apart: float) -> np.ndarray:
 
 
 def _bands(count: int, sides: int) -> np.ndarray:
-    """Triangles between neighbouring rings, facing outwards."""
+    """Return the triangles between neighbouring rings of a tube, which face outwards."""
     first = np.arange(sides)
     after = (first + 1) % sides
     band = np.vstack(

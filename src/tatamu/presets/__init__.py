@@ -1,4 +1,4 @@
-"""Materials that others have measured, for cloth that was not measured.
+"""Provides presets: materials from the literature, for users who did not measure their cloth.
 
 Each preset is a file NAME.toml in this folder:
 
@@ -31,13 +31,13 @@ class About(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str
-    """The cloth, in a few words."""
+    """Description of the cloth in a few words."""
     note: str = ""
-    """Caveats of its use."""
+    """Warning about the use of the preset; empty if no warning is needed."""
 
 
 class Preset(BaseModel):
-    """A material with the sources of its figures."""
+    """A material with the sources of its values."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -45,9 +45,9 @@ class Preset(BaseModel):
     preset: About
     material: Material
     spread: dict[str, Range] = Field(default_factory=dict)
-    """Range of each field in its source."""
+    """Range of values that the source states, by the name of the material's field."""
     source: dict[str, str] = Field(default_factory=dict)
-    """Source of each field's figure."""
+    """Source of the value, by the name of the material's field."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -62,10 +62,10 @@ class Preset(BaseModel):
 
 
 def load_preset(name: str) -> Preset:
-    """Read a preset by name.
+    """Read the preset with a given name.
 
     Raises:
-        InputError: If there is no preset of that name.
+        InputError: If there is no preset with this name.
     """
     path = PRESETS / f"{name}.toml"
     if not path.is_file():

@@ -1,9 +1,9 @@
-"""The pages of a learned fold, of a whole plan and of a garment, and a picture of a fold.
+"""Makes HTML pages about a learned fold, about a whole plan and about a garment, and pictures of folds.
 
-The pages are built on `presentation`, which does not depend on folds. Each page collects its data from the modules of
-this package: `headline`, `tables`, `measures` (the measures and their thresholds), `topview`, `errormap`, `histogram`,
-`search`, `paths`, `replay`, `command`. These read a `fold`. `still` draws a picture without a browser;
-`notebook` shows a fold within another page.
+The pages are built with the package `presentation`, which does not depend on folds. The data of a fold's page come from
+the modules `headline`, `tables`, `measures`, `topview`, `errormap`, `histogram`, `search`, `paths`, `replay` and
+`command`. The module `still` draws a picture of a fold without a browser, and `notebook` shows a fold inside another
+page.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The fold plans for a garment, drawn one by one, as a page and as a picture."""
+"""Draws all fold plans for a garment, one drawing for each plan, as a page or as a picture."""
 
 from __future__ import annotations
 
@@ -22,11 +22,14 @@ from tatamu.report.garment import FoldMark, diagram
 COLUMNS = 3
 """Number of plans side by side in a picture."""
 TITLE = 40
-"""Height of a plan's name over its drawing [pixels]."""
+"""Height of the line above a drawing that has the plan's name [pixels]."""
 
 
 def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
-    """Return every fold of a plan on the flat garment; grasps of later steps are drawn at their flat places."""
+    """Return the marks of all folds of a plan for a drawing of the flat garment.
+
+    Grasps of later steps are drawn where the grasped vertices are on the flat garment.
+    """
     flat = garment.vertices[:, :2]
     titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
     names = titles if len(titles) > 1 else [plan.name]
@@ -37,10 +40,10 @@ def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
 
 
 def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Drawing]:
-    """Return a drawing of each plan; parts that no hand carries are shaded at their flat places.
+    """Return a drawing of each plan on the flat garment. Parts of the garment that no hand carries are shaded.
 
     Raises:
-        InputError: If the garment cannot be folded by a plan.
+        InputError: If a plan cannot fold the garment.
     """
     drawn = []
     for proposal in proposals:
@@ -52,7 +55,7 @@ def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Drawing]:
 
 
 def _shaded(garment: Garment, part: Part) -> list[Polyline]:
-    """Return the outlines of a part."""
+    """Return the outlines of a part of the garment as shaded regions."""
     inside = np.isin(garment.faces, part.vertices).all(axis=1)
     covered = shapely.union_all(shapely.polygons(garment.vertices[garment.faces[inside], :2]), grid_size=1e-6)
     regions = [each for each in shapely.get_parts(covered) if isinstance(each, shapely.Polygon)]
@@ -60,10 +63,10 @@ def _shaded(garment: Garment, part: Part) -> list[Polyline]:
 
 
 def page(garment: Garment, proposals: Sequence[Proposal]) -> str:
-    """Return all plans as one HTML page that opens offline.
+    """Return an HTML page with all plans, which opens without a network.
 
     Raises:
-        InputError: If the garment cannot be folded by a plan.
+        InputError: If a plan cannot fold the garment.
     """
     drawn = drawings(garment, proposals)
     return render(
@@ -81,10 +84,10 @@ def _warnings(proposal: Proposal) -> list[str]:
 
 
 def picture(garment: Garment, proposals: Sequence[Proposal]) -> bytes:
-    """Return all plans side by side, as the bytes of a PNG file.
+    """Return a picture of all plans side by side, as the bytes of a PNG file.
 
     Raises:
-        InputError: If the garment cannot be folded by a plan.
+        InputError: If a plan cannot fold the garment.
     """
     from PIL import Image, ImageDraw, ImageFont
 

@@ -1,4 +1,4 @@
-"""The commands that repeat a learned fold."""
+"""Makes the shell commands that repeat a learned fold."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tatamu.study.inputs import kept_input
 
 
 def learn(fold: Result) -> str:
-    """Return the command that runs the same study."""
+    """Return the command that runs the study of a learned fold again."""
     folder = (fold.folder or Path("fold")).resolve()
     if fold.record.task.step:
         folder = folder.parent
@@ -23,11 +23,11 @@ def learn(fold: Result) -> str:
 
 
 def request(record: ResultRecord, folder: Path | None) -> TaskRequest:
-    """Return the options of a study.
+    """Return the options with which a study was started.
 
     Args:
         record: Record of the study.
-        folder: Its folder, which has copies of the user's files; None if it is in memory.
+        folder: Folder of the study, which contains copies of the user's files; None if the study is only in memory.
     """
     task = record.task
     asked = record.asked or TaskOptions(
@@ -56,12 +56,12 @@ def request(record: ResultRecord, folder: Path | None) -> TaskRequest:
 
 
 def _is_late(record: ResultRecord) -> bool:
-    """Return whether the study is of a later step, which never has a coarser mesh."""
+    """Return whether the study belongs to the second or a later step of a plan. Such a study has no coarse mesh."""
     return record.task.step is not None and record.task.step[0] > 1
 
 
 def _disturbances(record: ResultRecord, folder: Path | None) -> str | None:
-    """Return the name or the file of the disturbances; None for the default ones."""
+    """Return the option for the disturbances of a study: a name or a file; None for the default disturbances."""
     if record.disturbances is None:
         return "none"
     if record.disturbances == default_disturbances().describe():
@@ -71,7 +71,7 @@ def _disturbances(record: ResultRecord, folder: Path | None) -> str | None:
 
 
 def _quantile(record: ResultRecord) -> float | str | None:
-    """Return the quantile as the user gave it; None for the default."""
+    """Return the option for the quantile of the objective as the user gave it; None for the default."""
     if record.disturbances is None:
         return None
     if record.quantile is None:
@@ -80,7 +80,7 @@ def _quantile(record: ResultRecord) -> float | str | None:
 
 
 def simulate(fold: Result) -> str:
-    """Return the command that simulates the best trial alone."""
+    """Return the command that simulates the best trial of a learned fold."""
     scene = f"{(fold.folder or Path('fold')).resolve().name}/{SCENE}"
     words = ["tatamu", "simulate", scene, "--out", "again.npz", "--simulator", fold.record.task.simulator]
     return shlex.join(words)

@@ -1,4 +1,4 @@
-"""The conclusion of a study in words: whether the fold succeeds, notes on the search, and advice if it failed."""
+"""Writes the conclusion of a study: whether the fold succeeds, notes on the search, and advice if the fold failed."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from tatamu.report.measures import OVERLAP, SUCCESS, grade
 from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
-"""Fraction of all trials after which a best trial shows that the search still improves."""
+"""Fraction of all trials. If the best trial comes later than this fraction, the search was still improving."""
 EDGE = 0.01
-"""Distance from a bound within which a value counts as on the bound, as a fraction of the range."""
+"""Largest distance between a value on a bound and the bound, as a fraction of the range."""
 MEANING = {
     "x1": "P1 ahead of the grasp",
     "z1": "P1 above the grasp",
@@ -21,31 +21,32 @@ MEANING = {
     "g1": "left grasp, from the corner inwards",
     "g2": "right grasp, from the corner inwards",
 }
-"""Meaning of each parameter of Eq. (9), in a few words."""
+"""Meaning of each parameter of a fold, Eq. (9), in a few words. P1 and P2 are the inner control points of a hand's
+path, a Bézier curve."""
 
 
 @dataclass(frozen=True)
 class Conclusion:
-    """The verdict on a fold, or on a plan of several folds."""
+    """The judgement of a fold, or of a plan of several folds: whether it succeeded, and why."""
 
     succeeded: bool
     measures: list[str]
-    """Values that determine the verdict, each with its threshold, and possibly further ones."""
+    """Values that decide whether the fold succeeded, as text."""
     notes: list[str] = field(default_factory=list)
-    """Lines that qualify the verdict."""
+    """Further lines of text about the fold and the search."""
     advice: list[str] = field(default_factory=list)
-    """Lines on what to do; empty if the fold succeeded."""
+    """Advice on what to do; empty if the fold succeeded."""
     steps: list[tuple[str, Conclusion]] = field(default_factory=list)
-    """Name of each step of a plan and the verdict on it."""
+    """Name and conclusion of each step of a plan; empty for a single fold."""
 
     @property
     def text(self) -> str:
-        """The verdict in one line."""
+        """Success or failure in one line, with the values that decide."""
         return f"{'succeeded' if self.succeeded else 'failed'}: {', '.join(self.measures)}"
 
 
 def of_fold(result: ResultRecord) -> Conclusion:
-    """Return the verdict on a single fold, or on a step of a plan."""
+    """Return the conclusion for a single fold, or for a step of a plan."""
     best = result.best_score
     succeeded = best.succeeds
     return Conclusion(
@@ -57,11 +58,11 @@ def of_fold(result: ResultRecord) -> Conclusion:
 
 
 def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
-    """Return the verdict on a plan of several steps.
+    """Return the conclusion for a plan of several steps.
 
     Args:
         plan: Record of the plan.
-        results: Record of each step's study.
+        results: Records of the studies of all steps.
     """
     steps = [of_fold(result) for result in results]
     names = [f"step {n}, {step.title or 'fold'}" for n, step in enumerate(plan.steps, start=1)]
@@ -76,7 +77,10 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
 
 
 def _origin(result: ResultRecord) -> list[str]:
-    """Return a note on where the fold came from, if the search was given curves that ran on the same mesh."""
+    """Return a note on where the best fold came from: from the search, or from a curve that the search was given.
+
+    Without given curves on the mesh of the best trial, there is no note.
+    """
     best = result.best_trial
     if result.best_is_given:
         return [f"the best of {len(result.trials)} trials, number {best.number}, is a curve that the search was given"]
@@ -90,8 +94,11 @@ def _origin(result: ResultRecord) -> list[str]:
 
 
 def on_bounds(result: ResultRecord) -> list[str]:
-    """Return a note if the best trial is on a bound of the search, except for grasps at the cloth's corner."""
-    if result.best_is_given:  # given curves lie on bounds by design
+    """Return a note on parameters of the best trial that are on a bound of the search.
+
+    Grasps at the corner of the cloth are not reported.
+    """
+    if result.best_is_given:  # given curves are on bounds by design
         return []
     chosen = result.best_trial.parameters
     found = []
@@ -116,7 +123,7 @@ def on_bounds(result: ResultRecord) -> list[str]:
 
 def _measures(measured: Measured, succeeded: bool, apart: str) -> list[str]:
     distance = measured.mean_vertex_distance or 0.0
-    graded = f"{grade(distance)}; " if succeeded else ""  # a fold may be near its target and fail all the same
+    graded = f"{grade(distance)}; " if succeeded else ""  # a fold near its target may still fail
     moving = measured.moving_vertex_distance
     part = "" if moving is None else f", {1e3 * moving:.1f} mm in the part that moves"
     return [
@@ -126,7 +133,7 @@ def _measures(measured: Measured, succeeded: bool, apart: str) -> list[str]:
 
 
 def _about_search(result: ResultRecord) -> list[str]:
-    """Return advice after a search without a successful fold, from its own trials."""
+    """Return advice after a search without a successful fold, based on the trials of the search."""
     trials = result.trials
     best = result.best_trial
     failed = [trial for trial in trials if trial.state == "failed"]
@@ -154,10 +161,10 @@ def _about_search(result: ResultRecord) -> list[str]:
 
 
 def _about_steps(plan: PlanRecord, steps: Sequence[Conclusion], names: Sequence[str]) -> list[str]:
-    """Return advice on which step to improve."""
+    """Return advice on which step of a plan to improve."""
     failing = [number for number, step in enumerate(steps) if not step.succeeded]
     if failing:
-        first = failing[0]  # later steps start from the state that it left
+        first = failing[0]  # later steps start from the state that this step left
         page = f"{plan.steps[first].folder}/report.html"
         return [f"look at {names[first]}, the first to fail by itself: {page}", *steps[first].advice]
     away = [step.whole.mean_vertex_distance for step in plan.steps]

@@ -1,4 +1,7 @@
-"""A map of e_i on the flat cloth, which shows the parts of the garment that miss their target."""
+"""Draws a map of errors on the flat cloth, which shows the parts of the garment that miss their target.
+
+The error e_i is the distance between vertex i of the mesh and its target.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +18,14 @@ from tatamu.study import Result
 CELLS = 45_000
 """Approximate number of cells of a map."""
 HIDDEN = 0.02
-"""Share of cells with a hidden lower layer above which that layer has a separate map."""
+"""Fraction of cells in which the upper layer hides the lower layer. With more, the lower layer gets a separate map."""
 
 
 def largest(errors: np.ndarray) -> float:
-    """Return the rounded end of the scale [m]: the 99th percentile of e_i, so that one vertex cannot bleach it."""
+    """Return the end of the colour scale for the errors e_i [m]: their 99th percentile, rounded up.
+
+    The largest error is not used, because a single vertex would then make the rest of the map pale.
+    """
     goal = max(float(np.quantile(errors, 0.99)), 5e-4)
     power = 10.0 ** np.floor(np.log10(goal))
     rounds = (step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10))
@@ -27,7 +33,7 @@ def largest(errors: np.ndarray) -> float:
 
 
 def maps(fold: Result) -> list[Chart]:
-    """Return one map, or one each of the upper and the lower layer."""
+    """Return a map of the flat cloth. If much of the lower layer is hidden, return a map of each layer instead."""
     area = extent(fold.start, margin=0.012)
     upper, lower = (_seen(fold, area, sign) for sign in (1.0, -1.0))
     both = (upper[0] >= 0) & (lower[0] >= 0)
@@ -38,7 +44,11 @@ def maps(fold: Result) -> list[Chart]:
 
 
 def _seen(fold: Result, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return triangle and e_i [mm] in each cell, seen from above (1) or below (-1), shapes (h, w)."""
+    """Return the visible triangle and the error e_i [mm] in each cell of a map, shape (h, w) each.
+
+    The cloth is seen from above if `sign` is 1, and from below if `sign` is -1. The error e_i is the distance between
+    vertex i and its target.
+    """
     view = area.view(round(np.sqrt(CELLS * area.size[0] / area.size[1])))
     projected = view.project(fold.start) * [1.0, 1.0, sign]
     visible = rasterise(projected, fold.faces, view.shape)

@@ -1,4 +1,4 @@
-"""Drawing and page of a flat garment from above: mesh, seams, openings, grasp candidates and fold lines."""
+"""Draws a flat garment from above: its mesh, seams, openings, grasp candidates and fold lines."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ TALL = 760
 MARGIN = 0.22
 """Margin around the garment, as a fraction of its longer side."""
 ALONG = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
-"""Places along a fold line for its arrow, as fractions of the line, the best first."""
+"""Positions along a fold line at which its arrow may be drawn, as fractions of the line, from the best to the worst."""
 
 
 @dataclass(frozen=True)
 class FoldMark:
-    """The parts of a fold that a drawing shows."""
+    """The marks of a fold in a drawing: the fold line and the grasp candidates."""
 
     name: str
     line: np.ndarray
@@ -35,13 +35,13 @@ class FoldMark:
     towards: np.ndarray
     """Unit vector from the moving side to the side that stays, shape (2,)."""
     left: np.ndarray
-    """Grasp candidates of the left hand [m], shape (k, 2)."""
+    """Positions at which the left hand may grasp [m], shape (k, 2)."""
     right: np.ndarray
-    """Grasp candidates of the right hand [m], shape (k, 2)."""
+    """Positions at which the right hand may grasp [m], shape (k, 2)."""
 
 
 def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
-    """Draw a garment and some folds."""
+    """Draw a garment with the marks of folds."""
     plan = garment.vertices[:, :2]
     low = plan.min(axis=0)
     high = plan.max(axis=0)
@@ -53,7 +53,7 @@ def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
     drawing.add(*_cloth(garment), *_edges(garment))
     for fold in folds:
         _draw_fold(drawing, fold, margin, [other for other in folds if other is not fold])
-    drawing.shapes.sort(key=lambda shape: isinstance(shape, Label))  # keeps lines from crossing names
+    drawing.shapes.sort(key=lambda shape: isinstance(shape, Label))  # draws names last, over all lines
     _draw_scale(drawing)
     return drawing
 
@@ -73,7 +73,10 @@ def _cloth(garment: Garment) -> list[Shape]:
 
 
 def _edges(garment: Garment) -> list[Shape]:
-    """Return the named sides: seams solid, openings dashed, with names outside, or inside if space is short."""
+    """Return the shapes that draw the named sides of a garment.
+
+    Seams are solid and openings are dashed. Names are outside the garment, or inside if there is no space outside.
+    """
     plan = garment.vertices[:, :2]
     places = shapely.points(plan)
     shapes: list[Shape] = []
@@ -112,7 +115,10 @@ def _draw_fold(drawing: Drawing, fold: FoldMark, margin: float, others: Sequence
 
 
 def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -> np.ndarray:
-    """Return tail and tip of a fold's arrow, as near to the middle of its line as other lines permit."""
+    """Return the tail and the tip of a fold's arrow.
+
+    The arrow is as near to the middle of the fold line as possible without touching other lines.
+    """
     start, end = fold.line
     arms = np.outer([-arm, arm], fold.towards)
     arrows = [start + part * (end - start) + arms for part in ALONG]
@@ -121,7 +127,7 @@ def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -
 
 
 def _draw_scale(drawing: Drawing) -> None:
-    """Draw ten centimetres in one corner, and the axes in another."""
+    """Draw a scale bar of ten centimetres in one corner, and the axes in another corner."""
     low = drawing.low
     high = drawing.high
     gap = 0.06 * float(high[0] - low[0])
@@ -151,7 +157,7 @@ def facts(garment: Garment) -> list[tuple[str, str]]:
 
 
 def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
-    """Return the drawing and all facts as one HTML page that opens offline."""
+    """Return an HTML page with the drawing and all facts of a garment, which opens without a network."""
     legend = [(SEAM, "seam"), (OPENING, "open edge")]
     if folds:
         legend += [("target", "fold line"), ("left", "grasps of the left hand"), ("right", "grasps of the right hand")]

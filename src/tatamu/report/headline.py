@@ -1,4 +1,4 @@
-"""The head of the page: the fold's name, the verdict in words, the main numbers, a gauge."""
+"""Provides the top of a learned fold's page: the fold's name, its grade, the main numbers and a gauge."""
 
 from __future__ import annotations
 
@@ -11,30 +11,33 @@ from tatamu.report.measures import FAILED, GRADES, MEASURES, SUCCESS, Measure, g
 from tatamu.study import Result, ResultFolder
 
 GAUGE = (0.0005, 0.08)
-"""Ends of the gauge [m], on a logarithmic scale."""
+"""Ends of the gauge's logarithmic scale [m]."""
 TILES = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_bend", "trajectory_length")
 
 
 def title(fold: Result) -> str:
-    """Return the garment and its fold in plain text: "Towel, half fold"."""
+    """Return the names of the garment and its fold as plain text, such as "Towel, half fold"."""
     task = fold.record.task
     step = f", step {task.step[0]} of {task.step[1]}" if task.step else ""
     return f"{spelled(task.garment)}, {task.fold} fold{step}"
 
 
 def spelled(garment: str) -> str:
-    """Return the garment's name for the beginning of a title."""
+    """Return the garment's name with a capital letter, as at the beginning of a title."""
     return "T-shirt" if garment == "tshirt" else garment[:1].upper() + garment[1:]
 
 
 def word(fold: Result) -> str:
-    """Return the verdict in a word: failed, or the grade of a fold that succeeded."""
+    """Return the grade of a fold that succeeded, such as "good", or the word "failed"."""
     best = fold.record.best_score
     return grade(best.mean_vertex_distance) if best.succeeds else FAILED
 
 
 def sureness(fold: Result) -> tuple[str, str] | None:
-    """Return headline and tone of the success rate, from margins, otherwise from the study; None if unknown."""
+    """Return the success rate in disturbed simulations as text, and its grade for the colour; None if unknown.
+
+    The rate comes from the margins of the fold if they were measured, otherwise from the study.
+    """
     margins = ResultFolder(fold.folder).margins if fold.folder else None
     joint = margins.joint if margins else fold.record.judged
     return None if joint is None else (joint.headline, joint.tone)
@@ -42,16 +45,19 @@ def sureness(fold: Result) -> tuple[str, str] | None:
 
 @dataclass(frozen=True)
 class Gauge:
-    """The mean vertex distance on a bar of the grades. Places are in per cent of the bar's length."""
+    """A bar of all grades with a needle at the mean vertex distance of a fold.
+
+    All positions and widths are in per cent of the bar's length.
+    """
 
     zones: list[tuple[str, float]]
-    """Grades and their widths."""
+    """Name and width of each grade's part of the bar."""
     ticks: list[tuple[float, str]]
-    """Ends of the grades and their words."""
+    """Position and label of each limit between two grades."""
     success: tuple[float, str]
-    """Limit of success and its label."""
+    """Position and label of the limit of success."""
     needle: float
-    """Place of the fold's mean vertex distance on the bar, where the needle points."""
+    """Position of the needle, which shows the fold's mean vertex distance."""
 
 
 def gauge(fold: Result) -> Gauge:
@@ -68,13 +74,16 @@ def gauge(fold: Result) -> Gauge:
 
 
 def _share(distance: float) -> float:
-    """Return the place on the gauge [%] of a distance [m]."""
+    """Return the position of a distance [m] on the gauge [%]."""
     low, high = np.log(GAUGE)
     return float(np.clip(100 * (np.log(max(distance, 1e-9)) - low) / (high - low), 1.0, 99.0))
 
 
 def events(fold: Result) -> list[tuple[float, str]]:
-    """Return marks under the time slider, at fractions of the whole time: the hands' start, arrival and opening."""
+    """Return the marks under the time slider: the times at which the hands start, arrive and open.
+
+    Each mark is a fraction of the whole time and a word.
+    """
     end = float(fold.rollout.times[-1])
     timing = fold.description.timing_values
     known = (("starts", "start"), ("arrives", "arrive"), ("opens", "open"))
@@ -82,6 +91,6 @@ def events(fold: Result) -> list[tuple[float, str]]:
 
 
 def tiles() -> list[Measure]:
-    """Return the main measures, which the page shows large."""
+    """Return the main measures, which the page shows in large type."""
     chosen = {measure.key: measure for measure in MEASURES}
     return [chosen[key] for key in TILES]

@@ -1,4 +1,7 @@
-"""Histograms of e_i: along the search as in Fig. 6 of the paper, and of the learned fold at its own scale."""
+"""Makes histograms of the errors e_i, the distances between the vertices and their targets.
+
+There are histograms of several trials of the search, as in Fig. 6 of the paper, and of the learned fold alone.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,10 @@ BINS = 40
 
 
 def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
-    """Return small multiples with one error axis, one for each moment.
+    """Return one histogram for each moment of the search; all have the same error axis.
 
     Args:
-        moments: Title and e_i [m], shape (n,), in the order of the search.
+        moments: Title and vertex errors e_i [m], shape (n,), of each moment, in the order of the search.
     """
     end = max(float(errors.max()) for _, errors in moments)
     width = bin_width(end)
@@ -21,12 +24,12 @@ def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
 
 
 def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plot:
-    """Count vertices by their e_i.
+    """Return a histogram of the vertices by their error e_i, the distance from their target.
 
     Args:
-        errors: e_i [m], shape (n,).
+        errors: Errors e_i [m], shape (n,).
         width: Width of a bin [m].
-        end: Least end of the axis [m]; None for the largest error.
+        end: End of the axis [m]. If errors are larger, the axis is longer. None to end the axis at the largest error.
     """
     last = int(np.floor(max(float(errors.max()), end or 0.0) / width)) + 1
     counts = np.bincount((errors / width).astype(int), minlength=last)
@@ -62,7 +65,7 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
 
 
 def bin_width(largest: float) -> float:
-    """Return a round width [m] that makes about BINS bins up to `largest` [m]."""
+    """Return a round bin width [m] that gives about `BINS` bins from zero to `largest` [m]."""
     rough = max(largest, 1e-6) / BINS
     power = 10.0 ** np.floor(np.log10(rough))
     return float(power * min((1, 2, 2.5, 5, 10), key=lambda step: abs(np.log(step * power / rough))))

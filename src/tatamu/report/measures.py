@@ -1,4 +1,4 @@
-"""The measures of a fold in the field's terms: titles, grades, thresholds and their sources."""
+"""Defines the measures of a fold that pages show: their titles, grades and thresholds, with sources."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ FOLDBACK = "FoldBack 2026"
 GARCIA = "Garcia-Camacho et al. 2020"
 
 GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
-"""Upper limits of the mean vertex distance [m] and their grades; beyond the last the grade is failed."""
+"""Upper limits of the mean vertex distance [m] and the grade below each limit. Above the last limit, the grade is
+`FAILED`."""
 FAILED = "failed"
 LIMITS = Limits()
 SUCCESS = LIMITS.mean_vertex_distance
-"""Mean particle position error that counts as success [m]."""
+"""Mean vertex distance below which a fold counts as a success [m]."""
 OVERLAP = LIMITS.mask_iou
-"""Intersection over union of the views from above that counts as success."""
+"""Least overlap of the fold and its target, seen from above, that counts as a success (intersection over union)."""
 AREA = 2.77
-"""Area error reached in the literature [%]."""
+"""Area error that was reached in the literature [%]."""
 
 
 def grade(mean_vertex_distance: float | None) -> str:
-    """Return the grade of a mean vertex distance [m]; failed if None, because the trial failed."""
+    """Return the grade of a mean vertex distance [m]; `FAILED` if the distance is None, because the trial failed."""
     if mean_vertex_distance is None:
         return FAILED
     below = (word for end, word in GRADES if mean_vertex_distance < end)
@@ -33,7 +34,7 @@ def grade(mean_vertex_distance: float | None) -> str:
 
 @dataclass(frozen=True)
 class Measure:
-    """One measure of a fold: its presentation and its threshold."""
+    """A measure of a fold, with its presentation and its threshold."""
 
     key: str
     """Field of the measure in result.json."""
@@ -41,31 +42,31 @@ class Measure:
     """Name of the measure, as HTML."""
     unit: str
     scale: float
-    """Factor from the file's unit to the shown one."""
+    """Factor from the unit in the file to the unit on the page."""
     digits: int
     meaning: str
     """Meaning in a few words, as HTML."""
     threshold: str = ""
     limit: str = ""
-    """Threshold in a few words."""
+    """Threshold for success in a few words."""
     source: str = ""
     most: float | None = None
-    """Largest value that passes, in the file's unit; None if there is no upper limit."""
+    """Largest value that passes, in the unit of the file; None if the measure has no upper limit."""
     least: float | None = None
-    """Smallest value that passes; None if there is no lower limit."""
+    """Smallest value that passes, in the unit of the file; None if the measure has no lower limit."""
 
     def value(self, score: Score | None) -> float | None:
-        """Return the value of the measure in the file's unit; None if the fold failed."""
+        """Return the value of the measure, in the unit of the file; None if the fold failed."""
         value = None if score is None else getattr(score, self.key)
         return None if value is None else float(value)
 
     def text(self, score: Score | None) -> str:
-        """Return the value in the shown unit, as text."""
+        """Return the value as text, in the unit of the page."""
         value = self.value(score)
         return "–" if value is None else f"{value * self.scale:.{self.digits}f}"
 
     def passes(self, score: Score | None) -> bool | None:
-        """Return whether the threshold is met; None if there is none, or no value."""
+        """Return whether the value meets the threshold; None without a threshold or without a value."""
         value = self.value(score)
         if value is None or (self.most is None and self.least is None):
             return None

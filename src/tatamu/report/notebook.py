@@ -1,4 +1,4 @@
-"""A learned fold in a notebook: its picture, its measures, and the replay in an iframe."""
+"""Shows a learned fold in a notebook: its picture, its measures, and the replay in an iframe."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tatamu.report.still import render as still
 from tatamu.study import Result
 
 SMALLER = 4
-"""Factor by which the drawing is reduced in the picture."""
+"""Factor by which the picture is smaller than the rendered image."""
 
 
 def embedded(fold: Result) -> str:
-    """Return a learned fold as HTML inside another page; the same fold gives the same bytes."""
+    """Return HTML that shows a learned fold inside another page. The same fold always gives the same bytes."""
     return render(
         "report/notebook.html",
         title=headline.title(fold),
@@ -31,7 +31,7 @@ def embedded(fold: Result) -> str:
 
 
 def replay_page(fold: Result) -> str:
-    """Return a page with nothing but the replay."""
+    """Return an HTML page that contains only the replay of a fold."""
     return render(
         "report/frame.html",
         replay=replay(fold, errormap.largest(fold.errors)),

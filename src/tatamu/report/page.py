@@ -1,4 +1,4 @@
-"""The page of a learned fold."""
+"""Writes the HTML page of a learned fold."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def write_report(fold: Result, file: Path | None = None) -> Path:
 
 
 def page(fold: Result) -> str:
-    """Return the whole page; the same fold gives the same bytes."""
+    """Return the page of a learned fold as HTML. The same fold always gives the same bytes."""
     return render(
         "report/page.html",
         charts=_charts(fold),

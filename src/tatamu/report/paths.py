@@ -1,4 +1,7 @@
-"""The hands' paths in the vertical plane of the fold, relative to the grasp: learned path and fixed trajectories."""
+"""Draws the hands' paths in the vertical plane of the fold, relative to the grasp.
+
+The chart shows the learned path and, for comparison, fixed trajectories that are not learned.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from tatamu.study import Result
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
 ALIKE = 0.01
-"""Largest distance of two paths that are drawn as one [m]."""
+"""Largest distance between the paths of two hands that are drawn as one path [m]."""
 
 
 def plot(fold: Result) -> Plot:
@@ -36,7 +39,7 @@ def plot(fold: Result) -> Plot:
 def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
     """Return name, colour, control points (4, 2) and path (f, 2) of each hand in the plane of the fold.
 
-    Hands that move equally are one entry.
+    If both hands move equally, they share a single entry.
     """
     arms = fold.arms
     paths = [_in_plane(fold.hand(arm) - np.array(arm.grasp.position)) for arm in arms]
@@ -48,7 +51,10 @@ def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
 
 
 def _in_plane(path: np.ndarray) -> np.ndarray:
-    """Return a path from its grasp, shape (k, 3), as the distance towards its end and the height, shape (k, 2)."""
+    """Project a path, shape (k, 3), onto the vertical plane through its ends, shape (k, 2).
+
+    The path is given relative to the grasp. The result has the distance towards the end of the path, and the height.
+    """
     along = path[-1, :2] / max(float(np.linalg.norm(path[-1, :2])), 1e-9)
     return np.column_stack([path[:, :2] @ along, path[:, 2]])
 
@@ -66,7 +72,7 @@ def _line(path: np.ndarray, name: str, **style: Any) -> dict[str, Any]:
 
 
 def _handles(control: np.ndarray, colour: str) -> dict[str, Any]:
-    """Return the control polygon P0 P1 P2 P3."""
+    """Return the line through the four control points P0 to P3 of a path, as a trace of the chart."""
     return {
         "x": (1e3 * control[:, 0]).round(2).tolist(),
         "y": (1e3 * control[:, 1]).round(2).tolist(),

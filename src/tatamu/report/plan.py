@@ -1,4 +1,7 @@
-"""The page of a plan of several steps: one replay of all, their measures, and pictures of each with its target."""
+"""Writes the HTML page of a plan of several steps.
+
+The page has one replay of all steps. It also has the measures of each step, and pictures of each step and its target.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ from tatamu.rollout import Rollout
 from tatamu.study import PlanResult, Result, ResultFolder
 
 LIFT = 0.10
-"""Height by which hands rise between a release and the next grasp, in the replay [m]."""
+"""Height by which the hands rise in the replay between a release and the next grasp [m]."""
 
 
 def write_plan_report(whole: PlanResult, file: Path | None = None) -> Path:
@@ -41,7 +44,7 @@ def write_plan_report(whole: PlanResult, file: Path | None = None) -> Path:
 
 
 def page(whole: PlanResult) -> str:
-    """Return the whole page; the same plan gives the same bytes."""
+    """Return the page of a learned plan as HTML. The same plan always gives the same bytes."""
     result, folds, rollout = whole.record, whole.steps, whole.rollout
     target = rollout.extra["target"]
     final = result.final
@@ -65,20 +68,20 @@ def page(whole: PlanResult) -> str:
 
 
 def _count(folds: list[Result]) -> str:
-    """Return the number of folds; for an interrupted plan also how many of them are learned."""
+    """Return the number of folds of a plan as text. For an interrupted plan, the text also has the number learned."""
     step = folds[0].record.task.step
     count = step[1] if step else len(folds)
     return f" in {count} folds" if count == len(folds) else f", the first {len(folds)} of {count} folds"
 
 
 def _events(rollout: Rollout) -> list[tuple[float, str]]:
-    """Return marks under the time slider, at fractions of the whole time: the start of each step."""
+    """Return the marks under the time slider: the start of each step, as a fraction of the whole time."""
     places = rollout.extra["step_starts"] / rollout.times[-1]
     return [(float(place), str(number)) for number, place in enumerate(places, start=1)]
 
 
 def _hands(folds: list[Result], rollout: Rollout) -> list[HandTrack]:
-    """Return the hands through all steps; while the cloth settles they move to their next grasp."""
+    """Return the motion of each hand through all steps. While the cloth settles, a hand moves to its next grasp."""
     starts = rollout.extra["step_starts"]
     found = []
     for number, colour in enumerate(HAND_COLOURS):
@@ -106,12 +109,12 @@ def _hand(fold: Result, number: int) -> HandTrack | None:
 
 
 def _next(parts: list[HandTrack | None]) -> np.ndarray | None:
-    """Return the place of a hand's next grasp [m], shape (3,); None if it does not grasp again."""
+    """Return the position of a hand's next grasp [m], shape (3,); None if the hand does not grasp again."""
     return next((part.path[0] for part in parts if part is not None), None)
 
 
 def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarray:
-    """Return the path of a hand [m], shape (f, 3), that moves to its next grasp after opening."""
+    """Return the path of a hand in a step [m], shape (f, 3). After it opens, the hand moves to its next grasp."""
     opens = part.holds[-1][1]
     if goal is None or opens is None:
         return part.path
@@ -122,7 +125,7 @@ def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarr
 
 
 def joined_path(paths: list[np.ndarray | None], folds: list[Result]) -> np.ndarray:
-    """Return the paths of all steps as one [m]; a hand that does not work in a step waits."""
+    """Return the paths of a hand in all steps, joined to one path [m]. In a step without work, the hand waits."""
     joined: list[np.ndarray] = []
     for path, fold in zip(paths, folds, strict=True):
         frames = len(fold.rollout.times)

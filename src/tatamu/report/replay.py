@@ -1,4 +1,4 @@
-"""The replay of a learned fold."""
+"""Collects the data for the replay of a learned fold."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from tatamu.study import Result
 
 
 def replay(fold: Result, largest: float) -> dict[str, Any]:
-    """Return the data of the viewer; `largest` is the end of the scale of e_i [m]."""
+    """Return the data of the replay. Colours show the distance of each vertex from its target, up to `largest` [m]."""
     return replay_data(fold.rollout, fold.scene, hands(fold), largest)
 
 
 def hands(fold: Result) -> list[HandTrack]:
-    """Return the hands of a learned fold."""
+    """Return the motions of the hands of a learned fold."""
     timing = fold.description.timing
     hold = (timing.closes, timing.opens) if timing else (0.0, None)
     return [HandTrack(colour, fold.hand(arm), [hold]) for colour, arm in zip(HAND_COLOURS, fold.arms, strict=False)]

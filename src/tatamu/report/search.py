@@ -1,4 +1,4 @@
-"""The search, trial by trial: the objective with the best so far, and the mean vertex distance."""
+"""Draws charts of the search: the objective and the mean vertex distance of each trial."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tatamu.study import ResultRecord, Trial
 
 
 def objective(result: ResultRecord) -> Plot:
-    """Return a chart of each trial's objective and of the best so far on its mesh."""
+    """Return a chart of the objective of each trial, with a line for the best objective so far on each mesh."""
     done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
     values = [trial.minimised for trial in done]
     top = max(values) + 0.08 * (max(values) - min(values) or 1.0)
@@ -32,7 +32,7 @@ def objective(result: ResultRecord) -> Plot:
 
 
 def _steps(result: ResultRecord, coarse: bool) -> dict[str, Any]:
-    """Return the best so far on one of the meshes, up to the last trial of that mesh."""
+    """Return the line of the best objective so far on the coarse or the fine mesh."""
     here = [trial for trial in result.trials if result.is_coarse(trial) == coarse]
     done = [trial for trial in here if trial.state == "complete" and trial.objective is not None]
     best = np.minimum.accumulate([trial.minimised for trial in done]).tolist()
@@ -47,7 +47,7 @@ def _steps(result: ResultRecord, coarse: bool) -> dict[str, Any]:
 
 
 def distance(result: ResultRecord) -> Plot:
-    """Return a chart of each trial's mean vertex distance and the field's thresholds."""
+    """Return a chart of the mean vertex distance of each trial, with thresholds from the literature."""
     scored = [(trial, trial.score) for trial in result.trials if trial.score is not None]
     done = [trial for trial, _ in scored]
     values = [1e3 * max(score.mean_vertex_distance, 1e-5) for _, score in scored]
@@ -57,7 +57,7 @@ def distance(result: ResultRecord) -> Plot:
     marks = [line("y", 1e3 * end, opacity=0.8) for end, _ in GRADES]
     ends = [low, *(1e3 * end for end, _ in GRADES), high]
     words = [*(word for _, word in GRADES), "failed"]
-    # On a logarithmic axis Plotly takes annotations in powers of ten.
+    # On a logarithmic axis, Plotly expects the logarithms of the positions of annotations.
     notes = [
         note(1, float(np.log10(np.sqrt(a * b))), word, xref="paper", xanchor="left", xshift=6)
         for word, a, b in zip(words, ends, ends[1:], strict=False)
@@ -88,7 +88,7 @@ def _trials(result: ResultRecord) -> dict[str, Any]:
 
 
 def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
-    """Return dots for complete trials on the fine mesh, and hollow ones for the others."""
+    """Return filled dots for complete trials on the fine mesh, and hollow dots for all other trials."""
     shorter = [_shorter(result, trial) for trial in trials]
     plots = []
     for kind in sorted(set(shorter), reverse=True):
@@ -98,14 +98,14 @@ def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: 
 
 
 def _shorter(result: ResultRecord, trial: Trial) -> str:
-    """Return why a trial took less time than a complete one on the fine mesh; empty if it is one."""
+    """Return the reason why a trial took less time than a complete trial on the fine mesh; empty for such a trial."""
     if result.is_coarse(trial):
         return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
     return "ended when its hands had arrived" if trial.ended == "arrival" else ""
 
 
 def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
-    """Return dots at trial numbers and values; hollow ones for trials that are shorter."""
+    """Return dots at trial numbers and values. The dots are hollow if `shorter`, the reason for less time, is given."""
     return {
         "x": [number for number, _ in places],
         "y": [value for _, value in places],
@@ -131,7 +131,7 @@ def _star(number: int, value: float, text: str) -> dict[str, Any]:
 
 
 def _failed(trials: list[Trial], height: float) -> dict[str, Any]:
-    """Return crosses along the upper edge: a failed trial has a penalty, not a value."""
+    """Return crosses for failed trials along the upper edge of the chart, because a failed trial has no value."""
     failed = [trial for trial in trials if trial.state == "failed"]
     return {
         "x": [trial.number for trial in failed],

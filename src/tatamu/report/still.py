@@ -1,4 +1,4 @@
-"""One picture of a learned fold without a browser: the cloth at rest, in flight, and the hands' paths."""
+"""Draws a picture of a learned fold without a browser: the folded cloth, the cloth in motion, and the hands' paths."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tatamu.study import Result
 SIZE = (720, 1280)
 """Height and width of the picture [pixels]."""
 FINER = 2
-"""Factor by which the picture is drawn larger and then averaged, for smooth edges."""
+"""Factor by which the picture is first drawn larger. Then it is reduced by averaging, which makes edges smooth."""
 SHADOW = 1200
-"""Height and width of the image from the sun that determines shadows [pixels]."""
+"""Height and width of the image as seen from the sun, which determines the shadows [pixels]."""
 
 
 def picture(folder: Path, out_png: Path) -> Path:
-    """Draw the learned fold of a result folder into a PNG file.
+    """Draw the learned fold of a result folder, and write the picture to a PNG file.
 
     Raises:
         InputError: If the folder contains no learned fold, or the file cannot be written.
@@ -37,12 +37,12 @@ def picture(folder: Path, out_png: Path) -> Path:
 
 
 def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool = True) -> np.ndarray:
-    """Return the picture in linear light, shape (h, w, 4), FINER times its final size.
+    """Return the picture of a fold in linear light, shape (h, w, 4). It is `FINER` times larger than its final size.
 
     Args:
         fold: The fold to draw.
         hands: Colours of the hands' paths; a hand without a colour is not drawn.
-        flying: Whether to draw also the cloth at the moment when a hand is highest.
+        flying: Whether to draw, in addition, the cloth at the moment when a hand is highest.
     """
     paths = [fold.hand(arm) for arm in fold.arms]
     body = cloth(fold.final, fold.faces, fold.start, fold.lower)
@@ -64,7 +64,7 @@ def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool
 
 
 def scene_picture(scene: Scene, rollout: Rollout, frame: int) -> np.ndarray:
-    """Return a picture of a scene's cloth and rigid bodies in one frame, bytes of shape (h, w, 4)."""
+    """Return a picture of a scene's cloth and rigid bodies in one frame, as uint8 of shape (h, w, 4)."""
     body = cloth(rollout.positions[frame], rollout.faces, scene.cloth.rest)
     meshes = [body, *_solids(scene, rollout.times[frame])]
     around = np.vstack([mesh.points for mesh in meshes])
@@ -78,7 +78,7 @@ def scene_picture(scene: Scene, rollout: Rollout, frame: int) -> np.ndarray:
 
 
 def _solids(scene: Scene, time: float) -> list[PaintedMesh]:
-    """Return the rigid bodies of a scene at a time [s] as one mesh; an empty list without bodies."""
+    """Return the rigid bodies of a scene at a time [s], as a list with one mesh; empty if the scene has no bodies."""
     mesh = moving(scene.bodies, np.array([time]))
     if mesh is None:
         return []
@@ -92,12 +92,15 @@ def _highest(path: np.ndarray) -> int:
 
 
 def _height(fold: Result) -> float:
-    """Return the height at which the table is drawn [m]: half a thickness below the lowest vertex at the start."""
+    """Return the height at which the table is drawn [m].
+
+    The height is half a thickness of the cloth below the lowest vertex at the start.
+    """
     return float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2
 
 
 def _eye(points: np.ndarray) -> View:
-    """Return a view from the front and above that just contains all points (n, 3)."""
+    """Return a view from the front and from above in which all points (n, 3) are visible."""
     turn = np.radians(-62.0)
     rise = np.radians(33.0)
     near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
@@ -113,7 +116,7 @@ def _eye(points: np.ndarray) -> View:
 
 
 class _Sun:
-    """The scene as seen from the sun; points that are hidden there lie in shadow."""
+    """The scene as seen from the sun. A point that is hidden from the sun is in shadow."""
 
     def __init__(self, meshes: list[PaintedMesh], around: np.ndarray) -> None:
         right = np.cross([0.0, 1.0, 0.0], SUN) / np.linalg.norm(np.cross([0.0, 1.0, 0.0], SUN))
@@ -124,7 +127,10 @@ class _Sun:
         self.depth = np.max([see(self.view, mesh)[1] for mesh in meshes], axis=0)
 
     def reaches(self, points: np.ndarray) -> np.ndarray:
-        """Return the light at points, 0 in shadow to 1 in full light, shape (p,); averaging softens the edges."""
+        """Return the light at points, from 0 (in shadow) to 1 (in full light), shape (p,).
+
+        The light is averaged over neighbouring pixels, which gives soft edges of shadows.
+        """
         x, y, depth = self.view.project(points).T
         total = np.zeros(len(points))
         for dx, dy in (offsets := [(i, j) for i in (-5, -2, 0, 2, 5) for j in (-5, -2, 0, 2, 5)]):
@@ -135,7 +141,7 @@ class _Sun:
 
 
 def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: PaintedMesh, sun: _Sun | None, alpha: float) -> None:
-    """Draw a mesh over the image, at pixels at which it is nearer than the image so far."""
+    """Draw a mesh into the image, at those pixels where the mesh is nearer than everything drawn before."""
     visible, near = see(view, mesh)
     lit = 1.0 if sun is None else 0.25 + 0.75 * sun.reaches(visible.sample(mesh.points, mesh.faces))
     light = np.zeros((*view.shape, 3))
@@ -147,8 +153,8 @@ def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: PaintedMesh, 
 
 
 def _table(view: View, sun: _Sun, height: float) -> np.ndarray:
-    """Return the table with the cloth's shadow, fading to white far away, shape (h, w, 4)."""
-    view = replace(view, scale=view.scale / FINER, shape=SIZE)  # its light is soft, so finer pixels show nothing more
+    """Return an image of the table with the cloth's shadow, shape (h, w, 4). Far away, the table fades to white."""
+    view = replace(view, scale=view.scale / FINER, shape=SIZE)  # soft light
     rows, columns = view.shape
     y, x = np.mgrid[0:rows, 0:columns] + 0.5
     across = np.stack([(x - columns / 2) / view.scale, (rows / 2 - y) / view.scale], axis=-1)

@@ -1,4 +1,4 @@
-"""The contents of the page's tables: measures, parameters, grasps, timing, material."""
+"""Collects the contents of the tables on a fold's page: measures, parameters, grasps, timing and material."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from tatamu.report.measures import grade
 from tatamu.study import Result
 
 Facts = list[tuple[str, str]]
-"""Names and values, plain text."""
+"""Rows of a table: pairs of a name and a value, both as plain text."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A fold in a table that compares several."""
+    """A fold in a table that compares several folds."""
 
     name: str
     score: Score | None
@@ -24,12 +24,16 @@ class Column:
 
     @property
     def verdict(self) -> str:
-        """Grade by the mean vertex distance."""
+        """Grade of the fold, which depends on its mean vertex distance."""
         return grade(None if self.score is None else self.score.mean_vertex_distance)
 
 
 def measures(fold: Result) -> list[Column]:
-    """Return the learned fold, the trial with the lowest C if that is another one, and the fixed trajectories."""
+    """Return the folds that the table of measures compares.
+
+    They are the learned fold and the fixed trajectories. If another trial has the lowest objective C, that trial is
+    included as well.
+    """
     least = fold.record.lowest_objective
     other = [] if least is None or least.number == fold.record.best else [Column("lowest C", least.score)]
     fixed = [Column(each.label, each.score) for each in fold.record.baselines]
@@ -37,7 +41,7 @@ def measures(fold: Result) -> list[Column]:
 
 
 def parameters(fold: Result) -> Facts:
-    """Return the parameters that the search chose, Eq. (9)."""
+    """Return the parameters of the fold that the search chose, Eq. (9)."""
     given = fold.record.best_trial.parameters
     lengths = [
         (f"{name[0]}{'₁₂'[int(name[1]) - 1]} of P{'₁₂'[int(name[1]) - 1]}", f"{1e3 * given[name]:.1f} mm")
@@ -46,7 +50,7 @@ def parameters(fold: Result) -> Facts:
     ]
     count = fold.record.task.candidates
     of = f" of {count}" if count else ""
-    # The paper searches g1 and g2 as continuous numbers and takes their floor.
+    # The paper searches g1 and g2 as continuous numbers and rounds them down.
     grasps = [
         (f"g{'₁₂'[k]}, {hand} grasp", f"{int(given[name])}{of}")
         for k, (name, hand) in enumerate((("g1", "left"), ("g2", "right")))
@@ -56,7 +60,7 @@ def parameters(fold: Result) -> Facts:
 
 
 def control_points(fold: Result) -> list[tuple[str, str, list[str]]]:
-    """Return each hand with its grasp and its control points [mm]."""
+    """Return the name, the grasp and the control points [mm] of each hand."""
     return [
         (
             arm.name,
@@ -72,7 +76,7 @@ def _place(point: np.ndarray) -> str:
 
 
 def timing(fold: Result) -> Facts:
-    """Return the times at which the hands close, start, arrive and open."""
+    """Return the times at which the hands close, start to move, arrive and open."""
     known = {
         "closes": "hands close",
         "starts": "hands start",
@@ -100,7 +104,7 @@ _AIR = (
 
 
 def material(fold: Result) -> Facts:
-    """Return the cloth's material in SI units."""
+    """Return the properties of the cloth's material, with units."""
     cloth = fold.record.task.material
     return [
         ("areal density", f"{1e3 * cloth.areal_density:.4g} g/m²"),
@@ -122,7 +126,7 @@ def material(fold: Result) -> Facts:
 
 
 def task(fold: Result) -> Facts:
-    """Return the task, its simulation and its search."""
+    """Return facts about the task, about its simulation and about its search."""
     chosen = fold.record.task
     info = fold.rollout.info
     result = fold.record

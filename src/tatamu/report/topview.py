@@ -1,4 +1,4 @@
-"""The cloth from above, as in Fig. 5 of the paper: target, learned fold, and both overlaid."""
+"""Draws the cloth from above, as in Fig. 5 of the paper: the target, the learned fold, and both in one picture."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from tatamu.presentation.shapes import Dot, Picture
 from tatamu.study import Result
 
 WIDE = 600
-"""Width of the images [pixels], before the screen scales them."""
+"""Width of the images in the file [pixels]."""
 FINER = 2
-"""Factor by which images are drawn larger and then averaged, for smooth outlines."""
+"""Factor by which images are first drawn larger. Then they are reduced by averaging, which makes outlines smooth."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """The rectangle of the table that the pictures show."""
+    """The rectangular part of the table that pictures show."""
 
     low: np.ndarray
-    """Smallest x, y [m], shape (2,)."""
+    """Smallest x and y [m], shape (2,)."""
     high: np.ndarray
-    """Largest x, y [m], shape (2,)."""
+    """Largest x and y [m], shape (2,)."""
 
     @property
     def size(self) -> np.ndarray:
@@ -40,20 +40,20 @@ class Extent:
         return self.high - self.low
 
     def view(self, width: int) -> View:
-        """Return the view from straight above, x to the right, `width` pixels wide."""
+        """Return the view from straight above, with x to the right; the picture is `width` pixels wide."""
         scale = width / self.size[0]
         centre = np.append((self.low + self.high) / 2, 0.0)
         return View(centre, np.eye(3), scale, (round(self.size[1] * scale), width))
 
 
 def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
-    """Return the rectangle around shapes (n, 3), with a margin [m]."""
+    """Return the rectangle around several shapes (n, 3), with a margin [m]."""
     points = np.vstack(shapes)[:, :2]
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin)
 
 
 class Cloth(Protocol):
-    """The cloth that pictures show."""
+    """The interface of objects whose cloth can be drawn."""
 
     @property
     def faces(self) -> np.ndarray:
@@ -62,17 +62,20 @@ class Cloth(Protocol):
 
     @property
     def start(self) -> np.ndarray:
-        """The cloth before the fold [m], shape (n, 3)."""
+        """Positions of the cloth's vertices before the fold [m], shape (n, 3)."""
         ...
 
     @property
     def lower(self) -> np.ndarray:
-        """Which triangles are of the lower layer, shape (m,)."""
+        """Whether each triangle belongs to the lower layer, shape (m,)."""
         ...
 
 
 def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cloth (n, 3) from above, FINER times larger: linear light (h, w, 4), and its mask (h, w)."""
+    """Draw the cloth at positions `points` (n, 3) from above, `FINER` times larger than the final picture.
+
+    The result is an image in linear light, shape (h, w, 4), and the mask of the cloth, shape (h, w).
+    """
     view = area.view(WIDE * FINER)
     mesh = cloth(points, fold.faces, fold.start, fold.lower)
     visible, depth = see(view, mesh)
@@ -90,7 +93,7 @@ def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
 
 
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Return an image with the border of a mask drawn over it, three fine pixels to either side."""
+    """Return an image over which the border of a mask is drawn, three pixels wide on either side of the border."""
     border = binary_dilation(mask, iterations=3) & binary_dilation(~mask, iterations=3)
     copy = image.copy()
     copy[border, :3] = rgb(TARGET)
@@ -104,12 +107,15 @@ class TopView:
 
     title: str
     note: str
-    """A few words after the title."""
+    """Short text after the title."""
     svg: Markup
 
 
 def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[TopView]:
-    """Return a goal (n, 3), the final shape of the cloth under `name`, and both overlaid."""
+    """Return three pictures: the target `goal` (n, 3), the final shape of the cloth, and both in one picture.
+
+    The picture of the final shape has the title `name`.
+    """
     area = extent(goal, fold.final)
     target, wanted = draw(fold, goal, area)
     final, _ = draw(fold, fold.final, area)
@@ -121,12 +127,12 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
 
 
 def paths(fold: Result) -> list[np.ndarray]:
-    """Return the places of the hands at each frame [m], shapes (f, 3)."""
+    """Return the positions of each hand in all frames [m], shape (f, 3) each."""
     return [fold.hand(arm) for arm in fold.arms]
 
 
 def view(title: str, note: str, image: np.ndarray, area: Extent, hands: Sequence[np.ndarray] = ()) -> TopView:
-    """Return a picture with a ruler and the hands' paths (f, 3)."""
+    """Return a picture with a title, a ruler and the hands' paths, shape (f, 3) each."""
     drawing = Drawing(area.low, area.high, 1000.0, background=None, words=f"{title}, from above")
     drawing.add(Picture(data_uri(to_pixels(shrink(image, FINER)))))
     for colour, path in zip(HAND_COLOURS, hands, strict=False):

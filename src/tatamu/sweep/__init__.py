@@ -1,6 +1,7 @@
-"""Sweeps: many learned folds from one file, each in a folder, and the page and table that compare them.
+"""Runs sweeps: many folds that one file describes are learned, and then compared on a page and in a table.
 
-The caller provides the function that learns a task. The package uses only names, options and results.
+Each fold to learn is a task with its own folder. The caller provides the function that learns a task. This package only
+handles the names, options and results of tasks.
 """
 
 from tatamu.sweep.description import SweepTask, read_sweep

@@ -1,6 +1,7 @@
-"""The sweep file: options that all tasks share, a grid whose every combination is a task, and single tasks.
+"""Reads a sweep file, which docs/reference/sweep-file.md describes.
 
-docs/reference/sweep-file.md describes it.
+The file contains options that all tasks share, a grid of options and single tasks. Every combination of the grid's
+values is a task.
 """
 
 from __future__ import annotations
@@ -24,40 +25,40 @@ from tatamu.records import Record
 MOST_TASKS = 100_000
 """Largest number of tasks in a sweep."""
 GROWING = frozenset({"trials"})
-"""Options that may change without making a new task: a study with more trials is resumed."""
+"""Options that may change without making a new task. For example, a study resumes if it gets more trials."""
 NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,99}")
 
 Options = dict[str, Any]
 
 
 class SweepFile(Record):
-    """The contents of a sweep file; the options are those of `tatamu learn`, by their long names."""
+    """The contents of a sweep file. Options have the long names of the options of `tatamu learn`."""
 
     version: Literal[1] = 1
     all: Options = Field(default_factory=dict)
-    """Options of every task."""
+    """Options that all tasks share."""
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict)
-    """Options with several values each; every combination is a task."""
+    """Options with a list of values each. Every combination of values is a task."""
     task: list[Options] = Field(default_factory=list)
-    """Single tasks; `name` names the folder."""
+    """Options of single tasks. The option `name` is the name of the task's folder."""
 
 
 @dataclass(frozen=True)
 class SweepTask:
-    """One study of a sweep."""
+    """A task of a sweep, which is a study that learns one fold."""
 
     name: str
-    """Name of the task's folder: a description, and a short digest of its options."""
+    """Name of the task's folder, which has a short digest of the task's options unless the file gives the name."""
     options: Options
-    """Given options, by name."""
+    """Options from the sweep file, by name."""
 
 
 def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
     """Read a sweep file.
 
     Args:
-        path: The file.
-        model: Model of the options of a task.
+        path: Path of the file.
+        model: Pydantic model that validates the options of a task.
 
     Raises:
         InputError: If the file cannot be read, or a field is wrong.
@@ -78,7 +79,7 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
 
 
 def _all_options(file: SweepFile) -> Iterator[tuple[str, Options]]:
-    """Yield the place of each task in the file, and its options."""
+    """Yield the location of each task in the file, such as "grid[3]", and its options."""
     for number, values in enumerate(product(*file.grid.values()) if file.grid else ()):
         yield f"grid[{number}]", {**file.all, **dict(zip(file.grid, values, strict=True))}
     for number, options in enumerate(file.task):
@@ -98,7 +99,7 @@ def _task(path: Path, where: str, options: Options, model: type[BaseModel]) -> S
 
 
 def _name(made: BaseModel, given: Options) -> str:
-    """Return garment, fold, seed, and a digest of all options that distinguish the task."""
+    """Return the name of a task: its garment, fold and seed, and a digest of all options that distinguish the task."""
     kept = {name: value for name, value in sorted(given.items()) if name not in GROWING}
     digest = sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()[:6]
     words = [Path(str(getattr(made, name, ""))).stem for name in ("garment", "fold")]

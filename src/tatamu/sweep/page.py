@@ -1,4 +1,4 @@
-"""The page that compares the tasks of a sweep."""
+"""Writes the HTML page and the table that compare the tasks of a sweep."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
 LEAST = 1e-5
-"""Smallest distance on the logarithmic axis [m]; smaller distances are drawn at this place."""
+"""Smallest distance on the logarithmic axis [m]. Smaller distances are drawn at this value."""
 MOST_POINTS = 5000
-"""Largest number of tasks in a chart; the table has all."""
+"""Largest number of tasks in a chart. The table contains all tasks."""
 
 
 def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
     """Write `sweep.parquet` and the page of a sweep.
 
     Returns:
-        The file of the page.
+        Path of the page.
 
     Raises:
         InputError: If a file cannot be written.
@@ -37,7 +37,7 @@ def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
 
 
 def page(records: Sequence[TaskRecord]) -> str:
-    """Return the whole page."""
+    """Return the page of a sweep as HTML."""
     names = varied(records)
     apart = [name for name in names if name != "seed"]
     complete = [record for record in records if record.state == "complete"]
@@ -59,7 +59,7 @@ def page(records: Sequence[TaskRecord]) -> str:
 
 
 def grouped(records: Sequence[TaskRecord], names: Sequence[str]) -> dict[str, list[TaskRecord]]:
-    """Group tasks by the values of some options, given as text. Tasks that differ only in their seed share a group."""
+    """Group tasks by the values of the options `names`. Each group's key is a text with these values."""
     groups: dict[str, list[TaskRecord]] = {}
     for record in records:
         words = ", ".join(_shown(record.options[name]) for name in names if name in record.options)
@@ -83,7 +83,7 @@ def _summary(group: Sequence[TaskRecord]) -> list[str]:
 
 
 def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
-    """Return a chart with a dot for each task and a row for each group."""
+    """Return a chart of the mean vertex distances, with a row for each group and a dot for each task."""
     shown = [(name, record) for name, group in groups.items() for record in group][:MOST_POINTS]
     values = [1e3 * max(record.mean_vertex_distance or LEAST, LEAST) for _, record in shown]
     dots = {
@@ -107,7 +107,7 @@ def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
 
 
 def _pairs(records: Sequence[TaskRecord]) -> list[Chart]:
-    """Return charts of the two parts of the objective, Eq. (10), against each other."""
+    """Return charts that plot the two terms of the objective, Eq. (10), against each other."""
     both = [record for record in records if record.trajectory_length is not None][:MOST_POINTS]
     if not both:
         return []
@@ -137,7 +137,7 @@ def _cloud(garment: str, number: int, records: Sequence[TaskRecord]) -> dict[str
 
 
 def _cells(record: TaskRecord) -> list[tuple[str, str]]:
-    """Return the numbers of a task, and the tone of its grade."""
+    """Return the table cells with the results of a task. Each cell is a text and a grade, which gives its colour."""
     if record.mean_vertex_distance is None:
         return []
     word = grade(record.mean_vertex_distance)
@@ -157,5 +157,5 @@ def _shown(value: Any) -> str:
 
 
 def _short(words: str) -> str:
-    """Return the name of a row of the chart."""
+    """Return the name of a row of the chart, shortened if it is long."""
     return (words if len(words) <= 44 else words[:42] + "..") or "all"

@@ -1,4 +1,7 @@
-"""Records of the tasks of a sweep, and their folder: `sweep.json` and a result folder for each task."""
+"""Defines the records of a sweep's tasks, and the folder of a sweep.
+
+The folder contains `sweep.json` with all records, and a result folder for each task.
+"""
 
 from __future__ import annotations
 
@@ -19,35 +22,38 @@ State = Literal["waiting", "running", "complete", "failed"]
 
 
 class TaskRecord(OpenRecord):
-    """A task and its state; measures of the best trial, or of a plan's last fold."""
+    """A task, its state and its results.
+
+    The measures are those of the best trial or, for a plan of several folds, of the last fold.
+    """
 
     name: str
     """Name of the task's folder."""
     options: dict[str, Any]
-    """Options as in the sweep file."""
+    """Options of the task from the sweep file, by name."""
     state: State = "waiting"
     error: str | None = None
-    """Why the task failed; None if it did not."""
+    """Reason why the task failed; None if the task did not fail."""
     trials: int | None = None
-    """Number of trials, over all steps."""
+    """Number of trials in all steps together."""
     failed_trials: int | None = None
     objective: float | None = None
-    """C of the best trial, Eq. (10); None for a plan of several steps."""
+    """Objective C of the best trial, Eq. (10); None for a plan of several steps."""
     trajectory_length: float | None = None
-    """l_x [m]."""
+    """Length l_x of a hand's path [m]."""
     mean_vertex_distance: float | None = None
-    """Mean of e_i [m]."""
+    """Mean distance between the vertices and their targets [m]."""
     mask_iou: float | None = None
     area_error: float | None = None
-    """E_f [%]."""
+    """Area error E_f [%]."""
     crossings: int | None = None
-    """Edges that pass through triangles at the end."""
+    """Number of the mesh's edges that pass through triangles at the end."""
     seconds: float | None = None
-    """Wall time of the trials, summed [s]."""
+    """Sum of the wall times of all trials [s]."""
 
 
 class SweepRecord(OpenRecord):
-    """The file `sweep.json`."""
+    """The contents of the file `sweep.json`."""
 
     version: Literal[1] = 1
     tatamu: str = ""
@@ -62,17 +68,17 @@ class SweepFolder:
 
     @property
     def file(self) -> Path:
-        """File with the records of the tasks: `sweep.json`."""
+        """Path of `sweep.json`, the file with the records of the tasks."""
         return self.path / "sweep.json"
 
     @property
     def table_file(self) -> Path:
-        """File with the records as a table: `sweep.parquet`."""
+        """Path of `sweep.parquet`, the file with the records as a table."""
         return self.path / "sweep.parquet"
 
     @property
     def page_file(self) -> Path:
-        """File of the page that compares the tasks: `sweep.html`."""
+        """Path of `sweep.html`, the page that compares the tasks."""
         return self.path / "sweep.html"
 
     def of_task(self, name: str) -> Path:
@@ -80,10 +86,10 @@ class SweepFolder:
         return self.path / name
 
     def read(self) -> list[TaskRecord]:
-        """Return the records that an earlier run wrote; empty if there was none.
+        """Return the records that an earlier run of the sweep wrote; empty if there was no earlier run.
 
         Raises:
-            InputError: If the file cannot be read, or does not belong to a sweep.
+            InputError: If the file cannot be read, or is not the file of a sweep.
         """
         if not self.file.exists():
             return []
@@ -95,7 +101,7 @@ class SweepFolder:
 
 
 def completed(record: TaskRecord, folder: Path) -> TaskRecord:
-    """Return the record of a task whose folder is written.
+    """Return the record of a completed task, with the measures from the task's result folder.
 
     Raises:
         InputError: If the folder cannot be read.
@@ -106,7 +112,10 @@ def completed(record: TaskRecord, folder: Path) -> TaskRecord:
 
 
 def holds_task(record: TaskRecord, folder: Path, trials: int) -> bool:
-    """Return whether a task is complete with `trials` trials for each step, and its folder still exists."""
+    """Return whether a task needs no further work.
+
+    That is the case if the task is complete, has `trials` trials for each step, and its folder still exists.
+    """
     results = ResultFolder(folder)
     if record.state != "complete" or not (folder / "report.html").exists():
         return False

@@ -1,4 +1,4 @@
-"""Running the tasks of a sweep, several at a time; each is recorded when it ends, with a result or an error."""
+"""Runs the tasks of a sweep, several at a time. When a task ends, its result or its error is recorded."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from tatamu.sweep.description import SweepTask
 from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
 
 Learned = Callable[[dict[str, Any], Path, Callable[[Any], None]], None]
-"""Function that learns a task from its options, its folder, and a callback for the progress of its trials."""
+"""Function that learns a task. It gets the task's options, the task's folder, and a callback for the progress."""
 Shown = Callable[[TaskRecord, Any], None]
-"""Callback for a changed task, and for the progress of its trials (None if the task itself changed)."""
+"""Callback that gets the record of a task and the progress of its trials. The progress is None if the record itself has
+changed."""
 
 
 class _StoppedError(Exception):
-    """The sweep ended before this task was complete."""
+    """Raised in a running task if the whole sweep has to stop."""
 
 
 def run_sweep(
@@ -33,24 +34,24 @@ def run_sweep(
     at_a_time: int = 1,
     show: Shown = lambda record, progress: None,
 ) -> list[TaskRecord]:
-    """Learn every task, or resume an earlier run.
+    """Learn every task of a sweep, or resume an earlier run of the sweep.
 
-    A task that fails is recorded with its error and tried again by the next run; the other tasks continue.
+    If a task fails, its error is recorded and the other tasks continue. The next run tries the failed task again.
 
     Args:
         tasks: The tasks to learn.
-        folder: Folder of the sweep; created if missing.
+        folder: Folder of the sweep, which is created if it does not exist.
         learned: Function that learns one task.
-        trials: Number of trials of a task without that option.
-        at_a_time: Number of tasks that run at a time, in threads.
+        trials: Number of trials of a task that does not have the option `trials`.
+        at_a_time: Number of tasks that run at the same time, in threads.
         show: Callback that draws the progress.
 
     Returns:
-        A record of each task, in the order of `tasks`.
+        Records of all tasks, in the order of `tasks`.
 
     Raises:
         InputError: If the folder cannot be used.
-        UnavailableError: If a scheduler, a database or a disk does not answer; finished work is kept.
+        UnavailableError: If a scheduler, a database or a disk does not answer. Finished work is kept.
     """
     with lock_folder(folder.path, ".sweep-lock", "another sweep is running here"):
         before = {record.name: record for record in folder.read()}
@@ -82,10 +83,10 @@ class _Sweep:
         self._stop = Event()
 
     def run(self, learned: Learned, at_a_time: int) -> None:
-        """Run the tasks that are not complete.
+        """Run all tasks that are not complete.
 
         Raises:
-            UnavailableError: If one is raised by a task; the first is raised again.
+            UnavailableError: If a task raises this error. Then all tasks are stopped.
         """
         with ThreadPoolExecutor(at_a_time, thread_name_prefix="sweep") as pool:
             numbers = [k for k, record in enumerate(self.records) if record.state != "complete"]
@@ -98,7 +99,7 @@ class _Sweep:
                 raise
 
     def write(self) -> None:
-        """Write `sweep.json`; a running task is written as waiting."""
+        """Write `sweep.json`. A running task is written with the state "waiting"."""
         with self._lock:
             waiting = {"state": "waiting"}
             self.folder.write([r.model_copy(update=waiting) if r.state == "running" else r for r in self.records])
@@ -135,16 +136,16 @@ class _Sweep:
 
 
 def _first_error(futures: Sequence[Future[None]]) -> None:
-    """Wait for all futures, and raise the first error as soon as there is one."""
+    """Wait for all futures. If a future ends with an error, raise this error at once."""
     waiting = set(futures)
     while waiting:
         ended, waiting = wait(waiting, return_when="FIRST_COMPLETED")
-        for future in futures:  # a set has no order, and several may have ended meanwhile
+        for future in futures:  # in the order of tasks, because several may have ended
             if future in ended:
                 future.result()
 
 
 def _said(error: Exception) -> str:
-    """Return an error in one line."""
+    """Return the text of an error in one line."""
     words = " ".join(str(error).split())
     return words if isinstance(error, TatamuError) else f"{type(error).__name__}: {words}"

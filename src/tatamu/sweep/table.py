@@ -1,4 +1,4 @@
-"""The tasks of a sweep as rows of `sweep.parquet` and of the table on the terminal."""
+"""Writes the tasks of a sweep as rows of the file `sweep.parquet` and of the table on the terminal."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SHOWN = 24
 
 
 def check_parquet() -> None:
-    """Refuse to start a sweep if `sweep.parquet` could not be written.
+    """Refuse to start a sweep if `sweep.parquet` cannot be written.
 
     Raises:
         InputError: If pyarrow is not installed.
@@ -43,7 +43,9 @@ def check_parquet() -> None:
 
 
 def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
-    """Write a row for each task: its name, its state, its options as `option.NAME`, its measures in SI units.
+    """Write a table with a row for each task.
+
+    The columns are the name, the state, the options as `option.NAME`, and the measures in SI units.
 
     Raises:
         InputError: If the file cannot be written.
@@ -66,18 +68,18 @@ def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
 
 
 def option_names(records: Sequence[TaskRecord]) -> list[str]:
-    """Return the options that some task gives, in the order of their first use."""
+    """Return the names of all options that at least one task has, in the order of their first use."""
     return list(dict.fromkeys(name for record in records for name in record.options))
 
 
 def varied(records: Sequence[TaskRecord]) -> list[str]:
-    """Return the options that differ between tasks."""
+    """Return the names of the options whose values differ between tasks."""
     names = option_names(records)
     return [name for name in names if len({json.dumps(record.options.get(name)) for record in records}) > 1]
 
 
 def _plain(values: list[Any]) -> list[Any]:
-    """Return values of one type: unchanged, or all as text."""
+    """Return the values of a column with a single type. If their types differ, all values are converted to text."""
     kinds = {type(value) for value in values if value is not None}
     if len(kinds) <= 1 or kinds == {int, float}:
         return [float(value) if kinds == {int, float} and value is not None else value for value in values]
@@ -92,7 +94,7 @@ def counts(records: Sequence[TaskRecord]) -> str:
 
 
 class LiveTable:
-    """The table on the terminal: running tasks first, then those that ended last."""
+    """The table of tasks on the terminal. Running tasks come first, and then the tasks that ended last."""
 
     def __init__(self, records: Sequence[TaskRecord]) -> None:
         self._records = {record.name: record for record in records}
@@ -100,7 +102,7 @@ class LiveTable:
         self._latest: list[str] = []
 
     def update(self, record: TaskRecord, progress: str | None) -> None:
-        """Store a changed task, or the text of its progress."""
+        """Store the changed record of a task, or the text of its progress."""
         if self._records.get(record.name, record).state != record.state or record.name not in self._latest:
             self._latest = [record.name, *(name for name in self._latest if name != record.name)]
         self._records[record.name] = record
@@ -108,7 +110,7 @@ class LiveTable:
             self._progress[record.name] = progress
 
     def __rich__(self) -> Table:
-        """Return the current table."""
+        """Return the table in its current state."""
         out = Table(title=counts(list(self._records.values())), title_justify="left")
         for name in ("task", "state", "progress"):
             out.add_column(name, overflow="fold")
@@ -120,7 +122,7 @@ class LiveTable:
 
 
 def said(record: TaskRecord) -> str:
-    """Return how a task ended, in a few words; empty if it has not ended."""
+    """Return a few words on how a task ended; empty if the task has not ended."""
     if record.state == "failed":
         return record.error or "failed"
     if record.state != "complete":
