@@ -16,7 +16,7 @@ GF = 9.80665e-3
 """Factor from the unit of bending hysteresis of KES, a system of fabric testers, to SI: from gf cm/cm to N."""
 SOFTENED = 300.0
 """Stretch stiffness of all simulated fabrics [N/m]. A real woven fabric has thousands of N/m along its yarns. With so
-large a stiffness, a mesh of a third of a bending length would be too stiff against bending (docs/theory/membrane.md).
+large a stiffness, a mesh of a third of a bending length would be too stiff against bending (docs/theory/bending.md).
 """
 SHEAR = 34.0
 """Shear stiffness of a woven fabric [N/m]. It is the median of the ten fabrics of Wang, O'Brien and Ramamoorthi 2011 at
