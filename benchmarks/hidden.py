@@ -40,6 +40,8 @@ RULER = 0.0015
 """Standard deviation of a measured number [m]."""
 LOST = 0.2
 """Mean vertex distance of a fold that failed [m]."""
+FIRST = 100
+"""Seed of the first set-up. The methods were chosen on set-ups with lower seeds, so they are tested on others."""
 TRIALS = 24
 """Trials of the learned folds."""
 
@@ -178,7 +180,8 @@ def measured_rows(
     known: dict[int, Row] = {}
     if file.exists():
         known = {row["seed"]: row for row in map(json.loads, file.read_text().splitlines())}
-    missing = [seed for seed in range(set_ups) if seed not in known]
+    seeds = range(FIRST, FIRST + set_ups)
+    missing = [seed for seed in seeds if seed not in known]
     if missing:
         evidence, lock = evidence_for(case, out), Lock()
 
@@ -191,4 +194,4 @@ def measured_rows(
 
         with ThreadPoolExecutor(threads) as workers:
             list(workers.map(one, missing))
-    return [known[seed] for seed in range(set_ups)]
+    return [known[seed] for seed in seeds]

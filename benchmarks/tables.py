@@ -40,6 +40,7 @@ PLACES = {
     "calibration: cloths": NOTES / "calibration.md",
     "results": NOTES / "validation.md",
     "tangle": NOTES / "validation.md",
+    "tangle: pokes": NOTES / "validation.md",
     "real: drape": NOTES / "real-cloth.md",
     "real: asked rigidity": NOTES / "real-cloth.md",
     "real: leeds": NOTES / "real-cloth.md",

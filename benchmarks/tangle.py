@@ -1,4 +1,6 @@
-"""Random folds of limp cloth in which anything passes through anything: the table "tangle" of docs/notes/validation.md.
+"""Random folds of limp cloth, and fingers that poke it, in which anything passes through anything.
+
+The tables "tangle" and "tangle: pokes" of docs/notes/validation.md:
 
     python benchmarks/tangle.py [--folds 600] [--pokes 200] [--write-docs]
 
@@ -54,10 +56,11 @@ def main() -> None:
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     table = markdown([line(fast, options.folds) for fast in (True, False)])
-    print(table)
-    print(markdown([pokes(options.pokes)]) if options.pokes else "")
+    poked = markdown([pokes(options.pokes)])
+    print(table, poked, sep="\n\n")
     if options.write_docs:
         publish("tangle", table)
+        publish("tangle: pokes", poked)
 
 
 if __name__ == "__main__":

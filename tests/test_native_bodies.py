@@ -14,6 +14,7 @@ from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Scene
 from tatamu.simulators.native import simulate
 from tatamu.simulators.native.contact.bodies.rounded_box import BISECTIONS, along_edge, distance
+from tatamu.validation.checks.bodies import deepest_poke
 from tatamu.validation.scenes import held
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-5, thickness=0.001)
@@ -124,3 +125,10 @@ def test_a_finger_leaves_the_cells_that_its_hand_holds_and_meets_all_others() ->
 
     assert lifted("left", 0.008) < 1e-6 < 5e-3 < lifted("right", 0.008)
     assert lifted("left", 0.06) > 5e-3
+
+
+@pytest.mark.parametrize("seed", [335, 343])
+def test_a_corner_of_a_finger_is_on_the_side_of_a_face_from_which_it_came(seed: int) -> None:
+    """The planes of these faces cut the finger beside the faces, so its centre is on the other side."""
+    depth = deepest_poke(simulate, seed)
+    assert depth is not None and depth < 0.1

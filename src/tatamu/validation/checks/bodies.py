@@ -277,7 +277,7 @@ def poked(seed: int) -> Scene:
     sides = np.flatnonzero((plan[:, 0] < 1e-9) | (plan[:, 0] > plan[:, 0].max() - 1e-9))
     points = np.column_stack([0.85 * (plan[:, 0] - 0.08), plan[:, 1] - 0.08, -0.3 * plan[:, 0] * (0.16 - plan[:, 0])])
     cloth = Cloth(vertices=points, faces=faces, rest_vertices=raised(plan))
-    stops = random.uniform(-0.06, 0.06, (5, 3)) * [1.0, 1.0, 0.7]
+    stops = random.uniform(-0.06, 0.06, (5, 3)) * [0.5, 1.0, 0.7]  # away from the held sides, which cannot give way
     stops[0, 2] = 0.06 * random.choice([-1.0, 1.0])
     times = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stops, axis=0), axis=1) / POKE)])
     turn = random.normal(size=4)

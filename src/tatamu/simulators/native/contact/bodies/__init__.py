@@ -12,7 +12,7 @@ or a point inside the face. These are tested separately:
     vertex   d at the vertex
     edge     the minimum of d along the edge, by bisection of its derivative
     face     a corner of the core over the inside of the triangle: the normal of the triangle then lies in the corner's
-             normal cone, and the body is on the side of the triangle on which its centre was
+             normal cone, and the corner is on the side of the triangle's plane on which it was
 
 The mid-surface of the cloth stays half a thickness from the body. A pair that is closer is pushed apart along the
 normal n, shared by inverse masses (the body has none); the tangential part is Coulomb friction against the moving

@@ -129,9 +129,10 @@ def _faces(
         if abs(height) - wide >= rule.wanted + rule.passing:
             continue
         mx, my, mz, height0 = _normal(frame.local0, a, b, c)
-        side = 1.0 if height0 >= 0.0 else -1.0
         for q in range(points.shape[0]):
             point = points[q]
+            above = height0 + mx * point[0] + my * point[1] + mz * point[2]
+            side = 1.0 if above >= 0.0 else -1.0  # of the corner: the plane may cut the body beside the triangle
             if not _in_cone(point, -side * nx, -side * ny, -side * nz):
                 continue
             gap = side * (height + nx * point[0] + ny * point[1] + nz * point[2]) - frame.radius
@@ -140,7 +141,7 @@ def _faces(
             weights = _weights_at(local, a, b, c, point)
             if min(weights[0], weights[1], weights[2]) < 0.0:
                 continue
-            gap_at_start = side * (height0 + mx * point[0] + my * point[1] + mz * point[2]) - frame.radius
+            gap_at_start = side * above - frame.radius
             normal = (-side * nx, -side * ny, -side * nz)
             found = correct(
                 positions, mesh.inverse_mass, activity, frame, rule, (a, b, c), weights, gap, gap_at_start, normal
