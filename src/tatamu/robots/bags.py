@@ -7,7 +7,7 @@ The bags contain these messages:
 
 hrpsys_ros_bridge reads trajectories as follows (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp). It reads
 only positions and time_from_start, and needs every joint of the group. The robot moves from its present pose to the
-first point within the time of the first point.
+first point within this point's time_from_start.
 
 Controllers of ros_control in ROS 1 listen on `CONTROLLER/command`, those of ros2_control on
 `CONTROLLER/joint_trajectory`. Each trajectory has the time stamp of the motion's start, and each gripper command has
@@ -30,7 +30,7 @@ GRIPPER = "control_msgs/msg/GripperCommand"
 GRIPPER_FIELDS = "float64 position\nfloat64 max_effort\n"
 """Definition of control_msgs/GripperCommand, which is not among rosbags' own types. Units are [m] and [N]."""
 STAMP = 1_000_000_000
-"""Time stamp of the motion's start [ns]. It is not 0, because ROS has no time 0."""
+"""Time stamp of the motion's start [ns]. It is not 0, because 0 is not a valid time in ROS."""
 
 
 class Sent(NamedTuple):

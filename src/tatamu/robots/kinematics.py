@@ -83,7 +83,8 @@ class Kinematics:
             start: Initial configuration [rad], shape (nq,).
 
         Returns:
-            Configurations [rad] (m, nq), and the pose without a solution if m < n.
+            Configurations [rad] for the first m poses, shape (m, nq), and the pose after them, which has no solution.
+            If all n poses have a solution, m is n, and None is returned instead of the pose.
         """
         found: list[np.ndarray] = []
         q = start

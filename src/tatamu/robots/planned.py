@@ -33,7 +33,7 @@ class Planned:
     times: np.ndarray
     """Times of the samples [s], shape (n,)."""
     angles: np.ndarray
-    """Angles of `plan.joints` [rad], shape (n, j)."""
+    """Angles of the j joints in `plan.joints` at each sample [rad], shape (n, j)."""
 
     @classmethod
     def load(cls, folder: Path) -> Planned:
@@ -69,7 +69,7 @@ class Planned:
         return ResultFolder(self.folder / FOLD)
 
     def fingers(self, times: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the positions of the finger joints at these times [s] (n,), by the names of the joints.
+        """Return the positions of the finger joints at n times [s], by the names of the joints.
 
         The fingers are open at first, then closed, then open again.
         """

@@ -1,9 +1,11 @@
-"""Pairs of single arms by name. The arms are mounted to face each other across the cloth, or side by side.
+"""Pairs of single arms by name.
 
-Of the mounts that were compared, each pair has the mount with which it can do most folds.
+In some pairs, the arms face each other across the cloth. In others, they stand side by side.
 
-The origin of the base B is on the table, in the middle between both feet. x is the direction of the fold, and y points
-to the left arm.
+Several mounts were compared for each pair. The pair has the mount with which it can do the most folds.
+
+The origin of the base B is on the table, in the middle between both feet. The x axis is the direction of the fold, and
+the y axis points to the left arm.
 """
 
 from __future__ import annotations
