@@ -24,7 +24,7 @@ ROOM = 1.6
 
 @dataclass(frozen=True)
 class ShownFit:
-    """One fit, as the page shows it next to its chart."""
+    """The result of one test, as the page shows it next to its chart."""
 
     name: str
     """Name of the test, which is also the name of its group of charts."""
@@ -166,7 +166,8 @@ def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
 def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]:
     """Return the rows of the uncertainty table.
 
-    A row has the name of a reading, its value, its uncertainty, and its fraction of each parameter's variance.
+    A row has the name of a reading, its value, and its uncertainty. Then follows the part of each parameter's variance
+    that the reading causes, as a fraction.
     """
     known = [PLACE[name] for name in calibration.known]
     if not known:

@@ -29,7 +29,10 @@ EDGE = 4
 SIMILAR = 0.05
 """Least area of a region that may belong to the garment, as a fraction of the garment's area."""
 FACING = 1.1
-"""Largest distance between points of two regions that face each other, as a multiple of the regions' distance."""
+"""Factor that determines which border points of two regions face each other.
+
+Two points face each other if their distance is at most this factor times the distance between the regions.
+"""
 
 
 @dataclass(frozen=True)
