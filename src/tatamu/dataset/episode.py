@@ -57,7 +57,10 @@ class Episode:
 
     record: EpisodeRecord
     arrays: Mapping[str, np.ndarray]
-    """Arrays by their names, for T actions.
+    """Arrays by their names, for an episode with T actions.
+
+    The letters in the shapes count: numbers of a state s, numbers of an action a, key points k, vertices n, triangles
+    m, hands h, pixels along a side p.
 
     - state (T + 1, s), action (T, a) and reward (T,)
     - key_points (T + 1, k, 3) [m] and positions (T + 1, n, 3) [m]
@@ -76,16 +79,19 @@ class _Prepared:
     task: Task
     parameters: Parameters
     actions: np.ndarray
-    """Actions, float32, shape (T, a) for T steps. After the hands have opened, they wait for `SETTLE` seconds."""
+    """Actions, float32, shape (T, a) for T steps with a numbers each.
+
+    At the end, the open hands wait for `SETTLE` seconds.
+    """
     states: np.ndarray | None
-    """States of the robot, float32, shape (T + 1, a) for T steps; None for floating hands."""
+    """States of the robot before, between and after the T steps, float32, shape (T + 1, a); None for floating hands."""
 
 
 def record_episode(recorder: Recorder, number: int) -> Episode:
     """Record an episode. The same arguments give the same bytes in every process.
 
     Args:
-        recorder: Everything that is needed except the number.
+        recorder: Everything that is needed to record an episode, except its number.
         number: Number of the episode, from 0.
 
     Raises:
@@ -193,7 +199,10 @@ def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np
 
 @lru_cache(maxsize=1)
 def _arms(stand: str) -> Arms:
-    """Return the arms of a stand that is given as JSON. The last arms are kept, because making them takes long."""
+    """Return the arms of a stand that is given as JSON.
+
+    The last arms are kept in memory, because it takes long to make them.
+    """
     return Arms.at(Stand.model_validate_json(stand))
 
 

@@ -25,6 +25,9 @@ PARTS = ("data", "videos", "meta")
 
 
 def numbered(pattern: str, number: int, key: str = "") -> Path:
-    """Return the path of a file in a dataset by its number, from 0. `key` is the name of a video's feature."""
+    """Return the path of a file in a dataset by its number, which counts from 0.
+
+    `key` is the name of a video's feature.
+    """
     chunk, file = divmod(number, FILES_IN_CHUNK)
     return Path(pattern.format(chunk_index=chunk, file_index=file, video_key=key))

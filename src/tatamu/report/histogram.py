@@ -16,7 +16,8 @@ def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
     """Return one histogram for each moment of the search; all have the same error axis.
 
     Args:
-        moments: Title and vertex errors e_i [m], shape (n,), of each moment, in the order of the search.
+        moments: Title of each moment, and the errors e_i of all n vertices at this moment [m], shape (n,). The moments
+            are in the order of the search.
     """
     end = max(float(errors.max()) for _, errors in moments)
     width = bin_width(end)

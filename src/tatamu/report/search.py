@@ -105,7 +105,10 @@ def _shorter(result: ResultRecord, trial: Trial) -> str:
 
 
 def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
-    """Return dots at trial numbers and values. The dots are hollow if `shorter`, the reason for less time, is given."""
+    """Return dots at trial numbers and values.
+
+    If `shorter`, the reason for less time, is given, the dots are hollow.
+    """
     return {
         "x": [number for number, _ in places],
         "y": [value for _, value in places],

@@ -127,12 +127,15 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
 
 
 def paths(fold: Result) -> list[np.ndarray]:
-    """Return the positions of each hand in all frames [m], shape (f, 3) each."""
+    """Return the positions of each hand in all f frames [m]: an array of shape (f, 3) for each hand."""
     return [fold.hand(arm) for arm in fold.arms]
 
 
 def view(title: str, note: str, image: np.ndarray, area: Extent, hands: Sequence[np.ndarray] = ()) -> TopView:
-    """Return a picture with a title, a ruler and the hands' paths, shape (f, 3) each."""
+    """Return a picture with a title, a ruler and the hands' paths.
+
+    A path has the shape (f, 3) for f frames [m].
+    """
     drawing = Drawing(area.low, area.high, 1000.0, background=None, words=f"{title}, from above")
     drawing.add(Picture(data_uri(to_pixels(shrink(image, FINER)))))
     for colour, path in zip(HAND_COLOURS, hands, strict=False):
