@@ -41,7 +41,7 @@ class Section:
     """Description of the simulation and its assumptions, in a few sentences."""
     tables: Sequence[Tabulated]
     beat: str
-    """Text with the best published number, and its source."""
+    """Text with the best published result of such a prediction, and its source."""
     goal: str
     """Text with the goal, and whether it was reached."""
     silent: str

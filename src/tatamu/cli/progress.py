@@ -25,7 +25,7 @@ BAR_EVERY = 0.2
 STEADY = 4
 """Number of finished trials after which the time per trial is known.
 
-One trial is not enough, because the first trials start together and slow each other down.
+One trial is not enough: the first trials run at the same time, so other trials end shortly after the first one.
 """
 SILENT = 10.0
 """Time without a finished trial after which the time of a single simulation is measured [s]."""

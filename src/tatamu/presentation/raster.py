@@ -69,7 +69,11 @@ class Visible:
 
     @cached_property
     def covered(self) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles and barycentric coordinates of the covered pixels, shapes (p,) and (p, 3)."""
+        """Two arrays for the p covered pixels.
+
+        The first array has the number of the triangle in each pixel, shape (p,). The second array has the barycentric
+        coordinates of the pixel in this triangle, shape (p, 3).
+        """
         return self.face[self.mask], self.weights[self.mask]
 
     def sample(self, values: np.ndarray, faces: np.ndarray) -> np.ndarray:

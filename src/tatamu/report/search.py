@@ -98,7 +98,10 @@ def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: 
 
 
 def _shorter(result: ResultRecord, trial: Trial) -> str:
-    """Return the reason why a trial took less time than a complete trial on the fine mesh; empty for such a trial."""
+    """Return the reason why a trial took less time than a complete trial on the fine mesh.
+
+    The reason is empty if the trial is a complete trial on the fine mesh.
+    """
     if result.is_coarse(trial):
         return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
     return "ended when its hands had arrived" if trial.ended == "arrival" else ""
