@@ -1,7 +1,7 @@
 """Writes the tables of docs/notes/reproduction.md.
 
-The tables show properties of the paper's cloth (Tables I and II) in Blender, the time of its simulation, and the
-results of a run.
+The tables show how the paper's cloth (Tables I and II) behaves in Blender, the time of its simulation, and the results
+of a run.
 
     python -m studies.paper.numbers [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
 """

@@ -6,8 +6,8 @@ nodes appear rotated by the same rotation R and shifted by the same translation 
     y = R x + t
 
 Here x is the real position of a node, and y is the position at which it is seen. Both are relative to the middle of the
-bar that holds the cloth. R and t are found by least squares. They follow from sums over all pairs of x and y (Kabsch
-1976), and so does the remaining distance between R x + t and y. Therefore, only these sums are stored for a simulation.
+bar that holds the cloth. R and t are found by least squares. R, t, and the remaining distance between R x + t and y
+follow from sums over all pairs of x and y (Kabsch 1976). Therefore, only these sums are stored for a simulation.
 """
 
 from __future__ import annotations

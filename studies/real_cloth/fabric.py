@@ -32,7 +32,7 @@ WARP, WEFT, TWIST = 1.265, 0.735, 1.62
 All three are divided by the mean of the rigidities along warp and weft.
 
 They are medians of the 618 fabrics of Feng et al. 2022. In these fabrics, the rigidity of the stiffer direction is 1.72
-times the rigidity of the other direction. The rigidity of strips at 45 degrees is 0.90 times the mean.
+times the rigidity of the softer direction. The rigidity of strips at 45 degrees is 0.90 times the mean.
 """
 
 FRICTION = 22.0

@@ -51,7 +51,7 @@ class FittedModel:
     waviness: float = 0.0
     """Standard deviation of the height of wavy unstrained cloth [m]; 0 for flat cloth."""
     times: int = 1
-    """Factor by which the number of repeats of this model is larger than that of other models."""
+    """Number of repeats of this model, divided by the number of repeats of other models."""
     needs: tuple[str, ...] = ()
     """Names of the capabilities that a simulator must have for this model."""
     rigidities: Sequence[float] = RIGIDITIES

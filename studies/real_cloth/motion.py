@@ -53,8 +53,8 @@ NO_AIR = AirLaw()
 PERIOD, DECREMENT, SWING, NOISE = 0.03, 0.15, 9.0, 1.25
 """Goals for four errors.
 
-They are the relative error of the period, the relative error of the decrement, the RMS error of the swing [mm], and the
-RMS error of all nodes divided by the camera's noise.
+Two goals are for relative errors: the error of the period, and the error of the decrement. Two goals are for RMS
+errors: the error of the swing [mm], and the error of all nodes, divided by the camera's noise.
 """
 
 
@@ -208,7 +208,7 @@ def _plate(
 def _seen(recording: Recording, nodes: np.ndarray) -> tuple[Pairs, Pairs]:
     """Return the means over predicted and seen positions: for all nodes without the held edge, and for the lower edge.
 
-    The means are those that `Pairs` stores.
+    `Pairs` lists these means.
     """
     places, seen = nodes - recording.middle, recording.nodes - recording.middle
     free, lower = (recording.good[:, rows] for rows in (slice(None, -1), slice(1)))

@@ -46,7 +46,7 @@ class Recording:
 
     name: str
     times: np.ndarray
-    """Times of the frames on the camera's clock [s], shape (f,)."""
+    """Times of the f frames on the camera's clock [s], shape (f,)."""
     nodes: np.ndarray
     """Positions of the n x n nodes at each of f frames [m], shape (f, n, n, 3).
 
@@ -124,7 +124,10 @@ class Recording:
 
     @cached_property
     def good(self) -> np.ndarray:
-        """Whether each node was seen correctly, shape (f, n, n). The camera lost or misplaced the other nodes."""
+        """Whether the camera saw each node correctly at each frame, shape (f, n, n).
+
+        Otherwise, it lost or misplaced the node.
+        """
         from_bar = self.nodes - self.middle
         padded = np.pad(from_bar, ((2, 2), (0, 0), (0, 0), (0, 0)), mode="edge")
         near = np.stack([padded[k : k + len(from_bar)] for k in range(5)])
@@ -134,7 +137,7 @@ class Recording:
     def swing_of(self, nodes: np.ndarray) -> np.ndarray:
         """Return the swing: the horizontal distance between lower and upper edge, at right angles to the bar [m].
 
-        The result has shape (f,).
+        The result has a value for each of the f frames, shape (f,).
 
         Args:
             nodes: Positions of the nodes at all frames [m], shape (f, n, n, 3).

@@ -85,7 +85,10 @@ class Seen:
 
 
 Change = Callable[[Seen], np.ndarray]
-"""Function that returns the errors of a recording's nodes after a correction [m], shape (f, n, n, 3)."""
+"""Function that returns the errors of a recording's nodes after a correction [m], shape (f, n, n, 3).
+
+The recording has f frames, and the camera's grid has n x n nodes.
+"""
 
 
 def displaced(by: Displacement, height: float = 1.0) -> Change:

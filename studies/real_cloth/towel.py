@@ -34,7 +34,8 @@ TRIALS = 30
 WORLDS = 30
 """Number of disturbed simulations for each objective.
 
-Each seed of the objective gets an equal part of them. In a disturbed simulation, all disturbances have random values.
+Each seed of the objective gets an equal number of simulations. In a disturbed simulation, all disturbances have random
+values.
 """
 
 

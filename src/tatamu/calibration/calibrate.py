@@ -8,8 +8,8 @@
   from the uncertainties of the readings.
 - The tests that need these parameters come later, in the order of `registry`.
 
-Every parameter is an effective value: with it, this simulator reproduces the readings on a mesh like that of the tests.
-Another simulator needs other values.
+Every parameter is an effective value. With this value, this simulator reproduces the readings, on meshes like the
+meshes of the tests. Another simulator needs other values.
 """
 
 from __future__ import annotations

@@ -212,7 +212,8 @@ Crease it (optional): shows how much of a fold remains.                         
     def guess(self, arc: float, material: Material) -> float:
         """Return the friction of bending for this arc, by a formula [N].
 
-        The angle of the arc is about HB / B * gap. The bending rigidity B is that of the usual fabric's bending length.
+        The angle of the arc is about HB / B * gap. The bending rigidity B follows from the bending length of the
+        garment's usual fabric.
         """
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 

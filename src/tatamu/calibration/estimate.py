@@ -68,7 +68,10 @@ class Estimate:
         return np.asarray(part / np.outer(scale, scale))
 
     def bounding(self, parameter: str) -> Fit | None:
-        """Return the fit that only bounds a parameter; None if a test determines it, or no test of it was made."""
+        """Return the fit that only bounds a parameter.
+
+        It is None if a test determines the parameter, or no test gives a bound.
+        """
         fits = [fit for fit in self.fits if fit.parameter == parameter]
         return fits[-1] if fits and all(fit.bound for fit in fits) else None
 

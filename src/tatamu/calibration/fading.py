@@ -1,9 +1,9 @@
 """Test *fading*: the number of swings until a hanging cloth has slowed down determines the drag of air.
 
 This test is not in the paper. The cloth is held by two corners. A plate that hangs by its edge is slowed by quadratic
-drag q_n [kg/m^3]. In each swing, the amplitude A of its lower edge falls by the fraction 2 q_n A / (rho + m_a), where
-rho is the areal density and m_a the added mass of air [kg/m^2]. After n swings that start with the amplitude A_0, the
-amplitude A is given by
+drag q_n [kg/m^3]. In each swing, the amplitude A of its lower edge falls by the fraction 2 q_n A / (rho + m_a). Here
+rho is the areal density, and m_a is the added mass of air [kg/m^2]. After n swings that start with the amplitude A_0,
+the amplitude A is given by
 
     1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
 

@@ -18,7 +18,7 @@ class CalibrationOptions:
     within: float = 1e-3
     """Largest difference between the simulated and the measured reading, as a fraction of the reading."""
     finest: float = 1e-5
-    """Smallest tolerance of a reading [m]. It replaces the tolerance that `within` gives, if the latter is smaller."""
+    """Smallest tolerance of a reading [m]. If the tolerance that `within` gives is smaller, this tolerance is used."""
     agreement: float = 5e-3
     """Largest change of the parameters' logarithms from one pass over the tests to the next at which the search ends.
     """

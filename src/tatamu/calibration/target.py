@@ -74,7 +74,9 @@ class Target:
         return float(np.clip(self.guess(max(self.aim, 1e-5), material), *self.limits))
 
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
-        """Search for the parameter at which the simulator gives the aim. All other parameters are those of `material`.
+        """Search for the parameter at which the simulator gives the aim.
+
+        All other parameters have the values in `material`.
 
         Raises:
             SimulationError: If the simulator fails for every value of the parameter.

@@ -73,7 +73,9 @@ class CalibrationTest(ABC):
     needs_because: ClassVar[str] = ""
     """Reason why this test needs other tests. It is read after the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
-    """Tests that replace this test, because a material cannot have the parameters of both."""
+    """Tests that replace this test, because a material cannot have this test's parameter together with their
+    parameters.
+    """
     yields_because: ClassVar[str] = ""
     """Reason why other tests replace this test. It is read after the word "as"."""
     instructions: ClassVar[str]
@@ -83,7 +85,7 @@ class CalibrationTest(ABC):
     words: ClassVar[Mapping[str, str]]
     """Name of each reading in the advice."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
-    """Kind of result of each simulation:
+    """Kind of result of each simulation.
 
     "reading" is a length [m], "speed" is a speed [m/s]. The speed is 0 if the cloth does not move.
     """
@@ -159,7 +161,7 @@ class RestTest(CalibrationTest):
 
 
 class ElasticTest(RestTest):
-    """A test whose length at rest depends on stretch stiffness and bending, and determines one of them."""
+    """A test whose length at rest depends on stretch stiffness and bending, and determines one of these parameters."""
 
     reads: ClassVar[Mapping[str, float]]
     """Names of the readings whose weighted sum is the length, each with its factor."""

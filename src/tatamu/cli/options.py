@@ -34,9 +34,8 @@ def options_from(
     Args:
         record: Class of the record. Its fields define the defaults and the descriptions of the options.
         argument: Name of the field that is the argument of the command, not an option.
-        defaults: Function that returns values for options that the user did not give. With such a function, the user
-            need not give the argument. If it is None, the defaults of the record are used, and the argument is
-            required.
+        defaults: Function that returns values for options that the user did not give. With such a function, the
+            argument is optional. With None, the defaults of the record are used, and the argument is required.
     """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:

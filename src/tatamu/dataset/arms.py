@@ -148,8 +148,8 @@ class Arms:
             numbers: States or actions of the robot with k numbers each, shape (n, k).
 
         Returns:
-            Positions of both hands in the fold's frame F for each of the n states [m], shape (n, 2, 3), and whether
-            each gripper is closed, shape (n, 2).
+            Two arrays for the n states: the positions of both hands in the fold's frame F [m], shape (n, 2, 3), and
+            whether each gripper is closed, shape (n, 2).
         """
         left, right = (len(arm.joints) for arm in self.robot.arms)
         angles = numbers.astype(float)

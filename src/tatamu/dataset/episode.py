@@ -29,7 +29,7 @@ from tatamu.search import Parameters
 from tatamu.simulators import named
 
 ATTEMPTS = 50
-"""Largest number of folds that are drawn until the robot can carry out one of them."""
+"""Largest number of folds that are drawn until the robot can carry out a fold."""
 SECONDS = 120.0
 """Largest duration of an episode [s]."""
 THUMBNAILS = 24
@@ -59,8 +59,8 @@ class Episode:
     arrays: Mapping[str, np.ndarray]
     """Arrays by their names, for an episode with T actions.
 
-    The letters in the shapes count: numbers of a state s, numbers of an action a, key points k, vertices n, triangles
-    m, hands h, pixels along a side p.
+    A state has s numbers, and an action has a numbers. The cloth has k key points, n vertices and m triangles. There
+    are h hands. A picture has p x p pixels.
 
     - state (T + 1, s), action (T, a) and reward (T,)
     - key_points (T + 1, k, 3) [m] and positions (T + 1, n, 3) [m]
@@ -163,7 +163,7 @@ def play(
 
 
 def _prepare(recorder: Recorder, fold: int) -> _Prepared:
-    """Draw folds at random until the arms can carry out one of them. Floating hands can carry out every fold."""
+    """Draw folds at random until the arms can carry out a fold. Floating hands can carry out every fold."""
     reason = ""
     for attempt in range(ATTEMPTS):
         drawn = draw_fold(recorder.specification, recorder.runs, fold, attempt)

@@ -72,7 +72,7 @@ class Studio:
     def heights(self, points: np.ndarray) -> np.ndarray:
         """Return the height of the highest layer at each pixel, as seen from above [m]: float32, shape (h, w).
 
-        The height is 0 if the pixel shows no cloth. Pixels are those of the camera `top`.
+        The height is 0 if the pixel shows no cloth. The pixels are the same as in pictures of the camera `top`.
         """
         scale = self.pixels / (2.0 * self.radius)
         across = (points[:, :2] - self.middle[:2]) * scale

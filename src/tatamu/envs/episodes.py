@@ -53,7 +53,7 @@ def make_episodes(
     spacing: float | None,
     disturbances: Disturbances | Path | str | None,
 ) -> Episodes:
-    """Make the episodes of an environment. The arguments are those of the environment.
+    """Make the episodes of an environment. The arguments have the same meaning as the environment's arguments.
 
     Raises:
         InputError: If an argument is wrong; the message names it.

@@ -184,7 +184,10 @@ def _ring(region: shapely.Polygon) -> np.ndarray:
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return curves by name. Repeated names are numbered; for example, curves in one DXF layer have one name."""
+    """Return curves by name.
+
+    Repeated names are numbered. For example, all curves in one DXF layer have the same name.
+    """
     found: dict[str, np.ndarray] = {}
     for name, points in named:
         number = sum(other == name or other.startswith(f"{name} ") for other in found)

@@ -54,7 +54,8 @@ def stand_out(
         image: Red, green and blue from 0 to 1, shape (h, w, 3).
         path: Path of the file, for messages.
         join: Whether all regions that differ from the table belong to the garment.
-        apart: Positions on things that do not belong to the garment, such as a sheet of paper [pixels], shape (k, 2).
+        apart: Positions of k points on things that do not belong to the garment, such as a sheet of paper [pixels],
+            shape (k, 2).
         ignored: Mask of pixels to ignore because they show other things, shape (h, w); None to use all pixels.
 
     Raises:

@@ -1,6 +1,6 @@
 """Meshes a flat panel of cloth with nearly equilateral triangles.
 
-Points are placed along the outline. Inside the outline, points form a staggered lattice with rows along y, one of them
+Points are placed along the outline. Inside the outline, points form a staggered lattice with rows along y. One row is
 at x = 0. Bending is most accurate on this lattice (docs/theory/bending.md). Lattice points too near the outline are
 dropped. Lattice points next to the outline are moved to the middle of their neighbours. Then all points are joined by
 Delaunay triangulation.

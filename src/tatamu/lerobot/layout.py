@@ -1,6 +1,7 @@
 """The files of a LeRobotDataset v3.0, and their names.
 
-The names, sizes and columns are those of LeRobot 0.6.1, datasets/utils.py and datasets/dataset_writer.py (Apache-2.0).
+The names, sizes and columns are the same as in LeRobot 0.6.1, datasets/utils.py and datasets/dataset_writer.py
+(Apache-2.0).
 """
 
 from __future__ import annotations

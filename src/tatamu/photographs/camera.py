@@ -63,7 +63,7 @@ GUESSES = (1.0, 0.6, 1.6)
 """Focal lengths at which the search starts, as multiples of the expected focal length."""
 
 Seen = tuple[np.ndarray, np.ndarray]
-"""Corners of a page in the frame of the page [m], and in the photo [pixels], both of shape (k, 2)."""
+"""Positions of a page's k corners in the frame of the page [m], and in the photo [pixels], both of shape (k, 2)."""
 
 
 @dataclass(frozen=True)
@@ -105,11 +105,12 @@ class Camera:
         return np.asarray(pixels)[:, 0]
 
     def on_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the positions on the table [m] that are seen at pixels, shape (n, 2).
+        """Return the positions on the table [m] that the camera sees at n pixels, shape (n, 2).
 
         Args:
             pixels: Pixels of the photograph, shape (n, 2).
-            height: Height of the positions above the table [m]: a number for all pixels, or shape (n,).
+            height: Height of the positions above the table [m]. It is one number for all pixels, or a number for each
+                pixel, shape (n,).
 
         Raises:
             InputError: If a pixel lies above the horizon of the table.
@@ -125,7 +126,7 @@ class Camera:
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
 
     def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
-        """Return the positions on the table of an outline of cloth [m], shape (n, 2).
+        """Return the positions on the table [m] of the n points of a cloth's outline, shape (n, 2).
 
         The rim of the cloth reaches from the table up to the height `top`. On the side of the cloth that is nearer to
         the camera, the outline in the photo shows points near the rim's lower edge. On the far side, the outline shows
@@ -153,9 +154,9 @@ class View:
 
     camera: Camera
     parameters: np.ndarray
-    """Estimated parameters of the lens, of the camera's pose and of further pages, shape (p,)."""
+    """The p estimated parameters of the lens, of the camera's pose and of further pages, shape (p,)."""
     covariance: np.ndarray
-    """Covariance matrix of the parameters, shape (p, p)."""
+    """Covariance matrix of the p parameters, shape (p, p)."""
     rms: float
     """Root mean square of the distances between the corners seen and the corners projected [pixels]."""
     penalty: float
@@ -177,7 +178,7 @@ class View:
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
         """Return the standard deviations of positions on the table that result from the camera [m], shape (n,).
 
-        The positions are those at the given pixels (n, 2), at a height above the table [m].
+        The camera sees these positions at the given n pixels, shape (n, 2). They are at a height above the table [m].
         """
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]

@@ -57,7 +57,7 @@ class Window:
     """Distance from the expected edge, to either side, within which the edge is searched [m]."""
 
     def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the coordinates of points (n, 2) along and across the window."""
+        """Return the coordinates of n points along the window, and their coordinates across the window."""
         away = points - self.corner
         return away @ self.along, away @ self.outward
 

@@ -106,7 +106,8 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     """Find the lens from several photos of one page of a board.
 
     Args:
-        seen: For each photo, the corners of the page in its frame [m] and in the photo [pixels], both of shape (k, 2).
+        seen: Two arrays for each photo: the positions of k corners in the page's frame [m], and in the photo [pixels].
+            Both have the shape (k, 2).
         size: Width and height of the photos [pixels].
 
     Returns:

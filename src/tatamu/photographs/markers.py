@@ -73,7 +73,7 @@ def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
 
 
 def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
-    """Refine the pixels of corners. Return the corners' positions on the page (n, 2) and the refined pixels.
+    """Refine the pixels of corners. Return the corners' positions on the page and their refined pixels.
 
     Corners that move too far are dropped.
     """

@@ -28,7 +28,7 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
     """Return a histogram of the vertices by their error e_i, the distance from their target.
 
     Args:
-        errors: Errors e_i [m], shape (n,).
+        errors: Errors e_i of the n vertices [m], shape (n,).
         width: Width of a bin [m].
         end: End of the axis [m]. If errors are larger, the axis is longer. None to end the axis at the largest error.
     """

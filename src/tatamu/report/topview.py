@@ -47,7 +47,7 @@ class Extent:
 
 
 def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
-    """Return the rectangle around several shapes (n, 3), with a margin [m]."""
+    """Return the rectangle around several shapes, with a margin [m]. A shape has n points, shape (n, 3)."""
     points = np.vstack(shapes)[:, :2]
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin)
 
@@ -112,7 +112,7 @@ class TopView:
 
 
 def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[TopView]:
-    """Return three pictures: the target `goal` (n, 3), the final shape of the cloth, and both in one picture.
+    """Return three pictures: the target `goal`, the final shape of the cloth, and both in one picture.
 
     The picture of the final shape has the title `name`.
     """

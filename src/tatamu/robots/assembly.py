@@ -144,7 +144,7 @@ def _whole(file: ModelFile) -> object:
 def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> object:
     """Join two single arms in one model.
 
-    The names of the left arm's parts get the prefix `larm_`. Those of the right arm get the prefix `rarm_`.
+    The names of the left arm's parts get the prefix `larm_`. The names of the right arm's parts get the prefix `rarm_`.
     """
     spec = needed("mujoco").MjSpec()
     spec.compiler.degree = False

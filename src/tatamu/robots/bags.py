@@ -9,7 +9,7 @@ hrpsys_ros_bridge reads trajectories as follows (start-jsk/rtmros_common: Hrpsys
 only positions and time_from_start, and needs every joint of the group. The robot moves from its present pose to the
 first point within this point's time_from_start.
 
-Controllers of ros_control in ROS 1 listen on `CONTROLLER/command`, those of ros2_control on
+In ROS 1, controllers of ros_control listen on `CONTROLLER/command`. In ROS 2, controllers of ros2_control listen on
 `CONTROLLER/joint_trajectory`. Each trajectory has the time stamp of the motion's start, and each gripper command has
 the time stamp at which it is due. A program that plays the bag therefore sends each message at the right time.
 """

@@ -24,8 +24,8 @@ class Chain:
     """The chain of one arm with k joints from the base B to the tool T, as a product of exponentials.
 
     The arm is at rest when its joint angles are r. The axis of joint i then goes through the point o_i in the direction
-    w_i, and the pose of the tool is X_BT(0). All of them are given in B. With the joint angles q, the pose of the tool
-    is
+    w_i, and the pose of the tool is X_BT(0). The axes, the points and the pose are given in the base B. With the joint
+    angles q, the pose of the tool is
 
         X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0)
 
@@ -40,14 +40,14 @@ class Chain:
     axes: np.ndarray
     """Unit vectors of the joint axes at rest, in the base B, shape (k, 3)."""
     rest: np.ndarray
-    """Joint angles r at rest [rad], shape (k,)."""
+    """Angles r of the k joints at rest [rad], shape (k,)."""
     X_LT: np.ndarray
     """Pose of the tool T in frame L, shape (4, 4).
 
     L is at the last joint's origin, and parallel to the base B at rest.
     """
     limits: np.ndarray
-    """Lower and upper joint limits [rad], shape (k, 2)."""
+    """Lower and upper limit of each of the k joints [rad], shape (k, 2)."""
     trunk_origin: np.ndarray
     """A point on the trunk's axis, in the base B [m], shape (3,)."""
 
@@ -77,7 +77,7 @@ class Chain:
         return [(K, K @ K) for K in skews]
 
     def trunk_pose(self, trunk: np.ndarray) -> np.ndarray:
-        """Return the pose X_BC of frame C in the base B for trunk angles [rad] (..), shape (.., 4, 4).
+        """Return the pose X_BC of frame C in the base B for each trunk angle [rad], shape (.., 4, 4).
 
         C is B rotated by the trunk about the trunk's axis.
         """
@@ -131,8 +131,8 @@ class Chain:
         """Solve for joint angles by damped least squares from `start`, inside the joint limits (Wampler 1986).
 
         Args:
-            targets: Poses X_BT of the tool T in the base B, shape (n, 4, 4).
-            start: Initial joint angles [rad], shape (n, k).
+            targets: The n target poses X_BT of the tool T in the base B, shape (n, 4, 4).
+            start: Initial angles of the k joints for each target [rad], shape (n, k).
             steps: Number of iterations.
             tolerance: Largest error of a reached target [m]. Rotations [rad] are multiplied by LENGTH.
 
@@ -199,7 +199,9 @@ class Chain:
         return (np.linalg.norm(positions - self.shoulder, axis=2) <= self.reach).all(axis=1)
 
     def singularity(self, angles: np.ndarray) -> np.ndarray:
-        """Return the smallest singular value of each Jacobian, shape (n,). Metres are divided by LENGTH.
+        """Return the smallest singular value of the Jacobian at each of n configurations, shape (n,).
+
+        Lengths in the Jacobian are divided by LENGTH.
 
         Only the directions of motion that a fold requires from the arm count; see `demand`.
         """
@@ -213,7 +215,7 @@ class Chain:
         return np.sqrt(np.maximum(least, 0.0))
 
     def margin(self, angles: np.ndarray) -> np.ndarray:
-        """Return the distance from each configuration to its nearest joint limit [rad], shape (n,)."""
+        """Return the distance from each of n configurations to its nearest joint limit [rad], shape (n,)."""
         return np.minimum(angles - self.limits[:, 0], self.limits[:, 1] - angles).min(axis=1)
 
 

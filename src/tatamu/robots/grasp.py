@@ -23,13 +23,12 @@ class Take:
     arm: str
     jaw: Jaw
     depth: float
-    """Distance from the edge of the cloth to the place where the fingertips will meet, at right angles to the edge [m].
+    """Distance from the cloth's edge to the place where the fingertips will meet, at right angles to the edge [m].
     """
     height: float
     """Height of the tool T above the table [m]."""
     askew: float
-    """Angle, seen from above, between the jaw's opening and the direction at right angles to the edge of the cloth
-    [rad].
+    """Angle between the jaw's opening and the direction at right angles to the cloth's edge, seen from above [rad].
     """
     rise: float
     """Sine of the angle between the jaw's opening and the horizontal."""

@@ -80,7 +80,7 @@ class Kinematics:
         Args:
             tools: Poses X_BT of the tool T in the base B for each arm that folds, shape (arms, n, 4, 4).
             trunk: Given angle of the trunk at each pose [rad], shape (n,).
-            start: Initial configuration [rad], shape (nq,).
+            start: Angles of all nq joints at the start [rad], shape (nq,).
 
         Returns:
             Configurations [rad] for the first m poses, shape (m, nq), and the pose after them, which has no solution.

@@ -1,4 +1,6 @@
-"""Light arms that laboratories own: SO-101, the ViperX 300 of ALOHA 2, OpenArm. Units are those of `arm_facts`.
+"""Light arms that laboratories own: SO-101, the ViperX 300 of ALOHA 2, OpenArm.
+
+The units are the same as in `arm_facts`.
 
 The data are facts from public models; no meshes are included.
 

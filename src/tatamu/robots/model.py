@@ -36,11 +36,11 @@ class Arm:
     initial: np.ndarray
     """Angles of the arm's k joints in the pose in which motions start and end [rad], shape (k,)."""
     speed: np.ndarray
-    """Highest speed that the hardware allows [rad/s], shape (k,)."""
+    """Highest speed of each of the k joints that the hardware allows [rad/s], shape (k,)."""
     planned_speed: np.ndarray
-    """Largest speed in plans [rad/s], shape (k,)."""
+    """Largest speed of each of the k joints in plans [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
-    """Largest acceleration in plans [rad/s^2], shape (k,)."""
+    """Largest acceleration of each of the k joints in plans [rad/s^2], shape (k,)."""
     jaw: Jaw = field(default_factory=Jaw)
     """The fingers, and how they grasp the edge of the cloth."""
     ros: RosNames = field(default_factory=RosNames)
@@ -73,7 +73,7 @@ class StartPose:
 
     name: str
     larm: np.ndarray
-    """Joint angles of the left arm [rad], shape (k,)."""
+    """Angles of the left arm's k joints [rad], shape (k,)."""
     rarm: np.ndarray
 
 
@@ -155,12 +155,12 @@ class Robot:
         return {name: int(self.model.joint(name).qposadr[0]) for name in names}
 
     def limits(self, arm: Arm) -> np.ndarray:
-        """Return the lower and upper joint limits of an arm [rad], shape (k, 2)."""
+        """Return the lower and upper limit of each of an arm's k joints [rad], shape (k, 2)."""
         return np.array([self.model.joint(name).range for name in arm.joints])
 
     @cached_property
     def rest(self) -> np.ndarray:
-        """Configuration of the robot at rest [rad, m], shape (nq,).
+        """Positions of all nq joints of the robot at rest [rad, m], shape (nq,).
 
         Each joint has the value in `standing` or in the model, moved to the nearest allowed value. Fingers are open for
         a grasp. Joints that the model couples by an equality follow their leaders.
@@ -226,7 +226,7 @@ class Robot:
 
     @property
     def initial(self) -> np.ndarray:
-        """The full configuration of the initial pose [rad], shape (nq,)."""
+        """The angles of all nq joints in the initial pose [rad], shape (nq,)."""
         return self.configuration([arm.initial for arm in self.folding])
 
 
@@ -246,7 +246,7 @@ class JointEquality:
     """The coefficients c0 to c4, shape (5,)."""
 
     def apply(self, model: Any, qpos: np.ndarray) -> None:
-        """Set the position of the follower in a configuration (nq,)."""
+        """Set the position of the follower in a configuration `qpos` of all joints."""
         moved = 0.0
         if self.leader is not None:
             at = model.jnt_qposadr[self.leader]

@@ -57,9 +57,9 @@ class Motion:
     """Joint angles of the robot over time."""
 
     times: np.ndarray
-    """Times of the samples [s], PERIOD apart, shape (n,)."""
+    """Times of the n samples [s], shape (n,). PERIOD is the time from one sample to the next."""
     angles: np.ndarray
-    """Full configurations [rad], shape (n, nq)."""
+    """Angles of all nq joints at each sample [rad], shape (n, nq)."""
     parts: tuple[TimedStage, ...]
     events: tuple[FingerEvent, ...]
     speed_scale: float = 1.0

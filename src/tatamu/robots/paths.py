@@ -61,9 +61,9 @@ class PlacedFold:
     source: Path
     """Folder of the fold."""
     hover: float = 0.0
-    """Height above the table at which the whole fold is done [m].
+    """Height by which the whole fold is raised above the table [m].
 
-    Above 0, the hands only show the fold and grasp nothing.
+    At the height 0, the hands fold the cloth. Above 0, they only show the fold and grasp nothing.
     """
 
     @property

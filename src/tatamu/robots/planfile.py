@@ -175,9 +175,10 @@ class PlanFile(OpenRecord):
     speed_scale: float = 1.0
     """Speed of the motion, relative to the highest speed that the robot and the fold allow."""
     hover: float = Field(0.0, ge=0)
-    """Height above the table at which the whole motion is made [m].
+    """Height by which the whole motion is raised above the motion that folds [m].
 
-    At the height 0, the motion folds the cloth. Above 0, the jaws stay open and there are no events.
+    At the height 0, the motion folds the cloth. Above 0, it only shows the fold: the jaws stay open and there are no
+    events.
     """
     stages: list[StageTime] = Field(default_factory=list)
     checks: dict[str, PlanCheck] = Field(default_factory=dict)

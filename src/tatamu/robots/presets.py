@@ -38,7 +38,10 @@ class Mount:
     y: float
     """y of the left foot [m]. x of the foot's own frame points forward."""
     yaw: float
-    """Yaw of the left foot [rad]: 0 if the arms are side by side, -pi / 2 if the left arm faces the right arm."""
+    """Yaw of the left foot [rad].
+
+    It is 0 if the arms are side by side, and -pi / 2 if the left arm faces the right arm.
+    """
     front: float
     """Position of the table's near edge along x of the base B [m]."""
     z: float = 0.0

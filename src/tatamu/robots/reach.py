@@ -46,7 +46,7 @@ ASKED = 80
 TRIED = 8
 """Largest number of hand orientations of an arm that are tested.
 
-The test ends earlier if CLEAR of them touch nothing.
+The test ends earlier if `CLEAR` orientations touch nothing.
 """
 
 
@@ -148,7 +148,7 @@ def _keep_clear(
     """Compute the distances of the most promising placements.
 
     Returns:
-        The quality of each of the n placements with the distances taken into account, shape (n,), and the number of the
+        Two arrays for n placements: the quality, which now depends on the distances, shape (n,), and the number of the
         chosen orientation of each arm's hand, shape (arms, n).
     """
     quality = np.min([arm.quality.max(axis=1) for arm in arms], axis=0)
@@ -171,7 +171,7 @@ def _keep_clear(
 def _alone(
     robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of those of h hand orientations with which the arm comes near the trunk, itself or the table.
+    """Lower the quality of hand orientations with which the arm comes near the trunk, itself or the table.
 
     The best orientations are tested first. The test stops when enough orientations touch nothing, or when too many have
     been tested. The remaining orientations count as impossible.

@@ -25,7 +25,7 @@ def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
     """Return the scene of a fold by the robot's hands.
 
     While the fingers close, all grippers of a hand are lifted by the same height. If a hand has several grippers, the
-    others are also pressed onto the first.
+    other grippers are also pressed onto the first gripper.
 
     Args:
         rehearsal: Motion of the robot.

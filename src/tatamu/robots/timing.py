@@ -32,7 +32,7 @@ class Timed:
     duration: float
     """Duration of the motion [s]."""
     angles: Callable[[np.ndarray], np.ndarray]
-    """Function from n times between 0 and `duration` [s] to the angles of k joints at these times [rad], shape (n, k).
+    """Function from n times between 0 and `duration` [s] to the angles of k joints [rad], shape (n, k).
     """
     parameter: Callable[[np.ndarray], np.ndarray]
     """Function from n times [s] to the path parameters s at these times, shape (n,)."""
@@ -78,8 +78,8 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
     Args:
         spline: The path q(s) of k joints [rad].
         rate: Upper bound on ds/dt.
-        speed: Speed limits of the joints [rad/s], shape (k,).
-        acceleration: Acceleration limits of the joints [rad/s^2], shape (k,).
+        speed: Speed limit of each of the k joints [rad/s], shape (k,).
+        acceleration: Acceleration limit of each of the k joints [rad/s^2], shape (k,).
 
     Raises:
         Untimed: If no motion along the path satisfies the limits.
