@@ -199,7 +199,7 @@ Crease it (optional): shows how much of a fold remains.                         
     def angle_of(self, positions: np.ndarray) -> float:
         """Return the angle by which the last row is bent [rad].
 
-        `positions` are those of all n vertices [m], shape (n, 3).
+        `positions` has the positions of all n vertices [m], shape (n, 3).
         """
         before, end = self.side(positions)[-2:]
         along, up = end - before

@@ -1,7 +1,8 @@
 """The readings of ruler, scale and board in `measurements.toml`. docs/guide/calibration.md shows each reading.
 
-    [garment] name, size, mass the garment and its mass [TEST]        its readings                    a table for each
-    test that was made: the modules of `registry` [errors] length, mass, H_s standard deviation of one reading
+    [garment]     name, size, mass                the garment and its mass
+    [TEST]        its readings                    a table for each test that was made: the modules of `registry`
+    [errors]      length, mass, H_s               standard deviation of one reading
 
 A reading is a number or a list of repeats. SI units: metres and kilograms.
 """

@@ -12,8 +12,8 @@ The coefficient grows with the bending length l_b divided by the overhang a, the
 It is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was fitted to
 simulations in which the disc was 1.7 or 2 times as wide as the plate. The stretch stiffness was 300 N/m.
 
-Where folds form is random. Therefore two discs are simulated side by side, and the mean of their results is used. The
-differences between the two discs, in all simulations, are counted in the uncertainty.
+The positions of the folds are random. Therefore two discs are simulated side by side, and the mean of their results is
+used. The differences between the two discs, in all simulations, are counted in the uncertainty.
 """
 
 from __future__ import annotations

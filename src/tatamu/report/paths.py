@@ -39,8 +39,7 @@ def plot(fold: Result) -> Plot:
 def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
     """Return name, colour, control points (4, 2) and path (f, 2) of each hand in the plane of the fold.
 
-    The path has f points, and the shapes are those of one hand. If both hands move equally, the result has a single
-    entry.
+    The path has f points. If both hands move equally, the result has a single entry.
     """
     arms = fold.arms
     paths = [_in_plane(fold.hand(arm) - np.array(arm.grasp.position)) for arm in arms]

