@@ -23,16 +23,16 @@ of a bending length would be too stiff against bending (docs/theory/bending.md).
 SHEAR = 34.0
 """Shear stiffness of a woven fabric [N/m].
 
-It is the median of the ten fabrics of Wang, O'Brien and Ramamoorthi 2011 at their smallest strain. This value equals
-0.6 gf/cm/degree, the unit of the tester KES-FB1.
+It is the median of the ten fabrics of Wang, O'Brien and Ramamoorthi 2011 at their smallest strain. In the unit of the
+tester KES-FB1, this value is 0.6 gf/cm/degree.
 """
 WARP, WEFT, TWIST = 1.265, 0.735, 1.62
 """Bending rigidities along the warp and along the weft, and rigidity against twist.
 
 All three are divided by the mean of the rigidities along warp and weft.
 
-They are medians of the 618 fabrics of Feng et al. 2022. In these fabrics, the rigidity of the stiffer direction is 1.72
-times the rigidity of the softer direction. The rigidity of strips at 45 degrees is 0.90 times the mean.
+The values are medians of the 618 fabrics of Feng et al. 2022. In these fabrics, the rigidity of the stiffer direction
+is 1.72 times the rigidity of the softer direction. The rigidity of strips at 45 degrees is 0.90 times the mean.
 """
 
 FRICTION = 22.0

@@ -244,7 +244,7 @@ class Sliding:
     samples: tuple[tuple[float, float], ...]
     """All simulated pairs of a coefficient and the resulting speed [m/s]."""
     bound: str | None = None
-    """Whether the coefficient is only a bound of the true coefficient; None if it is not a bound.
+    """Kind of bound if the search only bounds the coefficient; None if the search determines the coefficient.
 
     It is "at least" if the sheet slides even at the largest coefficient that is tried. It is "at most" if the sheet
     stays even without friction.

@@ -19,7 +19,10 @@ from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, n
 from tatamu.presentation.page import render
 
 ROOM = 1.6
-"""Factor of the margin around a chart's points. It is so large that a logarithmic axis always has a number."""
+"""Factor of the margin around a chart's points.
+
+With this margin, a logarithmic axis always has at least one labelled value.
+"""
 
 
 @dataclass(frozen=True)

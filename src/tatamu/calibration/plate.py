@@ -44,7 +44,10 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 
 HALF, POWER = 0.2545, 2.95
-"""Bending length divided by overhang at DC = 1/2, and the power by which DC / (1 - DC) grows with this ratio.
+"""The two numbers in the formula at the top of the module.
+
+The first number is the bending length divided by the overhang at DC = 1/2. The second number is the exponent of this
+ratio.
 
 DC is the drape coefficient.
 """

@@ -71,13 +71,13 @@ class CalibrationTest(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Tests whose results this test needs."""
     needs_because: ClassVar[str] = ""
-    """Reason why this test needs other tests. It is read after the word "as"."""
+    """Reason why this test needs other tests. In a sentence, this text follows the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
     """Tests that replace this test, because a material cannot have this test's parameter together with their
     parameters.
     """
     yields_because: ClassVar[str] = ""
-    """Reason why other tests replace this test. It is read after the word "as"."""
+    """Reason why other tests replace this test. In a sentence, this text follows the word "as"."""
     instructions: ClassVar[str]
     """Instructions for measuring. `$NAME` stands for the number of the test NAME in the guide."""
     read: ClassVar[str]

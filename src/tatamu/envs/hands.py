@@ -120,7 +120,8 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         Args:
             seed: Random seed for the disturbances of this and the following episodes; None to continue the random
                 sequence.
-            options: May have the entry "world": values of disturbances by their names. Then no disturbances are drawn.
+            options: May have the entry "world": values of disturbances by their names. With this entry, no disturbances
+                are drawn.
         """
         super().reset(seed=seed)
         given = (options or {}).get("world")

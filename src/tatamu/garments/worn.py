@@ -33,11 +33,15 @@ at most GENTLE, and 95 % by at most MOST. If more than 5 % of the edges change b
 user to check the garment."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
-"""Largest median of the relative differences between edges in the mesh and in the UV map, with one scale for all
-panels. With a larger median, the UV map is not the sewing pattern."""
+"""Limit for the median of the relative differences between edges in the mesh and in the UV map.
+
+The edges are compared with one scale for all panels. With a larger median, the UV map is not the sewing pattern.
+"""
 DEVELOPABLE = 0.01
-"""Largest median of the relative differences between edges in the mesh and in the UV map, with separate scales along u
-and v. With a larger median, one scale is used for both directions."""
+"""Limit for the median of the relative differences between edges in the mesh and in the UV map.
+
+The edges are compared with separate scales along u and v. With a larger median, one scale is used for both directions.
+"""
 SQUARE = 0.3
 """Difference from the common scale below which the scales along u and v count as equal [%]."""
 ROUNDS = 5

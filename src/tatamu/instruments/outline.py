@@ -1,8 +1,8 @@
 """Computes the outline of a draped disc of cloth from above, and measures of this outline.
 
 A disc of cloth hangs over a round plate. Seen from above, its hem is a curve r(phi): the distance r from the plate's
-axis at the angle phi. The drape coefficient DC (Cusick 1968; BS 5058, ISO 9073-9) compares three areas: the area inside
-the outline, the flat specimen, and the plate:
+axis at the angle phi. The drape coefficient DC (Cusick 1968; BS 5058, ISO 9073-9) compares three areas. They are the
+area inside the outline, the flat specimen, and the plate:
 
     DC = (A_outline - A_plate) / (A_specimen - A_plate)
 

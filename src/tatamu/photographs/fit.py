@@ -29,7 +29,7 @@ TIE = 0.001
 STRETCH = 0.02
 """Penalty for changed proportions [m], because a pose that keeps the proportions is more probable.
 
-It is added to the score of a pose for each change of the logarithm of length over width by 1.
+This value is added to the score of a pose if the logarithm of length over width changes by 1.
 """
 CORRELATED = 0.05
 """Length along an outline within which the errors of points are correlated [m]."""

@@ -36,7 +36,10 @@ class Chain:
     """
 
     offsets: np.ndarray
-    """Offsets at rest from the base B to the first joint, then from joint to joint, in B [m], shape (k, 3)."""
+    """Offsets between neighbouring joints at rest, in B [m], shape (k, 3).
+
+    The first offset is from the base B to the first joint.
+    """
     axes: np.ndarray
     """Unit vectors of the joint axes at rest, in the base B, shape (k, 3)."""
     rest: np.ndarray

@@ -81,7 +81,7 @@ class Hold:
         is z of T, has the direction (sin tilt, 0, -cos tilt). The jaw opens along y of T, which has the direction (cos
         tilt, 0, sin tilt). In the second step, the jaw is rotated about z of B by `heading` and `yaw`.
 
-        `heading` is the direction in which the hand folds, as an angle about z from x of B [rad].
+        `heading` is the direction in which the hand folds [rad]. It is an angle about z, measured from the x axis of B.
         """
         cosine, sine = np.cos(self.tilt), np.sin(self.tilt)
         across = np.array([[0.0, cosine, sine], [1.0, 0.0, 0.0], [0.0, sine, -cosine]])
@@ -103,7 +103,7 @@ class Hold:
 
         Args:
             jaw: The hand's jaw.
-            heading: Direction in which the hand folds, as an angle about z from x of B [rad].
+            heading: Direction in which the hand folds [rad]. It is an angle about z, measured from the x axis of B.
             over: Height of the simulated hand above the table at the grasp [m].
         """
         across = jaw.depth * np.array([np.cos(heading), np.sin(heading)])
@@ -116,7 +116,10 @@ class Grip:
 
     jaw: Jaw
     heading: float
-    """Direction in which the hand folds, as an angle about z from x of the fold's frame F [rad]."""
+    """Direction in which the hand folds [rad].
+
+    It is an angle about z, measured from the x axis of the fold's frame F.
+    """
     over: float
     """Height of the simulated hand above the table at the grasp [m]."""
 
@@ -237,7 +240,10 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
 
 
 def _heading(points: np.ndarray) -> float:
-    """Return the direction in which the hands move, as an angle about z from x of the fold's frame F [rad]."""
+    """Return the direction in which the hands move [rad].
+
+    It is an angle about z, measured from the x axis of the fold's frame F.
+    """
     x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
     return float(np.arctan2(y, x))
 

@@ -43,7 +43,7 @@ def into(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:
     """Return the unit quaternion w, x, y, z of a rotation (3, 3), with w >= 0.
 
-    It is the eigenvector of the largest eigenvalue of a matrix (Bar-Itzhack 2000).
+    The quaternion is the eigenvector that belongs to the largest eigenvalue of a matrix (Bar-Itzhack 2000).
     """
     (a, b, c), (d, e, f), (g, h, i) = rotation
     symmetric = np.array(

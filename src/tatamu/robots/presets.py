@@ -105,7 +105,9 @@ def _feet(mount: Mount) -> dict[str, np.ndarray]:
 
 
 def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
-    """Return the arm in the pose in which its jaw opens along x of the base B, across the edge of the cloth.
+    """Return the arm in a pose in which its jaw opens along x of the base B.
+
+    This direction is at right angles to the edge of the cloth.
 
     If the last joint does not turn about the approach, the arm stays in its ready pose.
     """

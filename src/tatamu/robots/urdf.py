@@ -29,7 +29,7 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
 
     Args:
         path: The file, for messages.
-        root: Root element of the file. It is changed.
+        root: Root element of the file. The function changes this element.
         keep: Function from the name of a mesh file in the URDF to its name for MuJoCo.
 
     Raises:
