@@ -112,7 +112,10 @@ def check_names(specification: DatasetSpecification) -> None:
 
 
 def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
-    """Return the largest subject with these names that may be drawn."""
+    """Return the subject with the largest size that may be drawn for these names.
+
+    A subject is a garment and a step of a fold plan.
+    """
     drawn = specification.drawn_garment
     return Subject(
         garment=garment,

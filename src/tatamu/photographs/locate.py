@@ -30,8 +30,10 @@ With a larger difference, the cloth is another garment, or is only partly visibl
 MOST_TURNED = 2
 """Largest number of corners that may be turned in. With more turned corners, the cloth counts as another garment."""
 UNLIKE = 0.010
-"""Largest usual distance between the found outline and the garment's outline [m]. With a larger distance, the cloth is
-another garment or has wrinkles."""
+"""Limit for the root mean square distance between the found outline and the garment's outline [m].
+
+With a larger distance, the cloth is another garment or has wrinkles.
+"""
 
 
 def locate(

@@ -30,7 +30,8 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
     Args:
         errors: Errors e_i of the n vertices [m], shape (n,).
         width: Width of a bin [m].
-        end: End of the axis [m]. If errors are larger, the axis is longer. None to end the axis at the largest error.
+        end: End of the axis [m]. If errors are larger, the axis is longer. With None, the axis ends at the largest
+            error.
     """
     last = int(np.floor(max(float(errors.max()), end or 0.0) / width)) + 1
     counts = np.bincount((errors / width).astype(int), minlength=last)

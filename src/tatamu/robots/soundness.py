@@ -36,7 +36,9 @@ SAME_POSE = 1e-6
 FOLLOWS = 1e-3
 """Largest allowed violation of an equality of the model [m, rad]."""
 LEAST_RANK = 1e-4
-"""Smallest singular value of the Jacobian that a usable arm must exceed in some configuration.
+"""Limit for the smallest singular value of the Jacobian.
+
+A usable arm must exceed this limit in at least one configuration.
 
 See `Chain.singularity`.
 """
