@@ -10,7 +10,7 @@ NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
 .PHONY: help learn blender test test-slow oldest lint wheel docs learning search holds earned coarser loop loop-closed \
-        times folds garments calibration validate real-cloth robots photographs foreign own-garments golden tangle \
+        times folds garments calibration validate real-cloth robots presets photographs foreign own-garments golden tangle \
         locking statics bench cluster datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
 help:  ## this list
@@ -119,6 +119,13 @@ robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
 	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
 	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
+
+presets: $(DEV)  ## the robots that tatamu knows against the models of their makers, from PyPI, 1 GB
+	rm -rf .models && mkdir .models
+	$(BIN)/python -m pip install --quiet --no-deps --target .models example-robot-data==6.0.0 robosuite==1.5.2 gym-aloha==0.1.5
+	$(BIN)/python -m pip download --quiet --no-deps --no-binary :all: --dest .models openarm-mujoco==2.3.0
+	tar -xzf .models/openarm_mujoco-2.3.0.tar.gz -C .models
+	TATAMU_MODELS=.models $(BIN)/python -m pytest -q tests/robots/test_presets.py
 
 photographs: $(DEV)  ## the tables of docs/notes/photographs.md and the guide's pictures: where cloth lies, how folds ended; a quarter of an hour
 	$(BIN)/python -m benchmarks.photographs --write-docs

@@ -41,7 +41,7 @@ CLIENT_KILLED_AT = (0.3, 0.6)
 DATABASE_RESTARTED_AT = ((0.2, "fast"), (0.5, "immediate"))
 """Fractions of all studies after which the database is restarted, and the ways in which PostgreSQL is stopped."""
 ROUNDS = 3
-"""Number of rounds of a measurement. Only the fastest round counts, because other programs may slow a round."""
+"""Number of rounds of a measurement. Only the fastest round counts, because other programs may slow down a round."""
 CALLS = 30
 """Number of calls per worker in a round; a call only sleeps."""
 TOGETHER = 16
@@ -150,7 +150,10 @@ class Cluster:
         return self._start("dask", "worker", self.address, "--nworkers", "1", "--nthreads", "1", *own, *HERE)
 
     def kill_one(self, chance: random.Random) -> bool:
-        """Kill the worker of a random nanny, the process that supervises a worker. Return whether it had a worker."""
+        """Kill the worker of a random nanny, the process that supervises a worker.
+
+        Return whether this nanny had a worker.
+        """
         lists = Path(f"/proc/{chance.choice(self._workers).pid}/task").glob("*/children")
         children = [int(word) for path in lists for word in path.read_text().split()]
         working = [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
@@ -175,7 +178,7 @@ class Cluster:
 
 @dataclass
 class Storm:
-    """Numbers of workers and clients that were killed and of databases that were restarted, and the whole time [s]."""
+    """Numbers of workers and clients that were killed, number of restarts of the database, and whole time [s]."""
 
     workers: int = 0
     databases: int = 0
@@ -230,7 +233,7 @@ def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> S
 
 
 def proof(studies: int) -> str:
-    """Return a table that compares a sweep under these failures with an undisturbed sweep."""
+    """Return a table that compares two sweeps: a sweep during which processes are killed, and an undisturbed sweep."""
     with TemporaryDirectory() as folder, postgres.running() as server:
         file = sweep_file(Path(folder), studies)
         calm = start(file, Path(folder) / "calm", "--at-a-time", "4")  # runs at the same time on one core
@@ -262,7 +265,7 @@ def proof(studies: int) -> str:
 
 
 def nap(seconds: float) -> float:
-    """Sleep for a time [s], and return this time. The call stands for a simulation."""
+    """Sleep for a time [s], and return this time. The call takes the place of a simulation."""
     time.sleep(seconds)
     return seconds
 
@@ -337,7 +340,7 @@ def overhead() -> str:
 
 
 def busy() -> str:
-    """Return a table with the load of 64 workers of one thread each, in four processes. The calls only sleep."""
+    """Return a table with the load of 64 workers with one thread each, in four processes. The calls only sleep."""
     share, _, here = napped(64 // TOGETHER, TOGETHER, rollout())
     row = {
         "workers": "64",

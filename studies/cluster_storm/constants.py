@@ -1,4 +1,4 @@
-"""Measures time, messages and bytes of a trial, and computes from them what 1,000 workers need."""
+"""Measures the time, the messages and the bytes that a trial takes, and computes from them what 1,000 workers need."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tatamu.study.store import StudyStore
 
 WORKERS = 1000
 SECONDS = 1.0
-"""Time of a simulation on the cluster for which the needs are computed [s]."""
+"""Assumed time of a simulation on the cluster [s]."""
 CALLS = 200
 STUDIES = 50
 """Number of trials of a study."""

@@ -1,4 +1,7 @@
-"""Tests the paper's claims about its results on the results of this study. Every answer is a defined number."""
+"""Tests whether the paper's claims about its results are also true for the results of this study.
+
+Each test computes a number that is defined in advance.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ class Moment:
     mean_vertex_distance: float
     """Mean of the vertex errors e_i, Eq. (12), as a median over the seeds [m]."""
     slip: float
-    """Slip of the part that should lie still, as a median over the seeds [m]."""
+    """Slip of the part of the cloth that should not move, as a median over the seeds [m]."""
     trajectory_length: float
     """Length l_x of a hand's path, as a median over the seeds [m]."""
 
@@ -38,10 +41,14 @@ class Claims:
     seeds: int
     moments: list[Moment]
     moved_left: int
-    """Number of seeds whose mean vertex error never rises between moments, and is smaller at the end."""
+    """Number of seeds whose mean vertex error never rises from one moment to the next, and is smaller at the end than
+    at first.
+    """
     peaks: list[float]
-    """Separation (Ashman's D) of two groups of vertex errors, for each seed. The first group is the moving part of the
-    cloth, and the second group is the part that should lie still."""
+    """Separation (Ashman's D) of two groups of vertex errors, for each seed.
+
+    The first group belongs to the moving part of the cloth, and the second group to the part that should not move.
+    """
     slipped_less: int
     """Number of seeds whose best fold slips less than their first trial."""
 
@@ -82,8 +89,8 @@ def separation(fold: Result) -> float:
     The groups are the errors of the upper part and of the lower part of the cloth. In the paper, the errors have two
     peaks, because a lower part had slipped under a correct upper part.
 
-    Here m is the median of a group. The spread s is the median absolute deviation, scaled to a normal distribution.
-    With these robust values, the loop between both parts, which has large errors, has little influence.
+    Here m is the median of a group. The spread s is the median absolute deviation, scaled to a normal distribution. The
+    loop of cloth between both parts has large errors. Because medians are used, these errors have little influence.
     """
     lower = np.linalg.norm(fold.target - fold.start, axis=1) < 1e-6
     if not lower.any() or lower.all():

@@ -22,15 +22,20 @@ from tatamu.simulators import named
 from tatamu.study import Places, Progress, Result, learn
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
-"""Fold of each garment. Fig. 5 of the paper shows a fold for each garment, but not the direction of the fold."""
+"""Fold of each garment.
+
+Fig. 5 of the paper shows a fold for each garment, but does not show the direction of the fold.
+"""
 SPACING = 0.02
-"""Edge length ("spacing") of every mesh [m]. The paper does not state it, although the cloth of Tables I and II depends
-on it."""
+"""Edge length ("spacing") of every mesh [m].
+
+The paper does not state this length, although the properties of the cloth in Tables I and II depend on it.
+"""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """The choices of a run. They have defaults where the paper states nothing."""
+    """The choices of a run. If the paper does not state a choice, it has a default."""
 
     simulator: str = "blender"
     garments: tuple[str, ...] = tuple(FOLDS)

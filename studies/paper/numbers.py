@@ -1,6 +1,7 @@
 """Writes the tables of docs/notes/reproduction.md.
 
-They show the cloth of the paper's Tables I and II in Blender, the time of its simulation, and the results of a run.
+The tables show how the paper's cloth (Tables I and II) behaves in Blender, the time of its simulation, and the results
+of a run.
 
     python -m studies.paper.numbers [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
 """
@@ -51,8 +52,8 @@ def stiffness(material: Material, spacing: float, length: float = 0.6) -> float:
 def bending_length(material: Material, spacing: float) -> float:
     """Return the bending length l_b [m] of simulated cloth.
 
-    It is found from a strip that is fixed at its middle row and hangs down on both sides. Each side is as long as four
-    edges of the mesh.
+    A strip of the cloth is fixed at its middle row and hangs down on both sides. The bending length follows from the
+    shape of the sides. Each side is as long as four edges of the mesh.
     """
     length = 4 * spacing
     flat, faces = staggered_rectangle(0.3, 2 * length, spacing)
@@ -108,7 +109,7 @@ def times() -> list[Row]:
 
 
 def spent(scene: Scene) -> float:
-    """Return the processor time of Blender for starting, simulating a scene and ending [s]."""
+    """Return the processor time of Blender from its start to its end, while it simulates a scene [s]."""
     WORKERS.close()
     before = sum(os.times()[2:4])
     simulate(scene, "blender")

@@ -1,6 +1,7 @@
 """Writes the page of the repeated experiment.
 
-The page has the paper's Fig. 5, Fig. 6, Tables I and II, medians over the seeds, and answers to the paper's claims.
+The page repeats Fig. 5, Fig. 6, Table I and Table II of the paper. It also has medians over the seeds, and tests of the
+paper's claims.
 """
 
 from __future__ import annotations

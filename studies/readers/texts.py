@@ -23,7 +23,7 @@ END = re.compile(
     """,
     re.VERBOSE,
 )
-"""Regular expression for the space between two sentences."""
+"""Regular expression that finds the space between two sentences."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def _page(path: Path) -> Text:
 
 
 def _shown(markdown: str) -> str:
-    """Return a paragraph as a browser shows it, which is without the addresses of links."""
+    """Return a paragraph as a browser shows it. The addresses of links are left out."""
     return re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", markdown)
 
 

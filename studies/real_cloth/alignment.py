@@ -1,13 +1,13 @@
 """Computes distances between predicted nodes of a cloth and the nodes that a camera saw.
 
-The camera may be displaced: its position and direction may differ from the assumed ones. Then all nodes are seen with
-the same rotation R and the same translation t,
+The camera may be displaced: its position and direction may differ from the assumed position and direction. Then all
+nodes appear rotated by the same rotation R and shifted by the same translation t,
 
     y = R x + t
 
 Here x is the real position of a node, and y is the position at which it is seen. Both are relative to the middle of the
-bar that holds the cloth. R and t are found by least squares. R, t and the remaining distance follow from sums over all
-pairs of x and y (Kabsch 1976). Therefore, only these sums are kept of a simulation.
+bar that holds the cloth. R and t are found by least squares. R, t, and the remaining distance between R x + t and y
+follow from sums over all pairs of x and y (Kabsch 1976). Therefore, only these sums are stored for a simulation.
 """
 
 from __future__ import annotations

@@ -2,9 +2,10 @@
 
     python -m studies.real_cloth.asked_rigidity --data DATA --out runs/real-cloth [--write-docs]
 
-The fabrics and the model are those for which the test "drape" states goals. All rigidities of a fabric are multiplied
-by a factor, and its hysteresis is not changed. The factor that gives the measured drape coefficient is found by
-interpolation. This factor helps to explain the error of a prediction. It is not used in predictions.
+The fabrics are the fabrics of the test "drape". The model is the model that this test compares with its goals. All
+rigidities of a fabric are multiplied by a factor. The hysteresis of the fabric is not changed. The factor that gives
+the measured drape coefficient is found by interpolation. This factor helps to explain the error of a prediction. It is
+not used in predictions.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ Row = dict[str, str]
 
 
 def swept(each: MeasuredDrape, model: DrapeModel, bench: Bench) -> list[Draped]:
-    """Simulate the drape of a fabric with each factor of the rigidity."""
+    """Simulate the drape of a fabric with each factor in `FACTORS`."""
     groups = [
         drape.experiments(
             f"{each.fabric.name}, {factor:g} times as stiff",

@@ -1,7 +1,7 @@
 """Simulates each experiment with real cloth once, and keeps its reading in a folder.
 
-The file name of a reading is a digest of the scene, of the kind of reading and of the simulator's source code. So a new
-version of the simulator makes new readings. An interrupted run can be resumed.
+The file name of a reading is a digest of the scene, of the kind of reading and of the simulator's source code. If the
+simulator's code changes, the experiment is therefore simulated again. An interrupted run can be resumed.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
-"""Evaluates the damping of a cloth that a robot swings: the uncertainty of the measured decrements, and laws of air.
+"""Evaluates the damping of a cloth that a robot swings, and compares the damping with laws of air.
 
     python -m studies.real_cloth.decrement --data DATA [--write-docs]
 
-The logarithmic decrement describes how fast a swing decays. The table has the measured decrements at several
-amplitudes, with their scatter, which is estimated by bootstrap over the recordings. For comparison, the table has the
-decrements of a stiff plate with several laws of air. The drag is linear, quadratic, or larger after the motion turns.
+The logarithmic decrement describes how fast a swing decays. The result is a table. It has the measured decrements at
+several amplitudes, and their scatter, which is estimated by bootstrap over the recordings. For comparison, the table
+has the decrements of a stiff plate with several laws of air. In these laws, the drag is linear, quadratic, or larger
+just after the motion has changed its direction.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ Row = dict[str, str]
 
 
 def faded(recordings: list[Recording], signals: list[np.ndarray]) -> list[np.ndarray]:
-    """Return the amplitudes [m] and decrements of the free swings of each recording, shape (k, 2) each."""
+    """Return the amplitudes [m] and decrements of the free swings in each recording, shape (k, 2) for k swings."""
     found = [free_swings(recording, signal) for recording, signal in zip(recordings, signals, strict=True)]
     return [
         np.array([(one.amplitude, one.decrement) for one in each if np.isfinite(one.decrement)]).reshape(-1, 2)

@@ -18,8 +18,10 @@ from tatamu.rollout import Rollout
 from tatamu.simulators import capabilities
 
 EARLIER = 5
-"""Number of frames (half a second) between an earlier shape and the reading. Their difference shows whether the cloth
-still moves."""
+"""Number of frames (half a second) between an earlier shape and the reading.
+
+The difference between both shapes shows whether the cloth still moves.
+"""
 TURN = np.linspace(0.0, 2.0 * np.pi, 181)
 
 
@@ -47,7 +49,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Draped:
-    """The repeats of a simulated drape, without repeats that failed."""
+    """The results of all repeats of a simulated drape, except repeats that failed."""
 
     size: Size
     outlines: Sequence[PlanOutline]
@@ -110,7 +112,7 @@ class Draped:
 
 
 class Needing(Protocol):
-    """The interface of models of fabrics that need capabilities of a simulator."""
+    """The interface of models that need certain capabilities of a simulator."""
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -121,7 +123,7 @@ Model = TypeVar("Model", bound=Needing)
 
 
 def known_to(simulator: str, models: Sequence[Model]) -> list[Model]:
-    """Return those of the models that a simulator can simulate."""
+    """Return the models that a simulator can simulate."""
     able = capabilities(simulator)
     return [model for model in models if all(getattr(able, name, False) for name in model.needs)]
 

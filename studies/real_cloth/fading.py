@@ -34,7 +34,7 @@ def free_swings(recording: Recording, swing: np.ndarray) -> list[FreeSwing]:
 
 
 def free_motion(signals: Sequence[np.ndarray], measured: Sequence[Recording]) -> tuple[float, np.ndarray, int]:
-    """Return the median period [s], the decrements at `AMPLITUDES` and the number of periods of free swings."""
+    """Return the median period of free swings [s], their decrements at `AMPLITUDES`, and the number of periods."""
     found = [each for recording, swing in zip(measured, signals, strict=True) for each in free_swings(recording, swing)]
     fading = [each for each in found if np.isfinite(each.decrement)]
     if len(fading) < 3:
@@ -46,7 +46,7 @@ def free_motion(signals: Sequence[np.ndarray], measured: Sequence[Recording]) ->
 def decrement_line(fading: np.ndarray) -> np.ndarray:
     """Return the decrements at `AMPLITUDES`, from a straight line of decrement over amplitude.
 
-    The line is fitted to the amplitudes [m] and decrements of periods, shape (k, 2).
+    The line is fitted to the measured amplitudes [m] and decrements of k periods, shape (k, 2).
     """
     amplitudes, decrements = fading.T
     return np.asarray(np.polyval(np.polyfit(amplitudes, decrements, 1), np.array(AMPLITUDES)))

@@ -1,7 +1,7 @@
 """Fits the effects of air, drag and added mass, to swings of a cloth.
 
-Only the effects divided by the areal density of the cloth can be found. There are several laws of air, with one or more
-fitted numbers.
+The areal density of the cloth is unknown, so only the effects divided by this density can be found. There are several
+laws of air, with one or more fitted numbers.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ START = (0.5, 1.0, 6.0)
 START_TURNING = (0.5, 0.3, 4.0)
 """Added mass, linear drag and turning drag at the start of a fit, divided by the density of the cloth."""
 START_SIZE = (0.3,)
-"""Density of the cloth at the start of a fit in which it is the only number [kg/m^2]."""
+"""Density of the cloth at the start of a fit in which the density is the only fitted number [kg/m^2]."""
 STEP = 0.1
 """Step for numerical derivatives in a fit, as a fraction of the starting value."""
 EVALUATIONS = 3
@@ -39,7 +39,9 @@ def fit(
     law: Callable[[np.ndarray], AirLaw],
     start: Sequence[float],
 ) -> AirLaw:
-    """Fit a law of air to the swings of recordings by least squares, in which outliers count less.
+    """Fit a law of air to the swings of recordings by least squares.
+
+    Large errors may be outliers, so they count less than their square.
 
     Args:
         predict: Function that returns the swings of all recordings for a law of air.
@@ -70,12 +72,12 @@ def fit(
 
 
 def steady(numbers: np.ndarray) -> AirLaw:
-    """Return a law of air with added mass, linear drag and quadratic drag, from these three numbers."""
+    """Return a law of air from three `numbers`: added mass, linear drag and quadratic drag."""
     return AirLaw(*(float(value) for value in numbers))
 
 
 def linear(numbers: np.ndarray) -> AirLaw:
-    """Return a law of air with linear drag alone, from this number."""
+    """Return a law of air that has only linear drag; `numbers` has this drag as its only entry."""
     return AirLaw(linear=float(numbers[0]))
 
 
@@ -89,7 +91,7 @@ def of_size(numbers: np.ndarray) -> AirLaw:
 
 
 def turning(numbers: np.ndarray) -> AirLaw:
-    """Return a law of air with added mass, linear drag and turning drag, from these three numbers."""
+    """Return a law of air from three `numbers`: added mass, linear drag and turning drag."""
     added_mass, drag, around = (float(value) for value in numbers)
     return AirLaw(added_mass, drag, 0.0, around)
 
@@ -106,7 +108,7 @@ def said(air: AirLaw) -> str:
 
 
 def said_by_size(air: AirLaw) -> str:
-    """Return the numbers of a law from `of_size` as text, with the density of the cloth for which it was made."""
+    """Return the numbers of a law from `of_size` as text, with the density of the cloth for which the law was made."""
     return f"density {RECTANGLE / air.added_mass:.2f} kg/m²; air by size: {said(air)}"
 
 

@@ -1,7 +1,7 @@
 """Fits the bending rigidity of fabrics for which it was not measured.
 
-The rigidity is fitted to the measured drape coefficient. The anisotropy, the ratio of the rigidities along warp and
-weft, may be fitted as well, to the elliptical shape of the hem. For the fit, drapes are simulated with several
+The rigidity is fitted to the measured drape coefficient. The anisotropy is the ratio of the rigidities along warp and
+weft. It may be fitted as well, to the elliptical shape of the hem. For the fit, drapes are simulated with several
 rigidities and, if needed, several anisotropies. The fitted values are interpolated between these simulations.
 """
 
@@ -30,7 +30,7 @@ TYPICAL = WARP / WEFT
 ANISOTROPIES = (1.0, TYPICAL, 3.0)
 """Anisotropies with which drapes are simulated for a fit. In Feng et al. 2022, 18 % of 618 fabrics have 3 or more."""
 ELLIPSE = 2
-"""Number of the hem's harmonic that an anisotropy causes."""
+"""Order of the harmonic of the hem that an anisotropy causes."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,14 @@ class FittedModel:
     """Function that returns the material of a fabric with a given anisotropy, the ratio of rigidities along warp and
     weft."""
     anisotropies: Sequence[float] = (TYPICAL,)
-    """Anisotropies with which drapes are simulated for a fit. A single value is assumed, not fitted."""
+    """Anisotropies with which drapes are simulated for a fit.
+
+    If there is only one value, it is assumed and not fitted.
+    """
     waviness: float = 0.0
     """Standard deviation of the height of wavy unstrained cloth [m]; 0 for flat cloth."""
     times: int = 1
-    """Factor by which this model has more repeats than other models."""
+    """Number of repeats of this model, divided by the number of repeats of other models."""
     needs: tuple[str, ...] = ()
     """Names of the capabilities that a simulator must have for this model."""
     rigidities: Sequence[float] = RIGIDITIES

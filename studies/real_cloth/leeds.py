@@ -1,9 +1,10 @@
-"""Predicts the drape of eleven fabrics, with one or two fitted numbers per fabric.
+"""Predicts the drape of eleven fabrics, with one or two numbers per fabric that are fitted to the drape.
 
 The measured outlines are from Gong, Mao and Wang (CVPR 2024), University of Leeds. The shape of a drape depends only on
-the ratio of bending rigidity to density, B / rho, which was not measured. It is fitted to the mean drape coefficient of
-a fabric. The last model also fits the ratio of the rigidities along warp and weft, to the second harmonic of the hem.
-All other properties of the hem are predicted, such as the number of its folds (nodes), their amplitude and wavelength.
+the ratio of bending rigidity to density, B / rho, which was not measured. This ratio is fitted to the mean drape
+coefficient of a fabric. The last model fits a second number to the second harmonic of the hem: the ratio of the
+rigidities along warp and weft. All other properties of the hem are predicted, such as the number of its folds (nodes),
+their amplitude and wavelength.
 """
 
 from __future__ import annotations
@@ -190,7 +191,10 @@ def _summary(predicted: PredictedHems, measured: Sequence[MeasuredHems]) -> Line
 
 
 def _nodes(measured: Sequence[MeasuredHems], predictions: Sequence[PredictedHems]) -> list[Line]:
-    """Return a table of the number of nodes, measured and for each model, with the hem's amplitude in brackets [mm]."""
+    """Return a table with the measured number of nodes, and the number that each model predicts.
+
+    The amplitude of the hem [mm] is in brackets.
+    """
 
     def told(drawn: Draped) -> str:
         return f"{drawn.nodes:.1f} ({1e3 * drawn.amplitude:.1f})"

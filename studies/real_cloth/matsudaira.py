@@ -1,8 +1,8 @@
 """Predicts the drape of four fabrics from their measured bending rigidity, without any fit.
 
 The measurements are by Matsudaira et al. 2015 (J. Textile Eng. 61(6) 69-73, doi 10.4188/jte.61.69). They are the
-rigidity from a KES-FB2 tester, the drape coefficient and the number of nodes, the folds of the hem. The size of the
-specimens is not stated, so both standard sizes are simulated.
+rigidity from a KES-FB2 tester, the drape coefficient, and the number of nodes, which are the folds of the hem. The size
+of the specimens is not stated, so both standard sizes are simulated.
 """
 
 from __future__ import annotations
@@ -74,8 +74,11 @@ def judged(known: Sequence[DrapeModel]) -> int:
 
 
 NEAR, NEARER, MOST_NODES = 8.0, 3.0, 1.0
-"""Goals for errors: the errors of all drape coefficients are at most NEAR [percentage points]. The errors of two
-coefficients are at most NEARER. The errors of the numbers of nodes are at most MOST_NODES."""
+"""Largest errors that meet the goals.
+
+The errors of all drape coefficients must be at most NEAR [percentage points], and the errors of two of these
+coefficients at most NEARER. The errors of the numbers of nodes must be at most MOST_NODES.
+"""
 FEW = 3
 """Least number of nodes of a fabric that is compared with the goal for nodes. A specimen with fewer nodes does not
 drape, but only bends down on two sides."""

@@ -1,7 +1,7 @@
 """Predicts recordings of a square cloth that a robot swings, by Luque et al.
 
-Only the size of the cloth is known. Therefore the effects of air, divided by the density of the cloth, are fitted to
-six recordings. All other recordings are predicted.
+Only the size of the cloth is known, and the effects of air depend on its density. Therefore the effects of air divided
+by the density are fitted to six recordings. All other recordings are predicted.
 """
 
 from __future__ import annotations
@@ -43,13 +43,19 @@ FILE = "iri_cloth_motion.npz"
 SESSION = "2021_06_23"
 """Name of the recording session in which the robot's poses were recorded too."""
 LEFT_OUT = ("calibration", "blooper")
-"""Names of recordings that are left out. In the first, nothing moves. The authors say that the second failed."""
+"""Names of recordings that are left out.
+
+In the recording "calibration", nothing moves. The authors say that the recording "blooper" failed.
+"""
 FITTED = ("n13_traj8_1", "n7_traj9_2", "n4_traj8_1", "n7_traj9_3", "n13_traj10_1", "n13_traj11_1")
 """Names of the recordings to which the effects of air are fitted."""
 NO_AIR = AirLaw()
 PERIOD, DECREMENT, SWING, NOISE = 0.03, 0.15, 9.0, 1.25
-"""Goals for four errors: the relative error of the period, the relative error of the decrement, and the RMS error of
-the swing [mm]. The last is the RMS error of all nodes divided by the camera's noise."""
+"""Goals for four errors.
+
+Two goals are for relative errors: the error of the period, and the error of the decrement. Two goals are for RMS
+errors: the error of the swing [mm], and the error of all nodes, divided by the camera's noise.
+"""
 
 
 @dataclass(frozen=True)
@@ -202,7 +208,7 @@ def _plate(
 def _seen(recording: Recording, nodes: np.ndarray) -> tuple[Pairs, Pairs]:
     """Return the means over predicted and seen positions: for all nodes without the held edge, and for the lower edge.
 
-    The means are those that `Pairs` stores.
+    `Pairs` lists these means.
     """
     places, seen = nodes - recording.middle, recording.nodes - recording.middle
     free, lower = (recording.good[:, rows] for rows in (slice(None, -1), slice(1)))
@@ -282,7 +288,7 @@ def _goal(plate: Predicted, cloth: Predicted, measured: Sequence[Recording]) -> 
 def _charts(predictions: Sequence[Predicted], measured: Sequence[Recording]) -> list[Chart]:
     """Return a chart of the measured and predicted swings of a typical recording.
 
-    Of the recordings that were not used for fitting, it is the one with the median error.
+    It is the recording with the median error among all recordings that were not used for fitting.
     """
     held = _held_out(measured)
     off = _off(predictions[-1], measured)

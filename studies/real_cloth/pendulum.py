@@ -1,6 +1,6 @@
 """Computes the swing of a stiff plate that hangs from a moving bar in air, for comparison with cloth.
 
-The plate has the length L. Its angle phi solves the equation:
+The plate has the length L. Its angle phi from the vertical solves the equation:
 
     (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + max(c2, c3 s^(-1/3)) |u| u) r dr
     u = v + r phi'
@@ -14,7 +14,8 @@ All terms are divided by the areal density and the width of the plate. The symbo
 - s is the path of this point since u changed its sign.
 - g is the acceleration of gravity.
 
-The term with s is needed because the drag of a plate in small oscillations is several times the drag in steady motion.
+The term with s makes the drag larger just after the motion turns. It is needed because the drag of a plate in small
+oscillations is several times the drag in steady motion.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ from studies.real_cloth.recording import STEP, Recording
 from tatamu.material import GRAVITY
 
 PIECES = 8
-"""Number of pieces of the plate's height over which the drag is summed."""
+"""Number of pieces into which the plate is divided along its length to sum the drag."""
 SHORTEST = 1e-6
-"""Least value of the path since the velocity changed its sign [m]."""
+"""Least value that is used for the path s since the velocity changed its sign [m]."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class AirLaw:
 
 
 def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
-    """Return the swing of the plate's lower edge at the frames [m], shape (f,).
+    """Return the swing of the plate's lower edge at the f frames of the recording [m], shape (f,).
 
     Args:
         recording: Recording of the bar that moves the plate.
@@ -79,7 +80,9 @@ def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
 
 
 def plate_nodes(recording: Recording, swing: np.ndarray, length: float) -> np.ndarray:
-    """Return the positions of the camera's nodes at all frames, if the cloth is a stiff plate [m], shape (f, n, n, 3).
+    """Return the positions that the camera's nodes would have on a stiff plate [m], shape (f, n, n, 3).
+
+    There are f frames, and the camera's grid has n x n nodes.
 
     Args:
         recording: Recording of the robot that holds the plate.

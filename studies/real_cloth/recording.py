@@ -3,8 +3,8 @@
 They are by Luque et al. (Institut de Robotica i Informatica Industrial, Barcelona). A square cloth hangs by its upper
 edge from a bar in the robot's hand. A camera records a grid of nodes on the cloth at about 10 Hz. The robot records the
 pose of its tool at 20 Hz. The camera lags by about 0.3 s, and the lag varies by some tens of milliseconds between
-frames. Therefore the robot's poses drive the simulation. The time of each frame is corrected so that the two upper
-corners are seen where the robot holds them.
+frames. Because the camera's times are inexact, the robot's poses drive the simulation. The time of each frame is then
+corrected. With the corrected time, the camera sees the two upper corners of the cloth where the robot holds them.
 """
 
 from __future__ import annotations
@@ -46,10 +46,12 @@ class Recording:
 
     name: str
     times: np.ndarray
-    """Times of the frames on the camera's clock [s], shape (f,)."""
+    """Times of the f frames on the camera's clock [s], shape (f,)."""
     nodes: np.ndarray
-    """Positions of the nodes at each frame [m], shape (f, n, n, 3). Row 0 is the lower edge, and the last row is the
-    held edge. A node that the camera lost is NaN."""
+    """Positions of the n x n nodes at each of f frames [m], shape (f, n, n, 3).
+
+    Row 0 is the lower edge, and the last row is the held edge. A node that the camera lost is NaN.
+    """
     tool_times: np.ndarray
     """Times of the robot's poses [s], shape (k,), increasing."""
     tool_positions: np.ndarray
@@ -97,13 +99,13 @@ class Recording:
         return np.asarray(self.times - lag + CLOCKS[np.argmin(costs, axis=0)])
 
     def corners(self, times: np.ndarray) -> np.ndarray:
-        """Return the positions of both upper corners at times [s], according to the robot [m], shape (k, 2, 3)."""
+        """Return the positions of both upper corners at k times [s], according to the robot [m], shape (k, 2, 3)."""
         position, rotation = self.pose(times)
         held = self.grip[1]
         return np.stack([position + rotation.apply(held[k]) for k in (0, 1)], axis=1)
 
     def normal(self, times: np.ndarray) -> np.ndarray:
-        """Return the horizontal unit vector across the bar at times [s], shape (k, 3)."""
+        """Return the horizontal unit vector at right angles to the bar at k times [s], shape (k, 3)."""
         corners = self.corners(times)
         along = corners[:, 1] - corners[:, 0]
         across = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
@@ -122,7 +124,10 @@ class Recording:
 
     @cached_property
     def good(self) -> np.ndarray:
-        """Whether each node was seen correctly, shape (f, n, n). The camera lost or misplaced the other nodes."""
+        """Whether the camera saw each node correctly at each frame, shape (f, n, n).
+
+        Otherwise, it lost or misplaced the node.
+        """
         from_bar = self.nodes - self.middle
         padded = np.pad(from_bar, ((2, 2), (0, 0), (0, 0), (0, 0)), mode="edge")
         near = np.stack([padded[k : k + len(from_bar)] for k in range(5)])
@@ -130,9 +135,9 @@ class Recording:
         return np.asarray(np.linalg.norm(from_bar - usual, axis=3) <= OUTLIER)
 
     def swing_of(self, nodes: np.ndarray) -> np.ndarray:
-        """Return the swing: the distance of the lower edge from the upper edge, horizontally across the bar [m].
+        """Return the swing: the horizontal distance between lower and upper edge, at right angles to the bar [m].
 
-        The result has shape (f,).
+        The result has a value for each of the f frames, shape (f,).
 
         Args:
             nodes: Positions of the nodes at all frames [m], shape (f, n, n, 3).
@@ -154,7 +159,10 @@ class Recording:
 
     @cached_property
     def noise(self) -> float:
-        """Noise of the camera: RMS distance between the corners that it sees and the robot's corners [m]."""
+        """Noise of the camera [m].
+
+        It is the RMS distance between the upper corners as the camera sees them and as the robot holds them.
+        """
         off = np.linalg.norm(self.corners(self.clock) - self.nodes[:, -1, [0, -1]], axis=2)
         return float(np.sqrt(np.mean(off[self.good[:, -1, [0, -1]]] ** 2)))
 

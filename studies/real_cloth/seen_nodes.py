@@ -38,7 +38,7 @@ SIMULATOR = "native"
 LATENESS = np.arange(-0.1, 0.11, 0.02)
 """Shifts in time of the predicted motion that are tried [s]."""
 SHORTEST = 0.9
-"""Smallest height of the cloth that is tried, as a fraction of 0.3 m. The largest is 1.1."""
+"""Smallest height of the cloth that is tried, as a fraction of 0.3 m. The largest height that is tried is 1.1."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Seen:
     def pairs(self, height: float = 1.0) -> Pairs:
         """Return the means over predicted and seen positions, for all nodes except the held edge.
 
-        The predicted positions are multiplied by `height`, a fraction of the cloth's height.
+        The predicted positions are multiplied by `height`, the tried height of the cloth divided by its assumed height.
         """
         seen = self.seen[:, :-1]
         good = np.isfinite(seen).all(axis=3)
@@ -85,7 +85,10 @@ class Seen:
 
 
 Change = Callable[[Seen], np.ndarray]
-"""Function that returns the errors of a recording's nodes after a correction [m], shape (f, n, n, 3)."""
+"""Function that returns the errors of a recording's nodes after a correction [m], shape (f, n, n, 3).
+
+The recording has f frames, and the camera's grid has n x n nodes.
+"""
 
 
 def displaced(by: Displacement, height: float = 1.0) -> Change:
@@ -196,7 +199,10 @@ def table(measured: list[Seen]) -> list[dict[str, str]]:
 
 
 def narrower(measured: list[Seen]) -> str:
-    """Return a sentence on how much narrower the lower edge is than the held edge, as seen and as predicted."""
+    """Return a sentence that tells how much narrower the lower edge is than the held edge.
+
+    The sentence has two values: the value that the camera saw, and the predicted value.
+    """
     others = [each for each in measured if each.recording.name not in FITTED]
     seen, predicted = (1e3 * np.median([_narrower(nodes) for nodes in group]) for group in _both(others))
     return f"The lower edge is seen {seen:.0f} mm narrower than the bar; predicted are {predicted:.0f} mm."

@@ -69,7 +69,7 @@ class Sheet:
     def nodes(self, rollout: Rollout, late: float = 0.0) -> np.ndarray:
         """Return the simulated positions of the camera's nodes at all frames [m], shape (f, n, n, 3).
 
-        The simulated motion is made later by `late` [s].
+        The simulated motion is delayed by `late` [s]. There are f frames and n x n nodes.
         """
         moment = self.recording.clock - self.recording.path[0][0] - late
         frame = np.clip(moment * FRAMES, 0.0, len(rollout.times) - 1.001)

@@ -32,8 +32,11 @@ SIZE = (0.5, 1.0)
 TRIALS = 30
 """Number of trials of each study."""
 WORLDS = 30
-"""Number of disturbed simulations for each objective, divided equally over its seeds. In a disturbed simulation, all
-disturbances have random values."""
+"""Number of disturbed simulations for each objective.
+
+Each seed of the objective gets an equal number of simulations. In a disturbed simulation, all disturbances have random
+values.
+"""
 
 
 @dataclass(frozen=True)
@@ -184,14 +187,15 @@ def _disturbed(task: Task, result: Result, seed: int, count: int, bench: Bench) 
 def _ended_in(task: Task, parameters: dict[str, int | float], world: World) -> tuple[float | None, bool]:
     """Simulate a fold in a world, which is one random choice of all disturbances.
 
-    The result is the area error E_f [%], which is None if the simulation failed, and whether the fold succeeds.
+    The first result is the area error E_f [%]; None if the simulation failed. The second result is whether the fold
+    succeeds.
     """
     score = Nominal(task).in_world(parameters, world).score
     return (None, False) if score is None else (score.area_error, score.succeeds)
 
 
 def _mean(errors: list[float]) -> float:
-    """Return the mean of errors; NaN without errors. NaN is never small enough for a goal."""
+    """Return the mean of errors. The result is NaN if there are no errors, because NaN meets no goal."""
     return float(np.mean(errors)) if errors else float("nan")
 
 

@@ -6,8 +6,9 @@ The results are in docs/notes/search.md. The commands are:
     python -m studies.search --out runs/search --show [--write-docs]      tables of finished studies only
 
 Every simulation is kept in OUT/rollouts, and every study in OUT/studies, so an interrupted run can be resumed. All
-studies of a seed run before the next seed, so partial results can be shown at any time. Optuna's GPSampler needs torch,
-which tatamu does not install (`pip install torch`). Without torch, its row is left out.
+studies of a seed run before the studies of the next seed, so partial results can be shown at any time. Optuna's
+GPSampler needs torch, which tatamu does not install (`pip install torch`). Without torch, the row of GPSampler is left
+out of the tables.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ class Course:
     distances: list[float]
 
     def best(self, count: int) -> tuple[float, float]:
-        """Return the lowest objective of the first `count` trials, and the mean vertex distance of the best trial."""
+        """Return the lowest objective of the first `count` trials, and the mean vertex distance of this best trial."""
         place = int(np.argmin(self.objectives[:count]))
         return self.objectives[place], self.distances[place]
 

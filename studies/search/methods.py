@@ -24,8 +24,11 @@ from tatamu.search.optuna_search import OptunaSearch, RandomSearch, TPESearch
 FEW, MANY = 50, 134
 """Number of simulations in most searches, and in searches that need more simulations."""
 FAR = 2.0
-"""Limit of the excess C / span - 1 of bad trials, as a multiple of the lowest excess. It is used in `logarithms`, where
-the limit is at least 1."""
+"""Factor that defines bad trials in `logarithms`.
+
+The excess of a trial is C / span - 1. Trials count as bad if their excess is above this factor times the lowest excess,
+and above 1.
+"""
 
 Proposing = Callable[[Setting, int, int, Sequence[tuple[Any, Simulated]]], tuple[Any, Manipulation]]
 """Function that proposes a trial. It gets the setting, the seed, the number of the trial and all earlier trials. It
@@ -90,10 +93,10 @@ def by_search(
 
 
 def logarithms(setting: Setting, objectives: Sequence[float]) -> list[float]:
-    """Return log(C / span - 1) for each objective C, with the same value for all bad trials.
+    """Return log(C / span - 1) for each objective C. All bad trials get the same value.
 
-    Optuna's GPSampler got these values when it was tatamu's default search. The span is the horizontal distance that a
-    hand moves.
+    The span is the horizontal distance that a hand moves. Optuna's GPSampler was given these values when it was
+    tatamu's default search.
     """
     excess = [max(objective / setting.fold.span - 1.0, 1e-6) for objective in objectives]
     bad = max(1.0, FAR * min(excess, default=0.0))
@@ -113,10 +116,10 @@ def sobol(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tu
 def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
     """Propose a trial from the grid of De Gusseme and wyffels (2022), in a random order.
 
-    Each path is a quadratic Bezier curve whose middle control point is above the middle of the path. The grid has 14
-    heights of this point, from 0.1 to 1 spans. A span is the horizontal distance that a hand moves. The curve is tilted
-    about the line from grasp to release by 0 to 60 degrees. Higher curves get more tilts. Both hands tilt to the same
-    side, and grasp the corners.
+    Each path is a quadratic Bezier curve whose middle control point is above the middle of the path. A span is the
+    horizontal distance that a hand moves. The grid has 14 heights of the middle control point, from 0.1 to 1 spans. The
+    curve is tilted about the line from grasp to release by 0 to 60 degrees. For higher curves, the grid has more tilts.
+    Both hands tilt to the same side, and grasp the corners.
     """
     points = [
         (height, tilt)
@@ -141,7 +144,7 @@ def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tup
 
 
 def after_low_curves(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
-    """Propose a trial: first the low curves, then proposals of the Gaussian process, without a random trial."""
+    """Propose a trial: first the low curves, then proposals of the Gaussian process. There is no random trial."""
     curves = low_curves(setting.fold)
     if number >= len(curves):
         return _gp(setting, seed, number, before)
@@ -189,7 +192,7 @@ METHODS: dict[str, Method] = {
 }
 """Search methods by name, in the order of the tables."""
 CORE = ("ours", "plain", "random")
-"""Names of the methods that answer the first question of the page."""
+"""Names of the methods that docs/notes/search.md compares first."""
 OURS = ("ours", "low", "gp")
 """Names of the variants of tatamu's own search."""
 PAIR = ("gp", "gpsampler")

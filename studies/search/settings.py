@@ -26,9 +26,11 @@ class Coarse(NamedTuple):
     spacing: float
     """Edge length ("spacing") of the mesh [m]."""
     softer: float = 1.0
-    """Factor by which the cloth is easier to stretch than the garment's usual cloth. With the usual cloth, a coarse
-    mesh is too stiff against bending in two directions. The suitable factor is the square of the ratio of the spacing
-    to the default spacing."""
+    """Factor by which the cloth is easier to stretch than the garment's usual cloth.
+
+    With the usual cloth, a coarse mesh is too stiff against bending in two directions. The suitable factor is the
+    square of a ratio: the spacing divided by the default spacing.
+    """
 
 
 GARMENTS = {
@@ -55,9 +57,10 @@ class Simulated:
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """Vector with a sum of squares of alpha D, shape (n,), from single-precision errors; None if the trial failed.
+        """Vector whose sum of squares is alpha D, shape (n,); None if the trial failed.
 
-        D is the shape distance of Eq. (11), and alpha is its weight in the objective.
+        D is the shape distance of Eq. (11), and alpha is its weight in the objective. The vertex errors have single
+        precision.
         """
         return None if self.errors is None else residuals(self.errors.astype(np.float32).astype(float))
 

@@ -67,8 +67,8 @@ def pair_table(studies: Studies, seeds: int) -> list[dict[str, str]]:
 def answers(studies: Studies, seeds: int) -> list[dict[str, str]]:
     """Return a table that shows how soon tatamu's search is as good as other searches.
 
-    It has the number of trials after which the median of tatamu's search reaches a reference. The reference is the
-    median of another search after `FEW` trials.
+    The reference is the median of another search after `FEW` trials. The table has the number of trials after which the
+    median of tatamu's search reaches this reference.
     """
     rows = []
     for garment in GARMENTS:

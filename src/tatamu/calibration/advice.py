@@ -29,7 +29,7 @@ NAMES = {
     "disagreement": f"{' and '.join(_named(parameter='bending_rigidity'))}, which disagree",
     **{reading: words for test in TESTS.values() for reading, words in test.words.items()},
 }
-"""Contributions to the uncertainty, in words."""
+"""Names in words of all readings and other causes that contribute to the uncertainty."""
 
 
 def advice_on(calibration: Calibration) -> list[str]:
@@ -121,9 +121,9 @@ def _restless(calibration: Calibration) -> list[str]:
 def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, float]]] | None:
     """Return the reading to repeat, and the relative uncertainties before and after more repeats.
 
-    The number of further repeats is `MORE`. The best reading is the one whose repeats most lower the sum of the
-    relative variances of the parameters. The result is None if the readings determine no parameter, or if repeats do
-    not help.
+    The number of further repeats is `MORE`. Each parameter has a relative variance. Repeats of the best reading lower
+    the sum of these variances the most. The result is None if the readings determine no parameter, or if repeats do not
+    help.
     """
     rows = [PLACE[name] for name in calibration.known]
     variance = np.diag(calibration.covariance)[rows]

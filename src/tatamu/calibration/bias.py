@@ -8,11 +8,11 @@ This test is not in the paper. Woven cloth is stiff along its yarns, and stretch
 (docs/theory/membrane.md). Here Y and Y_weft are the stretch stiffnesses along the two yarns [N/m], nu is Poisson's
 ratio, and G is the shear stiffness [N/m]. The term 1 / G is the largest.
 
-A hanging strip of length L and areal density rho is longer by rho g L^2 / 2 Y(45). The strip is simulated, because its
-clamped end cannot narrow.
+A strip of length L and areal density rho becomes longer by rho g L^2 / 2 Y(45) when it hangs. This formula ignores that
+the strip's clamped end cannot become narrower. The strip is therefore simulated.
 
-A whole cloth hung by a corner would need no cutting. But such a cloth falls into random folds, which move its end by a
-millimetre or two. Its elongation also depends on the width of the grip.
+A whole cloth hung by a corner would need no cutting. But such a cloth falls into random folds, which move its lowest
+corner by one or two millimetres. Its elongation also depends on the width of the grip.
 """
 
 from __future__ import annotations
@@ -201,8 +201,9 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """Add this test's changes of the shear stiffness G; see `LaterTest.propagate`.
 
-        The elongation e depends on Y / rho and G / rho: the stretch and shear stiffness over the areal density. It is
-        about proportional to rho. With s = -de/dln G, a change of the parameters changes e by
+        The elongation e depends on Y / rho and G / rho. Here Y is the stretch stiffness, G the shear stiffness, and rho
+        the areal density. The elongation is about proportional to rho. With s = -de/dln G, a change of the parameters
+        changes e by
 
             e dln rho - s dln G - (e - s) dln Y
         """

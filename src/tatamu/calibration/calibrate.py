@@ -1,13 +1,15 @@
 """Calibration: find the parameters of one simulator from measurements (paper, section IV).
 
 - The areal density is mass divided by area.
-- Stretch stiffness, bending rigidity and friction of bending are matched in turn, until none of them changes. Each is
-  matched in its own tests, with the others fixed.
-- If several tests determine the bending rigidity, it is the mean of their results. The weights follow from the
-  uncertainties of the readings.
-- The tests that need these parameters follow in the order of the registry.
+- Stretch stiffness, bending rigidity and friction of bending are found in turn, until none of the three changes. Each
+  of the three is adjusted until the simulation reproduces the readings of its own tests. The other two stay fixed
+  meanwhile.
+- If several tests determine the bending rigidity, the result is the weighted mean of their values. The weights follow
+  from the uncertainties of the readings.
+- The tests that need these parameters come later, in the order of `registry`.
 
-Every parameter is effective: the readings are reproduced by this simulator, on a mesh like that of the tests.
+Every parameter is an effective value. With this value, this simulator reproduces the readings, on meshes like the
+meshes of the tests. Another simulator needs other values.
 """
 
 from __future__ import annotations
@@ -92,16 +94,16 @@ def calibrate(
 
 @dataclass(frozen=True)
 class ElasticMatch:
-    """The matches of stretch stiffness, bending rigidity and friction of bending."""
+    """Results of the searches for stretch stiffness, bending rigidity and friction of bending."""
 
     material: Material
     groups: Groups
     matches: dict[str, Match]
-    """Matches by the names of the tests."""
+    """Result of each test's search, by the name of the test."""
     passes: int
 
     def telling(self, parameter: str) -> list[Target]:
-        """Return the tests that determine a parameter. Tests that only bound it are left out."""
+        """Return the tests that determine a parameter. Tests that only give a bound of the parameter are left out."""
         return _telling(self.groups.get(parameter, []), self.matches)
 
     def fits(self, laboratory: Laboratory, group: list[Target]) -> list[Fit]:
@@ -168,7 +170,7 @@ def _mean(group: list[Target], values: list[float]) -> float:
 
 
 def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
-    """Return the tests of a group that determine the parameter. Tests that only bound it are left out."""
+    """Return the tests of a group that determine the parameter. Tests that only give a bound are left out."""
     return [target for target in group if target.bound_by(matches[target.test.name]) is None]
 
 

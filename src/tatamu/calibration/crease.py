@@ -41,30 +41,30 @@ from tatamu.settling import settling
 from tatamu.simulators import capabilities
 
 ARM = 0.03
-"""Distance of a point from the hinge [m]. The arc of this point is matched instead of the angle."""
+"""Distance of a point from the hinge [m]. The simulation must reproduce the arc of this point, instead of the angle."""
 CELLS = 12
 """Number of triangle rows between the held rows.
 
-Cloth also bends at the held rows, so one more row belongs to the gap: a row is 1 / 13 of the gap.
+Cloth also bends at the held rows, by half a row on either side. The gap therefore consists of 13 rows.
 """
 HELD_ROWS = 2
 COLUMNS = 6
 THIN = 0.25
-"""Largest thickness of the simulated band, as a fraction of a row's width. So thin a band touches nothing."""
+"""Largest thickness of the simulated band, as a fraction of a row's width. Layers of such a thin band do not touch."""
 FIRST_MODE = 3.52
 """Angular frequency of a clamped strip of length L, divided by sqrt(B / rho) / L^2.
 
 B is the bending rigidity [N m] and rho the areal density [kg/m^2].
 """
 PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
-"""Times at which the hinge is closed, released and at rest, in units of 1 / omega.
+"""Three times in units of 1 / omega: when the hinge is closed, when it is released, and when it is at rest.
 
 omega is the lowest angular frequency of the strip.
 """
 WIDEST = 120.0
 """Largest angle that determines the friction [degrees].
 
-A larger angle only bounds the friction, because the fold was hardly sharper when it was closed.
+A larger angle only gives a bound of the friction, because the closed fold was hardly sharper than the released fold.
 """
 LEAST_GAP = 1.5
 """Smallest length of the band, in thicknesses of both boards. A shorter band could not go around the boards."""
@@ -197,7 +197,10 @@ Crease it (optional): shows how much of a fold remains.                         
         return ARM * self.angle_of(rollout.positions[frame])
 
     def angle_of(self, positions: np.ndarray) -> float:
-        """Return the angle by which the last row of this shape (n, 3) [m] is bent [rad]."""
+        """Return the angle by which the last row is bent [rad].
+
+        `positions` has the positions of all n vertices [m], shape (n, 3).
+        """
         before, end = self.side(positions)[-2:]
         along, up = end - before
         return float(np.arctan2(up, along))
@@ -209,7 +212,8 @@ Crease it (optional): shows how much of a fold remains.                         
     def guess(self, arc: float, material: Material) -> float:
         """Return the friction of bending for this arc, by a formula [N].
 
-        The angle of the arc is about HB / B * gap. The bending rigidity B is that of the usual fabric's bending length.
+        The angle of the arc is about HB / B * gap. The bending rigidity B follows from the bending length of the
+        garment's usual fabric.
         """
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 

@@ -1,8 +1,8 @@
 """Test *elongation* (paper, section IV-A): how much longer the garment is when it hangs than when it lies.
 
 The simulated garment hangs from the same grips as the real one. The hanging length L1 is the distance from the grip
-straight down to the farthest end. The lying length L2 is the same distance on the unstrained garment, because simulated
-cloth that lies is unstrained.
+straight down to the farthest end. The lying length L2 is the distance between the same two points on the lying garment.
+Simulated cloth that lies is unstrained, so L2 is measured on the unstrained mesh.
 """
 
 from __future__ import annotations
@@ -164,7 +164,10 @@ L2 = []                  # lying
 
     @cached_property
     def plan(self) -> np.ndarray:
-        """Positions of the unstrained garment across the grips and below the grips [m], shape (n, 2)."""
+        """Positions of the n vertices of the unstrained garment [m], shape (n, 2).
+
+        The coordinates are the distance to the side, along the grips, and the distance down from the grips.
+        """
         flat = self.garment.cloth().rest[:, :2]
         gripped = flat[np.concatenate(self.held)]
         grip = 0.5 * (gripped.min(axis=0) + gripped.max(axis=0))

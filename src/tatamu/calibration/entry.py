@@ -15,7 +15,7 @@ from tatamu.records import Record
 class Errors(Record):
     """Standard deviations of a single reading.
 
-    Each includes all causes: the marks of the ruler, the eye, and the motion of the cloth.
+    Each standard deviation includes all causes of error: the marks of the ruler, the eye, and the motion of the cloth.
     """
 
     length: Error = 0.001

@@ -24,8 +24,8 @@ class Estimate:
     contributions: Mapping[str, np.ndarray]
     """Contribution of each reading to the uncertainties, by the name of the reading.
 
-    A contribution is the change of each parameter's logarithm if the reading changes by one standard uncertainty, shape
-    (k,).
+    A contribution has one number for each of the k parameters, shape (k,). The number is the change of the parameter's
+    logarithm if the reading changes by one standard uncertainty.
     """
     readings: Mapping[str, Reading]
     """Readings by their names in the file."""
@@ -36,7 +36,7 @@ class Estimate:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance of the logarithms of `PARAMETERS`, shape (k, k)."""
+        """Covariance of the logarithms of the k `PARAMETERS`, shape (k, k)."""
         parts = np.array([np.zeros(len(PARAMETERS)), *self.contributions.values()])
         return np.asarray(parts.T @ parts)
 
@@ -61,14 +61,17 @@ class Estimate:
         return self.relative(parameter) * float(getattr(self.material, parameter))
 
     def correlation(self) -> np.ndarray:
-        """Return the correlations of the known parameters, shape (k, k)."""
+        """Return the correlations between the k known parameters, shape (k, k)."""
         rows = [PLACE[name] for name in self.known]
         part = self.covariance[np.ix_(rows, rows)]
         scale = np.sqrt(np.diag(part))
         return np.asarray(part / np.outer(scale, scale))
 
     def bounding(self, parameter: str) -> Fit | None:
-        """Return the fit that only bounds a parameter; None if a test determines it, or no test of it was made."""
+        """Return the fit that only bounds a parameter.
+
+        It is None if a test determines the parameter, or no test gives a bound.
+        """
         fits = [fit for fit in self.fits if fit.parameter == parameter]
         return fits[-1] if fits and all(fit.bound for fit in fits) else None
 

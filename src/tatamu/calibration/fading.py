@@ -1,12 +1,14 @@
 """Test *fading*: the number of swings until a hanging cloth has slowed down determines the drag of air.
 
 This test is not in the paper. The cloth is held by two corners. A plate that hangs by its edge is slowed by quadratic
-drag q_n [kg/m^3]. In each swing, the amplitude A of its lower edge falls by the fraction 2 q_n A / (rho + m_a), where
-rho is the areal density and m_a the added mass of air [kg/m^2]. After n swings from the amplitude A_0,
+drag q_n [kg/m^3]. In each swing, the amplitude A of its lower edge falls by the fraction 2 q_n A / (rho + m_a). Here
+rho is the areal density, and m_a is the added mass of air [kg/m^2]. After n swings that start with the amplitude A_0,
+the amplitude A is given by
 
     1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
 
-(docs/theory/air.md). Cloth held by two corners is not a plate, so it is simulated, and q_n is matched.
+(docs/theory/air.md). Cloth held by two corners is not a plate, so this formula is only approximate. The cloth is
+therefore simulated. q_n is adjusted until the simulated cloth makes the counted number of swings.
 """
 
 from __future__ import annotations
@@ -41,7 +43,7 @@ MORE = 1.3
 MOST = 200.0
 """Largest simulated number of swings. Cloth that swings longer counts as cloth that does not fade."""
 WITHIN = 5e-3
-"""Relative accuracy to which the number of swings is matched."""
+"""Largest difference between the simulated and the counted number of swings, as a fraction."""
 
 
 class FadingReadings(TestEntry):
@@ -144,14 +146,14 @@ Count its swings (optional): for cloth that hands move fast.                   [
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
         """Search for the drag at which the simulated cloth fades in the counted number of swings."""
         found, fit = self.matched(laboratory, material, readings["count"], WITHIN)
-        # the drag that was found replaces the drag that was assumed
+        # the drag that this test found replaces the assumed drag
         return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """Add this test's changes of the drag q_n; see `LaterTest.propagate`.
 
-        The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n, where n is the number of swings. The areal density rho
-        and the added mass m_a are assumed to be equally large.
+        The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n, where n is the number of swings. To estimate the
+        uncertainty, the areal density rho and the added mass m_a are assumed to be equally large.
         """
         density, air = (PLACE[name] for name in ("areal_density", "air_added_mass"))
         for change in changes.values():

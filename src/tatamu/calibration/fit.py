@@ -18,10 +18,10 @@ class Fit:
     uncertainty: float
     """Standard uncertainty of the reading."""
     aim: float
-    """Value that was matched.
+    """Value of the reading that the simulation had to reproduce.
 
-    It is the reading itself. If the reading only bounds the parameter, the value is shifted by the reading's
-    uncertainty.
+    The value is the measured reading. If the reading only bounds the parameter, the value is the measured reading
+    shifted by its uncertainty.
     """
     simulated: float
     """The simulated reading, with the parameter that was found."""
@@ -29,15 +29,20 @@ class Fit:
     bound: str | None
     """None if the test determines the parameter; "at least" or "at most" if it only bounds the parameter."""
     samples: tuple[tuple[float, float], ...]
-    """Pairs of a parameter and its simulated reading. A search by bisection has pairs of a parameter and a speed."""
-    alone: float | None = None
-    """Value of the parameter by this test alone; None if only this test determined the parameter.
+    """Values of the parameter that were simulated, each with its reading.
 
-    A value is given if several tests determine the parameter, or if the test's bound is satisfied by the value that was
-    assumed before.
+    In a search by bisection, each value has a speed instead.
+    """
+    alone: float | None = None
+    """Value of the parameter that follows from this test without other tests; None if only this test determined it.
+
+    A value is given if several tests determine the parameter. It is also given if the test only bounds the parameter,
+    and the value that was assumed before satisfies this bound.
     """
     resolution: float | None = None
-    """Standard uncertainty of the parameter's logarithm due to a bisection; None if the search was no bisection."""
+    """Standard uncertainty of the parameter's logarithm that is due to the last interval of a bisection; None if the
+    parameter was not found by bisection.
+    """
 
     @property
     def slope(self) -> float | None:

@@ -1,10 +1,11 @@
 """Test *friction* (paper, section IV-B): cloth starts to slide on a board of the measured slope.
 
 The simulated table has the slope theta = asin(H_s / L_t). H_s is the height of the board's lifted end, and L_t is the
-length of the board. The coefficient of friction is found by bisection, between a value at which a sheet stays and a
-value at which it slides. The search starts from the textbook's answer tan(theta), and the result is compared with it.
+length of the board. The coefficient of friction is found by bisection, between a value at which a simulated sheet stays
+and a value at which it slides. The search starts from the textbook's answer tan(theta), and the result is compared with
+it.
 
-Sliding does not depend on the shape of the sheet. A small sheet of the same material is therefore used.
+Sliding does not depend on the shape of the sheet, so a small sheet of the same material is simulated.
 """
 
 from __future__ import annotations
@@ -243,7 +244,11 @@ class Sliding:
     samples: tuple[tuple[float, float], ...]
     """All simulated pairs of a coefficient and the resulting speed [m/s]."""
     bound: str | None = None
-    """"at least" if the sheet slides at every coefficient, "at most" if it stays without friction; otherwise None."""
+    """Kind of bound if the search only bounds the coefficient; None if the search determines the coefficient.
+
+    It is "at least" if the sheet slides even at the largest coefficient that is tried. It is "at most" if the sheet
+    stays even without friction.
+    """
 
     @property
     def coefficient(self) -> float:
@@ -278,7 +283,7 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
 def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, float]:
     """Return a coefficient at which the sheet slides, and a larger coefficient at which it stays.
 
-    If one of them does not exist, a value outside the range of coefficients is returned.
+    If one of these two coefficients does not exist, a value outside the range of coefficients is returned in its place.
     """
     low = guess * (1.0 - FIRST)
     high = guess * (1.0 + FIRST)

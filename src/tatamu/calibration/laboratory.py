@@ -57,7 +57,7 @@ class Laboratory:
         return simulate(scene, self.simulator)
 
     def reading(self, test: LengthTest, material: Material) -> float:
-        """Return the reading of a test at rest [m]; infinite if the cloth is too soft for the simulator."""
+        """Return the reading of a test [m]. It is infinite if the cloth is too soft for the simulator."""
         key = test.name, material.model_dump_json()
         if key not in self._known:
             try:

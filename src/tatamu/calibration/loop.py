@@ -1,8 +1,8 @@
 """Test *loop*: the height of the crease of folded cloth determines the bending rigidity.
 
-This test is not in the paper. It works for cloth that is too limp for the test *sag*, and gives the bending rigidity at
-the curvature of a fold. There, the rigidity may differ from the rigidity at a small curvature, for real cloth and for
-Blender's old bending model.
+This test is not in the paper. It works even for cloth that is too limp for the test *sag*. It gives the bending
+rigidity at the large curvature of a fold. This rigidity may differ from the rigidity at a small curvature. Such a
+difference exists in real cloth and in Blender's old bending model.
 
 A strip is laid over itself without friction, and its ends are held. The strip then takes the shape of minimum energy,
 which is a loop. The height of the loop depends only on the ratio of bending rigidity to weight.
@@ -44,7 +44,7 @@ l_b is the bending length. The height was computed with a heavy chain (`heavy_st
 LIES = 4.0
 """Length of cloth on either side of the crease, in heights of the loop.
 
-By the heavy chain, 3.85 heights give the same loop as an infinite length.
+In a computation with a heavy chain (`heavy_strip.chain`), 3.85 heights give the same loop as an infinite length.
 """
 CELL = 0.2
 """Edge length of the mesh divided by the height of the loop."""
@@ -54,7 +54,7 @@ LAYS = 0.3
 """Fraction of the scene's duration in which the upper end is laid down."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
-"""Largest height of a fold [m]. A higher fold would be of cardboard, not of cloth."""
+"""Largest height of a fold [m]. A higher fold would belong to cardboard, not to cloth."""
 
 
 class LoopReadings(TestEntry):
@@ -181,7 +181,10 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
         return self.height_of(rollout.positions[frame])
 
     def height_of(self, positions: np.ndarray) -> float:
-        """Return the height of the loop's top in this shape (n, 3) [m]: the mean height of its highest row."""
+        """Return the height of the loop's top [m], from the positions of all n vertices [m], shape (n, 3).
+
+        This height is the mean height of the highest row of vertices.
+        """
         rows = np.unique(self.mesh[0][:, 0].round(6), return_inverse=True)[1]
         return float((np.bincount(rows, positions[:, 2]) / np.bincount(rows)).max()) + 0.5 * self.thickness
 

@@ -22,12 +22,15 @@ class Match:
     parameter: float
     reading: float
     reached: bool
-    """Whether the reading was matched. If not, the parameter is the one with the nearest reading."""
+    """Whether the simulated reading equals the measured reading.
+
+    If not, the parameter with the nearest reading is kept.
+    """
     samples: tuple[tuple[float, float], ...]
-    """All simulated pairs of a parameter and its reading, in the order of the parameter."""
+    """All simulated values of the parameter, each with its reading. The values are in rising order."""
 
     def after(self, earlier: tuple[tuple[float, float], ...]) -> Match:
-        """Return this match with additional samples from an earlier search."""
+        """Return this result with the samples of an earlier search added."""
         return replace(self, samples=tuple(sorted({*earlier, *self.samples})))
 
 

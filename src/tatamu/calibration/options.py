@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class CalibrationOptions:
-    """Tolerances of matched readings, and the time in which the simulated cloth comes to rest."""
+    """Tolerances of simulated readings, and limits of the time in which the simulated cloth comes to rest."""
 
     settled: float = 5e-5
     """Largest change of a reading over the last quarter of its scene at which the cloth counts as at rest [m]."""
@@ -18,11 +18,12 @@ class CalibrationOptions:
     within: float = 1e-3
     """Largest difference between the simulated and the measured reading, as a fraction of the reading."""
     finest: float = 1e-5
-    """Smallest tolerance of a matched reading [m]. It is used if `within` gives a smaller one."""
+    """Smallest tolerance of a reading [m]. If the tolerance that `within` gives is smaller, this tolerance is used."""
     agreement: float = 5e-3
-    """Largest change of the parameters' logarithms from pass to pass at which the search ends."""
+    """Largest change of the parameters' logarithms from one pass over the tests to the next at which the search ends.
+    """
     passes: int = 5
-    """Largest number of passes over the tests at rest."""
+    """Largest number of passes over the tests whose readings are lengths of cloth at rest."""
     passes_with_friction: int = 10
     """Largest number of passes if the friction of bending is measured.
 

@@ -19,12 +19,15 @@ from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, n
 from tatamu.presentation.page import render
 
 ROOM = 1.6
-"""Factor of the margin around a chart's points. It is so large that a logarithmic axis always has a number."""
+"""Factor of the margin around a chart's points.
+
+With this margin, a logarithmic axis always has at least one labelled value.
+"""
 
 
 @dataclass(frozen=True)
 class ShownFit:
-    """One fit, as the page shows it next to its chart."""
+    """The result of one test, as the page shows it next to its chart."""
 
     name: str
     """Name of the test, which is also the name of its group of charts."""
@@ -166,7 +169,8 @@ def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
 def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]:
     """Return the rows of the uncertainty table.
 
-    A row has the name of a reading, its value, its uncertainty, and its fraction of each parameter's variance.
+    A row has the name of a reading, its value, and its uncertainty. Then follows the part of each parameter's variance
+    that the reading causes, as a fraction.
     """
     known = [PLACE[name] for name in calibration.known]
     if not known:

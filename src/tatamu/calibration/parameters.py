@@ -42,11 +42,11 @@ KNOWN = {
 }
 """Parameters by the names of their fields."""
 PARAMETERS = tuple(KNOWN)
-"""Names of the parameters, in the order of all matrices."""
+"""Names of the parameters, in the order of the rows and columns of every matrix."""
 UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
 SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
 PLACE = {name: number for number, name in enumerate(PARAMETERS)}
-"""Number of each parameter's row and column, in all matrices."""
+"""Index of each parameter's row and column in every matrix."""
 LIMITS = {
     "shear_stiffness": (1.0, 1e4),
     "stretch_stiffness": (1.0, 1e5),

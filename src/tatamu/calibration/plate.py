@@ -5,15 +5,15 @@ coefficient
 
     DC = (A_outline - A_plate) / (A_disc - A_plate)
 
-compares three areas: of the cloth's outline, of the plate, and of the flat disc. It is matched as a length: the radius
-of the circle with the outline's area.
+compares three areas, all seen from above: the area in the cloth's outline, the plate, and the flat disc. The simulation
+must reproduce the radius of the circle that has the same area as the outline.
 
-The coefficient grows with the bending length l_b divided by the overhang a, about as
-DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. It was fitted to simulations with discs
-1.7 and 2 times as wide as the plate, and a stretch stiffness of 300 N/m.
+The coefficient grows with the bending length l_b divided by the overhang a, the width of the cloth outside the plate.
+It is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was fitted to
+simulations in which the disc was 1.7 or 2 times as wide as the plate. The stretch stiffness was 300 N/m.
 
-Chance decides where folds form. Therefore two discs are simulated side by side, and the mean of both is used. The
-differences between the two discs in all simulations are part of the uncertainty.
+The positions of the folds are random. Therefore two discs are simulated side by side, and the mean of their results is
+used. The differences between the two discs, in all simulations, are counted in the uncertainty.
 """
 
 from __future__ import annotations
@@ -44,7 +44,10 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 
 HALF, POWER = 0.2545, 2.95
-"""Bending length divided by overhang at DC = 1/2, and the power by which DC / (1 - DC) grows with this ratio.
+"""The two numbers in the formula at the top of the module.
+
+The first number is the bending length divided by the overhang at DC = 1/2. The second number is the exponent of this
+ratio.
 
 DC is the drape coefficient.
 """
@@ -61,9 +64,9 @@ ANGLES = 180
 SETTLING = 4.0
 """Time from the rise of the plate to the reading [s]."""
 LIMPEST, STIFFEST = 0.08, 0.93
-"""Smallest and largest drape coefficient that determines the bending rigidity. Others only bound the rigidity."""
+"""Smallest and largest drape coefficient that determines the bending rigidity. Other coefficients only give a bound."""
 STEP = 0.4
-"""Step of a parameter's logarithm for differences. It is so large that the differences exceed the random scatter."""
+"""Step of a parameter's logarithm for differences. It is large, so that the differences exceed the random scatter."""
 FOLDS = 2
 """Difference between the counted and the simulated number of folds above which the difference is reported."""
 
@@ -94,7 +97,10 @@ class PlateReadings(TestEntry):
     drape_coefficient: Coefficients
     """Drape coefficient [-]."""
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
-    """Number of folds at the edge of the cloth. It is compared with the simulation, but not matched."""
+    """Number of folds at the edge of the cloth.
+
+    It is compared with the simulated number, but does not determine a parameter.
+    """
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -207,7 +213,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return [0, *np.cumsum([len(disc.mesh[0]) for disc in self.discs]).tolist()]
 
     def outlines(self, positions: np.ndarray) -> list[PlanOutline]:
-        """Return the outline of each disc, from positions (n, 3) [m]."""
+        """Return the outline of each disc, from the positions of all n vertices [m], shape (n, 3)."""
         return [
             PlanOutline.of(
                 positions[self._starts[number] : self._starts[number + 1]],

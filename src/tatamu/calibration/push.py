@@ -1,16 +1,17 @@
 """Test *push*: the motion of a pushed cloth's far edge determines the resistance to compression.
 
-This test is not in the paper. A soft sheet wrinkles where it is pushed, and its far edge stays. A stiffer sheet slides
-as a whole. The sheet is pushed by the distance s, and its far edge moves by the distance p. If the far edge moves, the
-cloth becomes shorter by
+This test is not in the paper. A soft sheet wrinkles where it is pushed, and its far edge does not move. A stiffer sheet
+slides as a whole. The ruler pushes the near edge by the distance s, and the far edge moves by the distance p. If the
+far edge moves, the cloth becomes shorter by
 
     s - p = mu rho g L^2 / (2 c Y)
 
-The reason is that the friction per area is mu rho g, so the pressure grows evenly from the far edge. Here mu is the
-coefficient of friction, rho the areal density, g the acceleration of gravity, and L the length of the cloth.
+The friction per area is mu rho g. The pressure in the cloth therefore grows evenly from the far edge to the ruler, and
+this pressure shortens the cloth. Here mu is the coefficient of friction, rho the areal density, g the acceleration of
+gravity, and L the length of the cloth.
 
-The factor c is the fraction of the stretch stiffness Y that resists compression. It represents the wrinkles that a
-coarse mesh cannot show.
+The factor c is the fraction of the stretch stiffness Y that resists compression. It represents wrinkles that are too
+small for a coarse mesh.
 """
 
 from __future__ import annotations
@@ -48,7 +49,10 @@ CELL, COLUMNS = 0.02, 4
 ROWS = 12
 """Smallest number of rows of the strip."""
 SPEED = 0.02
-"""Mean speed of the ruler [m/s]. At 0.05 m/s, the simulated cloth trembles and is shortened by a fifth less."""
+"""Mean speed of the ruler [m/s].
+
+At 0.05 m/s, the simulated cloth trembles, and its shortening is a fifth smaller than at 0.02 m/s.
+"""
 KNOTS = 41
 REST = 0.5
 """Time from the end of the push to the reading [s]."""
@@ -210,8 +214,8 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
         """Search for the factor c of the stretch stiffness that resists compression.
 
-        If the reading only gives a lower bound, and the material already satisfies this bound, the material is kept.
-        The reason is that a sheet that slides as a whole does not show whether it would wrinkle.
+        If the reading gives only a lower bound of c, and the material already satisfies this bound, the material is
+        kept. A sheet that slides as a whole gives only a lower bound, because it does not show when it would wrinkle.
         """
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))

@@ -14,7 +14,7 @@ LATEST = 600.0
 FARTHEST = 180.0
 """Largest angle of a fold [degrees]: the angle of a closed fold."""
 SHOWN = {"m": (1e3, "mm"), "kg": (1e3, "g"), "s": (1.0, "s"), "-": (1.0, "")}
-"""Factor and unit with which a reading is shown, by the unit of the reading."""
+"""Factor and unit with which pages show a reading, by the unit of the reading."""
 
 
 def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:

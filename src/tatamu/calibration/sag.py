@@ -1,10 +1,10 @@
 """Test *sag* (paper, section IV-C): how far cloth in front of a straight grip hangs down.
 
-The grip is horizontal and parallel to the edge, and as wide as the cloth in front of it. This cloth is therefore a
-strip that is clamped at one end. Its sag depends only on the ratio of bending rigidity to weight, and on nothing behind
-the grip.
+The grip is horizontal and parallel to the edge of the cloth. It is as wide as the cloth in front of it, so this cloth
+is a strip that is clamped at one end. The sag of the strip depends only on its ratio of bending rigidity to weight.
+Cloth behind the grip has no effect.
 
-A mesh also bends behind its foremost held row. This row is therefore half a cell behind the front of the grip
+A mesh also bends between its held rows. Its foremost held row is therefore half a cell behind the front of the grip
 (docs/reference/checks.md, `clamp`).
 """
 
@@ -45,16 +45,16 @@ CELLS = 12
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
-"""Number of columns of the mesh: by default, and if the mesh spacing is given.
+"""Number of columns of the mesh: first the default number, then the number if the mesh spacing is given.
 
-Some simulators give vertices at the border the same mass as inner vertices. A narrow strip would then weigh more than
-the same part of the garment.
+Some simulators give vertices at the border the same mass as inner vertices. A strip with few columns would then weigh
+more than the same part of the garment.
 """
 THIN = 0.25
 """Largest ratio of the strip's thickness to the shortest edge of its mesh."""
 RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
-"""Ratios of weight to bending that a ruler can distinguish: Gamma = rho g d^3 / B.
+"""Ratios of weight to bending rigidity that a ruler can distinguish: Gamma = rho g d^3 / B.
 
 rho is the areal density, g the acceleration of gravity, d the free length, and B the bending rigidity.
 """
@@ -67,9 +67,11 @@ Other ratios only bound the rigidity.
 SHORTEST_EDGE = 1.5
 """Smallest length of the edge, in free lengths. On a shorter edge, the ends would hang differently from the middle."""
 BEST = 1.8
-"""Ratio of free length to bending length at which the sag is about half of the free length."""
+"""Ratio of free length to bending length that is proposed. With it, the sag is about half of the free length."""
 SHORTEST = 0.025
-"""Smallest free length that can be measured with a ruler of 1 mm and held by two other rulers [m]."""
+"""Smallest free length that can be measured with a ruler with millimetre marks, while two other rulers hold the cloth
+[m].
+"""
 STEP = 0.005
 """Step of the free lengths that are proposed [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
@@ -172,7 +174,7 @@ sag = []                 # from the grip vertically down to the edge
         columns = COLUMNS if self.spacing is None else WIDE_COLUMNS
         edge = row / np.sqrt(0.75)
         vertices, faces = staggered_rectangle(columns * edge, rows * row, edge)
-        # the mesh chooses the distance between its rows: stretch the mesh until this distance is `row`
+        # the mesh chooses the distance between its rows, so the mesh is stretched until this distance is `row`
         own = np.unique(vertices[:, 0].round(9))
         along = np.searchsorted(own, vertices[:, 0].round(9))
         vertices[:, 0] = along * row
@@ -202,7 +204,7 @@ sag = []                 # from the grip vertically down to the edge
         return float(-rollout.positions[frame, self.mesh[0][:, 0] < 1e-9, 2].mean())
 
     def gamma(self, material: Material) -> float:
-        """Return the ratio of weight to bending, Gamma = rho g d^3 / B.
+        """Return the ratio of weight to bending rigidity, Gamma = rho g d^3 / B.
 
         rho is the areal density, g the acceleration of gravity, d the free length, and B the bending rigidity.
         """
@@ -296,9 +298,9 @@ def _longer_or_loop(length: float, estimate: Estimate) -> str:
 
 
 def sag_bound(sag: Reading, free_length: float) -> str | None:
-    """Return "at most" if the cloth hangs straight down, "at least" if it stands out horizontally; otherwise None.
+    """Return whether a sag only bounds the bending rigidity; None if the sag determines the rigidity.
 
-    The words are bounds on the bending rigidity.
+    Cloth that hangs straight down gives "at most". Cloth that stands out horizontally gives "at least".
     """
     if sag.value + sag.uncertainty > LIMPEST * free_length:
         return "at most"
@@ -306,7 +308,7 @@ def sag_bound(sag: Reading, free_length: float) -> str | None:
 
 
 def gamma_of(share: float) -> float:
-    """Return Gamma, the ratio of weight to bending, of a cantilever whose sag is this fraction of its length.
+    """Return Gamma, the ratio of weight to bending rigidity, of a strip whose sag is this fraction of its free length.
 
     The result is limited to the range of `GAMMAS`.
     """

@@ -43,7 +43,10 @@ class Setup:
         return float(areas(self.garment.cloth().rest, self.garment.faces).sum())
 
     def usable(self, simulator: str) -> list[CalibrationTest]:
-        """Return the tests that are used with a simulator: it can do them, and no other test replaces them."""
+        """Return the tests that are used with a simulator.
+
+        The simulator must be able to do the test, and no other test may replace it.
+        """
         return [test for test in self.tests.values() if self.unused(test, simulator) is None]
 
     def unused(self, test: CalibrationTest, simulator: str) -> str | None:

@@ -7,7 +7,8 @@ This test is not in the paper. A plate of length L that hangs by its edge swings
 where rho is the areal density and g the acceleration of gravity. The added mass m_a is the mass per area of the air
 that moves with the plate along its normal (docs/theory/air.md). This air adds inertia but no weight.
 
-Cloth held by two corners is not a plate. It is therefore simulated, and m_a is matched.
+Cloth held by two corners is not a plate, so this formula is only approximate. The cloth is therefore simulated. m_a is
+adjusted until the simulated cloth has the measured period.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ from tatamu.simulators import capabilities
 TEN = 10
 """Number of swings that are timed."""
 SIMULATED = 4
-"""Number of simulated swings, whose mean period is used."""
+"""Number of simulated swings. Their mean period is used."""
 PINCH = 0.03
 """Width of each of the two grips [m]."""
 FARTHEST = 0.7
@@ -55,9 +56,12 @@ FRAMES = 60.0
 LEAST = 0.004
 """Smallest swing that counts, as a fraction of the first swing."""
 WITHIN = 2e-3
-"""Relative accuracy to which the period is matched."""
+"""Largest difference between the simulated and the measured period, as a fraction."""
 DRAG = 0.7
-"""Quadratic drag that is assumed if the material has none [kg/m^3]. Air that moves with the cloth also drags it."""
+"""Quadratic drag that is assumed if the material has none [kg/m^3].
+
+Air that adds mass to a cloth also slows it down.
+"""
 
 
 class SwingReadings(TestEntry):

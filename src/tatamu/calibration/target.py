@@ -1,4 +1,4 @@
-"""The targets of simulated readings, some of which only bound a parameter."""
+"""The values that simulated readings must reach. Some of them only give a bound of a parameter."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ from tatamu.material import Material
 UNKNOWN = 1.0
 """Standard uncertainty of a parameter's logarithm if a reading determines only its magnitude."""
 Guess = Callable[[float, Material], float]
-"""Function from a reading and a cloth to the parameter, by a textbook formula. The cloth gives the other parameters."""
+"""Textbook formula: a function from a reading and a material to the parameter.
+
+The material gives all other parameters.
+"""
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
 """A cloth with which relative spreads are computed.
 
@@ -37,7 +40,9 @@ class Target:
     uncertainty: float
     """Standard uncertainty of the reading [m]."""
     bound: str | None
-    """"at least" or "at most" if the reading only bounds the parameter; otherwise None."""
+    """Kind of bound, "at least" or "at most", if the reading only bounds the parameter; None if it determines the
+    parameter.
+    """
     guess: Guess
     """Textbook formula for the parameter."""
     straight: Callable[[float], float]
@@ -45,7 +50,7 @@ class Target:
     rising: bool = False
     """Whether the reading rises with the parameter; otherwise it falls."""
     spread: float = 1.0
-    """Standard uncertainty of the parameter's logarithm that the readings cause, by the textbook formula.
+    """Standard uncertainty of the parameter's logarithm due to the readings, computed with the textbook formula.
 
     If several tests determine one parameter, their weights follow from these uncertainties.
     """
@@ -57,7 +62,10 @@ class Target:
 
     @property
     def aim(self) -> float:
-        """Length to match [m]: the reading, shifted by its uncertainty if it only bounds the parameter."""
+        """Length that the simulation must reproduce [m].
+
+        This length is the reading. If the reading only bounds the parameter, the reading is shifted by its uncertainty.
+        """
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
         return self.measured + towards * self.uncertainty
 
@@ -66,7 +74,9 @@ class Target:
         return float(np.clip(self.guess(max(self.aim, 1e-5), material), *self.limits))
 
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
-        """Search for the parameter at which the simulator gives the aim. All other parameters are those of `material`.
+        """Search for the parameter at which the simulator gives the aim.
+
+        All other parameters have the values in `material`.
 
         Raises:
             SimulationError: If the simulator fails for every value of the parameter.
@@ -84,15 +94,15 @@ class Target:
     def bound_by(self, found: Match) -> str | None:
         """Return the bound that the test gives; None if the test determines the parameter.
 
-        It is `bound`. If `bound` is None but the simulator could not reproduce the reading, the test gives a bound as
-        well.
+        If `bound` is given, it is returned. If `bound` is None, and the simulator could not reproduce the reading, the
+        bound follows from the nearest reading.
         """
         if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
             return self.bound
         return "at most" if (found.reading < self.aim) != self.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
-        """Return the fit of a match. `shared` tells whether other tests also determined the parameter."""
+        """Return the fit of a match. `shared` is true if other tests also determined the parameter."""
         return Fit(
             test=self.test.name,
             parameter=self.parameter,
@@ -110,8 +120,8 @@ class Target:
 def textbook_spread(guess: Guess, reading: Reading) -> float:
     """Return the standard uncertainty of a parameter's logarithm, from the uncertainty of a reading.
 
-    It is computed with the textbook formula. If the reading does not exceed its uncertainty, the parameter is uncertain
-    by a factor of e.
+    It is computed with the textbook formula. If the reading is smaller than its uncertainty, the parameter is assumed
+    to be uncertain by a factor of e.
     """
     if not reading.value > reading.uncertainty:
         return UNKNOWN
@@ -133,9 +143,9 @@ def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
 
 
 def weights(group: list[Target]) -> np.ndarray:
-    """Return the weights of the tests of one parameter, shape (k,).
+    """Return the weights of the k tests of one parameter, shape (k,).
 
-    They are the inverse squares of the spreads, scaled to the sum 1.
+    They are the inverse squares of the tests' spreads. Their sum is 1.
     """
     inverse = np.array([target.spread**-2.0 for target in group])
     return np.asarray(inverse / inverse.sum())

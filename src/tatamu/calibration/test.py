@@ -7,10 +7,11 @@ Each test is one module. It contains:
 - the parameter that it determines, with its uncertainty
 - its advice and its drawing
 
-`registry` lists the tests; all other code uses that list. There are two kinds of tests, which are matched differently:
+`registry` lists the tests; all other code uses that list. There are two kinds of tests, which find their parameters in
+different ways:
 
 - `ElasticTest`: a length at rest that determines the stretch stiffness, the bending rigidity or the friction of
-  bending. All these tests are matched together, because each reading depends on all three parameters.
+  bending. The parameters of all these tests are found together, because each reading depends on all three parameters.
 - `LaterTest`: finds its parameter when those three parameters are known, in the order of the registry.
 """
 
@@ -70,11 +71,13 @@ class CalibrationTest(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Tests whose results this test needs."""
     needs_because: ClassVar[str] = ""
-    """Reason why this test needs other tests. It is read after the word "as"."""
+    """Reason why this test needs other tests. In a sentence, this text follows the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
-    """Tests that replace this test, because a material cannot have the parameters of both."""
+    """Tests that replace this test, because a material cannot have this test's parameter together with their
+    parameters.
+    """
     yields_because: ClassVar[str] = ""
-    """Reason why other tests replace this test. It is read after the word "as"."""
+    """Reason why other tests replace this test. In a sentence, this text follows the word "as"."""
     instructions: ClassVar[str]
     """Instructions for measuring. `$NAME` stands for the number of the test NAME in the guide."""
     read: ClassVar[str]
@@ -82,7 +85,10 @@ class CalibrationTest(ABC):
     words: ClassVar[Mapping[str, str]]
     """Name of each reading in the advice."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
-    """Result of each simulation: the reading [m], or a speed [m/s] that is zero if the cloth stays."""
+    """Kind of result of each simulation.
+
+    "reading" is a length [m], "speed" is a speed [m/s]. The speed is 0 if the cloth does not move.
+    """
 
     @classmethod
     @abstractmethod
@@ -155,10 +161,10 @@ class RestTest(CalibrationTest):
 
 
 class ElasticTest(RestTest):
-    """A test whose length at rest depends on stretch stiffness and bending, and determines one of them."""
+    """A test whose length at rest depends on stretch stiffness and bending, and determines one of these parameters."""
 
     reads: ClassVar[Mapping[str, float]]
-    """Readings that make up the length, each with its factor."""
+    """Names of the readings whose weighted sum is the length, each with its factor."""
     weighs: ClassVar[bool] = True
     """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
@@ -167,7 +173,7 @@ class ElasticTest(RestTest):
     """Step of a parameter's logarithm for differences of the length."""
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Return the standard uncertainty of the simulated length due to chance [m].
+        """Return the standard uncertainty of the simulated length that is due to the random positions of folds [m].
 
         Args:
             shapes: Positions at rest [m], shape (n, 3), for all materials that were tried.

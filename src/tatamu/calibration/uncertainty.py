@@ -1,8 +1,9 @@
 """Uncertainties of parameters from uncertainties of readings, to first order (JCGM 100:2008, 5.1 and 5.2).
 
-Y is the stretch stiffness, B the bending rigidity, HB the friction of bending, rho the areal density, and L the size of
-the garment. At rest, the ratio of a length to L depends only on Y / (rho g L), B / (rho g L^3) and HB / (rho g L^2). A
-few simulations give the slopes of a reading f in Y, B and HB. These slopes also give the slopes in density and size:
+The symbols are the stretch stiffness Y, the bending rigidity B, the friction of bending HB, the areal density rho, the
+acceleration of gravity g, and the size L of the garment. For cloth at rest, a length divided by L depends only on Y /
+(rho g L), B / (rho g L^3) and HB / (rho g L^2). A few simulations give the derivatives f_Y, f_B and f_HB of a reading f
+by ln Y, ln B and ln HB. The derivatives by density and size follow from these three:
 
     df/dln rho = -(f_Y + f_B + f_HB),    df/dln L = f - f_Y - 3 f_B - 2 f_HB,    f_Y = df/dln Y, ...
 """
@@ -50,7 +51,8 @@ def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) ->
     """Return the slopes of a reading, which is a function of the logarithms of two or three parameters.
 
     The parameters are the stretch stiffness, the bending rigidity and, optionally, the friction of bending. The slopes
-    are central differences with this step. If the simulator fails on one side, the difference is one-sided.
+    are central differences with this step. If the simulator fails at one of the two values, the difference is
+    one-sided.
     """
     here = reading(*at)
 
@@ -91,7 +93,7 @@ class Sensitivity:
 def contributions(
     readings: Readings, elastic: Sequence[Sensitivity], later: Sequence[tuple[LaterTest, Fit]]
 ) -> Changes:
-    """Return how much one standard uncertainty of each reading changes the logarithms of `PARAMETERS`, shape (k,).
+    """Return by how much one standard uncertainty of each reading changes the logarithms of the k `PARAMETERS`.
 
     Args:
         readings: Readings by their names.
@@ -121,7 +123,7 @@ def disagreement(values: list[float], spreads: list[float]) -> float:
     The uncertainty of the weighted mean is increased by the Birge ratio, as the Particle Data Group does.
 
     Args:
-        values: Value of the parameter by each test alone.
+        values: Value of the parameter according to each test.
         spreads: Standard uncertainty of the logarithm of each value.
     """
     if len(values) < 2:
@@ -138,7 +140,7 @@ def _share(reading: Reading) -> float:
 
 
 def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> float:
-    """Return the change of a simulated reading [m] that the error of one reading causes.
+    """Return the change of a test's simulated reading [m] that the error of one measured reading causes.
 
     `density` is the change of ln rho, the logarithm of the areal density.
     """

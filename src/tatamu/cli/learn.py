@@ -94,7 +94,10 @@ def _learn(
     storage: str | None,
     connections: ExitStack,
 ) -> None:
-    """Learn a fold, and print the result. Opened connections are added to `connections`, which closes them later."""
+    """Learn a fold, and print the result.
+
+    Opened connections are added to `connections`, and are closed later together with it.
+    """
     from tatamu.cli.progress import LearningDisplay, starting
 
     with starting(f"laying out {options.garment}"):

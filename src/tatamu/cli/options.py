@@ -20,8 +20,10 @@ CONTEXT = "context"
 
 
 Defaults = Callable[[Mapping[str, Any], bool], Mapping[str, Any]]
-"""Function that returns values for options that the user did not give. It gets two arguments: the parameters of the
-command, and whether the command's argument is given."""
+"""Function that returns values for options that the user did not give.
+
+The function gets two arguments: the parameters of the command, and whether the user gave the command's argument.
+"""
 
 
 def options_from(
@@ -32,8 +34,8 @@ def options_from(
     Args:
         record: Class of the record. Its fields define the defaults and the descriptions of the options.
         argument: Name of the field that is the argument of the command, not an option.
-        defaults: Function that returns values for options that the user did not give. The argument may then be missing
-            too. None to use the defaults of the record, and to require the argument.
+        defaults: Function that returns values for options that the user did not give. With such a function, the
+            argument is optional. With None, the defaults of the record are used, and the argument is required.
     """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -97,7 +99,7 @@ def _kinds(annotation: Any) -> list[Any]:
 
 
 def _plain_type(field: FieldInfo) -> type:
-    """Return the type of a field if it is bool, int or float, otherwise str; `parse` converts such texts later."""
+    """Return the type of a field if it is bool, int or float, otherwise str. `parse` converts these texts later."""
     kinds = _kinds(field.annotation)
     return kinds[0] if len(kinds) == 1 and kinds[0] in PLAIN else str
 

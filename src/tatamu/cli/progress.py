@@ -23,8 +23,10 @@ LINE_EVERY = 5.0
 BAR_EVERY = 0.2
 """Time between two updates on a terminal [s]."""
 STEADY = 4
-"""Number of finished trials after which the time per trial is known. It is not 1, because the first trials start
-together."""
+"""Number of finished trials after which the time per trial is known.
+
+One trial is not enough: the first trials run at the same time, so other trials end shortly after the first one.
+"""
 SILENT = 10.0
 """Time without a finished trial after which the time of a single simulation is measured [s]."""
 WRITING = 3.0
@@ -228,7 +230,10 @@ class LearningDisplay:
         self._ends = monotonic() + left
 
     def now(self, text: str, done: int, total: int, more: Callable[[], str] = str) -> None:
-        """Show a text until the next call, with the text that `more` returns and, if known, the remaining time."""
+        """Show a text until the next call.
+
+        The text that `more` returns and, if known, the remaining time are appended.
+        """
         self._lines = lambda: (text + more() + self._left(), done, total)
         if self._bar:
             self._look()

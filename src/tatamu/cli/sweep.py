@@ -89,7 +89,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
 
 
 def _pending(tasks: Sequence[SweepTask]) -> int:
-    """Return the lowest of all tasks' numbers of pending trials, the trials that a study runs at a time."""
+    """Return the smallest number of trials that one of the tasks runs at a time."""
     from tatamu.study import usual_pending
 
     options = [TaskRequest(**task.options) for task in tasks]

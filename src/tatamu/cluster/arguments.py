@@ -1,7 +1,7 @@
 """Sends the arguments of calls to workers. A large argument is sent only once, and then passed from worker to worker.
 
-To the scheduler, each large argument is the result of a separate call. If all workers that have the argument die, the
-scheduler repeats this call.
+The scheduler treats each large argument as the result of a separate call. If all workers that have the argument die,
+the scheduler repeats this call.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ import distributed
 from tatamu.cluster.call import unpacked
 
 LARGE = 65_536
-"""Size above which an argument is sent only once and shared by calls [bytes]. A task is larger than this, and a
-manipulation is smaller."""
+"""Size above which an argument is sent only once and shared by calls [bytes].
+
+The data of a task are larger than this size, and a manipulation is smaller.
+"""
 KEPT = 256_000_000
 """Largest total size of the shared arguments that are kept on the workers for later calls [bytes]. An argument that is
 in use is always kept."""

@@ -64,5 +64,8 @@ async def _replace(worker: Any, scheduler: Any) -> None:
 
 
 def _turned(differing: str | None) -> str:
-    """Rewrite a text from `difference` so that it is correct for the user, who is at the client."""
+    """Rewrite a text from `difference` for the user.
+
+    In this text, "here" means the worker, but the user is at the client.
+    """
     return (differing or "").replace(" there", " at the client").replace(" here", " at the worker")

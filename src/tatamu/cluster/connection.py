@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 CONNECT_SECONDS = 5.0
 """Time within which a scheduler must answer [s]."""
 KILLED_WORKERS = 3
-"""Number of workers that may die during a call before the call fails. It applies if tatamu started the scheduler."""
+"""Number of workers that may die during a call before the call fails.
+
+This limit applies only if tatamu started the scheduler.
+"""
 CERTIFICATES = tuple(f"distributed.comm.tls.{name}" for name in ("ca-file", "client.cert", "client.key"))
 """Fields of Dask's configuration that a client needs for addresses `tls://`."""
 QUIET = {name: "critical" for name in ("distributed", "distributed.client", "distributed.nanny", "distributed.worker")}

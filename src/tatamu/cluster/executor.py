@@ -1,8 +1,9 @@
 """Runs calls on the workers of a Dask scheduler, with the interface of `concurrent.futures.Executor`.
 
 Calls wait in this process until workers are free. Each thread of a worker gets only two calls: the first call runs, and
-the second call waits at the worker. So the thread need not wait for a message between two calls. Only few calls are
-lost if a worker dies. The time since a call was sent also shows approximately how long the call has run.
+the second call waits at the worker. This has three advantages. The thread does not wait for a message between two
+calls. If a worker dies, only few calls are lost. The time since a call was sent is approximately the time for which the
+call has run.
 """
 
 from __future__ import annotations

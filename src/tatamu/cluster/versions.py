@@ -1,6 +1,6 @@
 """Finds the versions of Python, of tatamu's code and of packages, which must be equal on all machines.
 
-Otherwise, results might depend on the machine.
+If they were different, results might depend on the machine.
 """
 
 from __future__ import annotations

@@ -28,7 +28,10 @@ class Patience:
     """Limits of the time that a call may take."""
 
     first: float = 1800.0
-    """Limit until the first call has ended [s]. It is long because the first call includes a compilation."""
+    """Limit of the time of a call, until the first call has ended [s].
+
+    It is long because the first call includes a compilation.
+    """
     least: float = 60.0
     """Least limit [s], which applies even if all calls are short."""
     factor: float = 10.0

@@ -68,7 +68,9 @@ class Pair:
     """Spearman's rank correlation of the mean vertex distance in both simulators. Unlike C, this distance depends only
     on the simulation."""
     between: dict[str, float]
-    """Mean distance between the final vertices in both simulators [m], for each manipulation that both finished."""
+    """Mean distance between the final vertices in both simulators [m], for each manipulation that did not fail in
+    either.
+    """
 
     @property
     def mean_between(self) -> float | None:
@@ -89,7 +91,7 @@ class Agreement:
     simulators: list[str]
     manipulations: list[str]
     entries: dict[tuple[str, str], Entry]
-    """Results by manipulation and simulator."""
+    """Results by the names of the manipulation and the simulator."""
 
     @property
     def pairs(self) -> list[Pair]:
@@ -283,7 +285,7 @@ class _Run:
 def ends(scene: Scene, simulator: str, faces: np.ndarray) -> Rollout:
     """Simulate a scene, and return the first and last frame on the mesh `faces`.
 
-    If the simulation fails, the result has only the first frame, twice, and the error.
+    If the simulation fails, the result contains the first frame twice, and the error.
     """
     try:
         rollout = on_coarse_mesh(named(simulator).simulate(scene), faces)

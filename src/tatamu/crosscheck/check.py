@@ -90,7 +90,7 @@ def check(learned: Result, simulator: str, material: Material | None = None, hal
 
 
 def modify_scene(scene: Scene, material: Material | None, halved: bool) -> Scene:
-    """Return a scene with another material, with half the mesh spacing, or with both.
+    """Return a scene with another material, with half the mesh spacing, or with both changes.
 
     If the other material has another thickness, the height of the cloth is adapted.
     """

@@ -2,8 +2,8 @@
 
     specification ──▶ draw ──▶ episode ──▶ part of the folder ──▶ LeRobot and Zarr, table, page
 
-An episode is one fold of the dataset, with its observations and actions. It depends only on the specification and on
-the number of the episode. Therefore any process can record any episode, in any order.
+An episode is one fold of the dataset, with its observations and actions. An episode depends only on the specification
+and on its own number. Therefore any process can record any episode, in any order.
 """
 
 from tatamu.dataset.folder import DatasetFolder

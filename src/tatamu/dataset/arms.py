@@ -1,7 +1,7 @@
 """The arms of a robot that lead the hands. States and actions are joint angles, under LeRobot's names.
 
 F is the fold's frame, B the robot's base, and T the tool. An action contains a target for every joint [rad] and every
-gripper (1 is open, 0 is closed). The positions of the hands follow from those of the tools, by forward kinematics.
+gripper (1 is open, 0 is closed). The positions of the hands are computed from the joint angles, by forward kinematics.
 """
 
 from __future__ import annotations
@@ -43,11 +43,18 @@ class Stand(OpenRecord):
 
     robot: str
     place: list[float]
-    """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base, and how far the trunk turns (0 to 1)."""
+    """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base.
+
+    The last number tells how far the trunk turns towards the hands, as a fraction from 0 to 1.
+    """
     holds: list[tuple[float, float, bool]]
-    """For the left and the right tool: tilt and yaw [rad], and whether the two fingers have changed sides."""
+    """Orientation of the left and of the right tool: tilt [rad], yaw [rad], and whether the two fingers have changed
+    sides.
+    """
     grips: list[tuple[float, float]]
-    """For each hand: the direction in which it folds, as an angle about z [rad], and the height of its grasp [m]."""
+    """Two numbers for each hand: the direction in which it folds, as an angle about z [rad], and the height of its
+    grasp [m].
+    """
 
 
 def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
@@ -107,7 +114,7 @@ class Arms:
         return state_names(self.robot)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
-        """Return the states of the robot along the path of the hands, float32, shape (steps + 1, k).
+        """Return the states of the robot along the path of the hands.
 
         The path is slowed down until no joint is too fast.
 
@@ -118,7 +125,7 @@ class Arms:
             rate: Steps per second [1/s].
 
         Returns:
-            The states, float32, shape (steps + 1, k).
+            The states before the first step and after each step, float32, shape (steps + 1, k). A state has k numbers.
 
         Raises:
             OutOfReachError: If an arm cannot reach the path, would touch something, or is too slow.
@@ -138,10 +145,11 @@ class Arms:
         """Return the positions of the hands, and whether the grippers are closed.
 
         Args:
-            numbers: States or actions of the robot, shape (n, k).
+            numbers: States or actions of the robot with k numbers each, shape (n, k).
 
         Returns:
-            Positions in the fold's frame F [m], shape (n, 2, 3), and whether each gripper is closed, shape (n, 2).
+            Two arrays for the n states: the positions of both hands in the fold's frame F [m], shape (n, 2, 3), and
+            whether each gripper is closed, shape (n, 2).
         """
         left, right = (len(arm.joints) for arm in self.robot.arms)
         angles = numbers.astype(float)
@@ -161,7 +169,7 @@ class Arms:
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """For each arm: the orientation R_BT of the tool T, and the offset from the hand to T [m], in the base B."""
+        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], in the base B."""
         tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
         return [(rotation, offset) for rotation, offset, _ in tools]
 
@@ -170,9 +178,11 @@ class Arms:
         return tuple(Chain.of(self.robot, arm) for arm in self.robot.arms)
 
     def _reach(self, places: np.ndarray) -> np.ndarray:
-        """Return full configurations [rad] with the tools at these positions (n, 2, 3) [m] in the fold's frame F.
+        """Return n configurations of all joints [rad] that put the tools at n pairs of positions.
 
-        Each configuration is near the previous one.
+        The positions are given in the fold's frame F [m], shape (n, 2, 3).
+
+        Each of the n configurations is near the previous configuration.
         """
         X_BF = self.placement.matrix
         points = (places @ X_BF[:3, :3].T + X_BF[:3, 3]).transpose(1, 0, 2)

@@ -1,4 +1,7 @@
-"""The curve of a randomly drawn fold. It is near the arched curve, or near the curve of a learned fold."""
+"""The hands' curve of a randomly drawn fold.
+
+It is near the default curve, an arch, or near the curve of a learned fold.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,8 @@ def parameters_of(drawn: DrawnFold, task: Task, spread: float) -> Parameters:
     Args:
         drawn: The random numbers of the fold.
         task: The task of the fold.
-        spread: Largest distance from the middle curve, as a fraction of the search space.
+        spread: Largest distance from the middle curve in each parameter, as a fraction of the search space. The middle
+            curve is the default curve or the curve of a learned fold.
     """
     middle = drawn.middle or arched_curve(task.fold)
     bounds = task.space.bounds

@@ -78,7 +78,8 @@ def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
 def columns_of(record: EpisodeRecord) -> dict[str, Any]:
     """Return the outcome of an episode as columns of a table.
 
-    Each measure and each parameter is a column; tables are stored as JSON.
+    Each measure of the score and each parameter of the fold has a column of its own. The material and the disturbances,
+    which have several fields, are stored as JSON texts.
     """
     plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
     measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}

@@ -13,7 +13,7 @@ from tatamu.records import Record
 
 
 class Uniform(Record):
-    """A random number between two bounds, with equal probability everywhere."""
+    """A random number that is evenly distributed between two bounds."""
 
     low: Number
     high: Number
@@ -53,7 +53,10 @@ class Normal(Record):
 
 
 def _distribution(given: Any) -> float | list[float] | Uniform | Normal:
-    """Return the distribution that is given in a file. All its forms share one error message."""
+    """Return the distribution that is given in a file.
+
+    If the given value has none of the allowed forms, one error message lists these forms.
+    """
     if isinstance(given, Uniform | Normal):
         return given
     if isinstance(given, dict):

@@ -29,7 +29,7 @@ from tatamu.search import Parameters
 from tatamu.simulators import named
 
 ATTEMPTS = 50
-"""Largest number of folds that are drawn until the robot can carry out one of them."""
+"""Largest number of folds that are drawn until the robot can carry out a fold."""
 SECONDS = 120.0
 """Largest duration of an episode [s]."""
 THUMBNAILS = 24
@@ -57,7 +57,10 @@ class Episode:
 
     record: EpisodeRecord
     arrays: Mapping[str, np.ndarray]
-    """Arrays by their names, for T actions.
+    """Arrays by their names, for an episode with T actions.
+
+    A state has s numbers, and an action has a numbers. The cloth has k key points, n vertices and m triangles. There
+    are h hands. A picture has p x p pixels.
 
     - state (T + 1, s), action (T, a) and reward (T,)
     - key_points (T + 1, k, 3) [m] and positions (T + 1, n, 3) [m]
@@ -76,16 +79,19 @@ class _Prepared:
     task: Task
     parameters: Parameters
     actions: np.ndarray
-    """Actions, float32, shape (T, a) for T steps. After the hands have opened, they wait for `SETTLE` seconds."""
+    """Actions, float32, shape (T, a) for T steps with a numbers each.
+
+    At the end, the open hands wait for `SETTLE` seconds.
+    """
     states: np.ndarray | None
-    """States of the robot, float32, shape (T + 1, a) for T steps; None for floating hands."""
+    """States of the robot before, between and after the T steps, float32, shape (T + 1, a); None for floating hands."""
 
 
 def record_episode(recorder: Recorder, number: int) -> Episode:
     """Record an episode. The same arguments give the same bytes in every process.
 
     Args:
-        recorder: Everything that is needed except the number.
+        recorder: Everything that is needed to record an episode, except its number.
         number: Number of the episode, from 0.
 
     Raises:
@@ -157,7 +163,7 @@ def play(
 
 
 def _prepare(recorder: Recorder, fold: int) -> _Prepared:
-    """Draw folds at random until the arms can carry out one of them. Floating hands can carry out every fold."""
+    """Draw folds at random until the arms can carry out a fold. Floating hands can carry out every fold."""
     reason = ""
     for attempt in range(ATTEMPTS):
         drawn = draw_fold(recorder.specification, recorder.runs, fold, attempt)
@@ -193,7 +199,10 @@ def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np
 
 @lru_cache(maxsize=1)
 def _arms(stand: str) -> Arms:
-    """Return the arms of a stand that is given as JSON. The last arms are kept, because making them takes long."""
+    """Return the arms of a stand that is given as JSON.
+
+    The last arms are kept in memory, because it takes long to make them.
+    """
     return Arms.at(Stand.model_validate_json(stand))
 
 

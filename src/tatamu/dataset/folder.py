@@ -1,8 +1,8 @@
 """The folder of a dataset: the episodes that are being recorded, then the finished files.
 
 While episodes are recorded, each episode is a file in the folder `.episodes`. Then all other files are written in the
-folder `.building` and moved to their final places, `dataset.json` last. A folder without `dataset.json` is therefore
-unfinished. The same command resumes it.
+folder `.building`, and are moved to their final places. `dataset.json` is moved last. A folder without `dataset.json`
+is therefore unfinished. To resume the recording, the same command is run again.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from tatamu.presentation.page import render
 from tatamu.robustness.record import interval_of
 
 LEAST = 1e-4
-"""Smallest distance on the logarithmic axis [m]. Smaller distances are drawn at this value."""
+"""Smallest distance on the logarithmic axis [m]. Smaller distances appear in the chart at this value."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 UNITS = {
@@ -76,7 +76,10 @@ def _facts(dataset: DatasetRecord) -> list[tuple[str, str]]:
 
 
 def _groups(records: Sequence[EpisodeRecord]) -> list[tuple[str, list[str]]]:
-    """Return the rows of a table by garment and fold plan: number of episodes, success rate, mean vertex distances."""
+    """Return the rows of a table with one row for each garment and fold plan.
+
+    The columns are the number of episodes, the success rate, and the mean vertex distances.
+    """
     groups: dict[str, list[EpisodeRecord]] = {}
     for record in records:
         groups.setdefault(f"{Path(record.garment).stem}, {Path(record.plan).stem}", []).append(record)

@@ -36,14 +36,17 @@ class EpisodeRecord(Subject):
     score: Score | None
     """All measures of the outcome; None if the simulation failed."""
     held_draws: int = 0
-    """Number of disturbed simulations from which `held_share` follows."""
+    """Number of disturbed simulations from which `held_share` is computed."""
     held: int = 0
     """Number of disturbed simulations in which the fold succeeded."""
     held_from: str = ""
     """Source of the disturbed simulations.
 
-    It is "worlds" (of the specification), "margins" or "study" (of a learned fold), or "episodes"; empty if there are
-    none.
+    It is one of the following words, or empty if there are no disturbed simulations:
+
+    - "worlds": the additional simulations that the specification requests
+    - "margins" or "study": the simulations of a learned fold
+    - "episodes": the episodes with the same fold
     """
     held_share: float | None = None
     """Share of disturbed simulations in which this fold succeeds; None without disturbances."""
@@ -74,8 +77,8 @@ class EpisodeRecord(Subject):
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:
     """Return the records with the share of disturbed simulations in which each fold succeeds.
 
-    These are the additional simulations that the specification requests. If it requests none, they are the episodes of
-    the same fold.
+    The share counts the additional simulations that the specification requests. If the specification requests none, the
+    share counts the episodes with the same fold.
 
     Args:
         records: Records of all episodes.

@@ -34,7 +34,9 @@ class DrawnFold:
     unit: tuple[float, ...]
     """Distances from the middle curve as fractions of `spread`, from -1 to 1, for x1, z1, x2, z2, g1 and g2."""
     middle: Parameters | None = None
-    """Parameters of the middle curve, which is that of the learned fold; None for the arched curve."""
+    """Parameters of the learned fold's curve, which is the middle curve; None if the default curve, an arch, is the
+    middle.
+    """
     known: tuple[int, int, str] | None = None
     """Numbers of successes and of tests of the learned fold, and the source of these numbers; None if unknown."""
 
@@ -70,7 +72,8 @@ def draw_fold(
         specification: The specification of the dataset.
         runs: The learned folds that the specification names.
         number: Number of the fold, from 0.
-        attempt: Number of the attempt, from 0. It is above 0 if the robot could not carry out earlier folds.
+        attempt: Number of the attempt, from 0. It is above 0 if the robot could not carry out the folds of earlier
+            attempts.
     """
     generator = np.random.default_rng(np.random.SeedSequence([specification.seed, 0, number, attempt]))
     if runs:
@@ -109,7 +112,10 @@ def check_names(specification: DatasetSpecification) -> None:
 
 
 def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
-    """Return the largest subject with these names that may be drawn."""
+    """Return the subject with the largest size that may be drawn for these names.
+
+    A subject is a garment and a step of a fold plan.
+    """
     drawn = specification.drawn_garment
     return Subject(
         garment=garment,
@@ -141,7 +147,10 @@ def _folders(specification: DatasetSpecification) -> list[Path]:
 
 
 def _steps(path: Path) -> list[Path]:
-    """Return the folders of the learned folds in the folder of a run: the folder itself, or the steps of its plan."""
+    """Return the folders of the learned folds in the folder of a run.
+
+    If a plan with several steps was learned, each step has a folder. Otherwise the folder itself is returned.
+    """
     folder = ResultFolder(path)
     if not path.is_dir():
         raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")

@@ -64,7 +64,9 @@ class FoldDraw(Record):
     hands: Literal[1, 2] | None = None
     """Number of hands that fold; None for the plan's number. Only for randomly drawn folds."""
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
-    """Largest distance from the arched curve, or from the learned fold, as a fraction of the search space."""
+    """Largest distance from the default curve, an arch, or from the learned fold's curve, as a fraction of the search
+    space.
+    """
     runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
     """Folders of `tatamu learn`. Only for learned folds."""
     sweep: Annotated[str, Field(min_length=1)] | None = None
@@ -113,7 +115,10 @@ class OutcomeOptions(Record):
     """Tests of each outcome, in addition to its score."""
 
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
-    """Number of additional disturbed simulations of each fold. They give the share in which the fold succeeds."""
+    """Number of additional disturbed simulations of each fold.
+
+    They give the share of simulations in which the fold succeeds.
+    """
     simulator: Literal["mujoco", "blender"] | None = None
     """A second simulator that repeats the hands' motion of each episode; None for no second simulator."""
 

@@ -1,7 +1,7 @@
-"""States in the format Zarr 3: every vertex and hand over time.
+"""States in the format Zarr 3: the positions of every vertex and hand over time.
 
-The arrays are padded to the longest episode and the largest cloth. A shard contains whole episodes, and is written only
-once, by one process.
+The arrays are padded to the longest episode and the largest cloth. A shard is a file with a part of an array. It
+contains whole episodes, and is written only once, by one process.
 """
 
 from __future__ import annotations
@@ -25,14 +25,16 @@ MOST_IN_SHARD = 64
 FRAMES = 16
 """Number of frames in a chunk, which is the part of a shard that is read at once."""
 GAP: Mapping[str, Any] = {"f": np.nan, "i": -1, "b": False, "u": 0}
-"""Values that fill an array after the end of an episode or of a cloth, by the kind of numbers."""
+"""Values that fill an array after the last frame of an episode and after the last vertex of a cloth, by the kind of
+numbers.
+"""
 PER_FRAME = ("positions", "key_points", "hands", "mask", "state", "action", "reward")
 """Names of the arrays with a row for each frame or action."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """Largest shape of an array over all episodes, without the axis of episodes, and the type of its numbers."""
+    """Shape that is large enough for an array in every episode, and the type of the array's numbers."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]

@@ -14,11 +14,14 @@ from tatamu.zbuffer import z_buffer
 
 Camera = Literal["top", "front", "left", "right"]
 CAMERAS: tuple[Camera, ...] = get_args(Camera)
-"""Names of the cameras. One looks from above, the others from three sides, 45 degrees above the table."""
+"""Names of the cameras.
+
+The camera `top` looks from above. The others look from three sides, 45 degrees above the table.
+"""
 FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
-"""Direction of each camera: angle about z from +x, and angle above the table [degrees]. Hands begin at -x."""
+"""Direction of each camera: angle about z from +x, and angle above the table [degrees]. A fold begins at -x."""
 FAR = 3.0
-"""Distance of a camera from the middle of the cloth, in radii of the visible area."""
+"""Distance of a camera from the middle of the cloth, as a multiple of the radius of the visible area."""
 ROOM = 1.1
 """Ratio of the radius of the visible area to the radius of the flat cloth."""
 HAND = 0.02
@@ -69,7 +72,7 @@ class Studio:
     def heights(self, points: np.ndarray) -> np.ndarray:
         """Return the height of the highest layer at each pixel, as seen from above [m]: float32, shape (h, w).
 
-        The height is 0 if the pixel shows no cloth. Pixels are those of the camera `top`.
+        The height is 0 if the pixel shows no cloth. The pixels are the same as in pictures of the camera `top`.
         """
         scale = self.pixels / (2.0 * self.radius)
         across = (points[:, :2] - self.middle[:2]) * scale

@@ -27,7 +27,7 @@ def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: fl
     """Return the motion of the hands in a manipulation.
 
     The hands go to their grasps with open jaws, then close and follow their paths, then open. If the hands are slower
-    than the manipulation, they take longer on the same paths.
+    than the manipulation, they need more time for the same paths.
 
     Args:
         manipulation: The manipulation.
@@ -44,13 +44,15 @@ def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: fl
     if slower > 1.0:
         instants = np.linspace(0.0, instants[-1], int(np.ceil(1.1 * slower * len(instants))))
         places = _places(manipulation, instants)
-    moves = places - places[0]  # fingers without thickness need not rise when they close
+    moves = places - places[0]  # fingers without thickness do not rise when they close
     closed = np.arange(count + len(moves)) >= count
     return Led(np.concatenate([there, grasps + moves]), closed)
 
 
 def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.ndarray:
     """Return the actions for a motion of the hands, float32, shape (steps + wait, 4 hands).
+
+    An action has four numbers for each hand.
 
     After the motion, the hands wait with open jaws.
 
@@ -82,7 +84,7 @@ def follow(
 
 
 def _places(manipulation: Manipulation, instants: np.ndarray) -> np.ndarray:
-    """Return the displacement of each hand from its grasp at these times [m], shape (k, hands, 3)."""
+    """Return the displacement of each hand from its grasp at k times [m], shape (k, hands, 3)."""
     times, paths = manipulation.motion()
     return np.stack(
         [np.column_stack([np.interp(instants, times, column) for column in path.T]) for path in paths], axis=1

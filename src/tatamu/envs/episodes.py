@@ -53,7 +53,7 @@ def make_episodes(
     spacing: float | None,
     disturbances: Disturbances | Path | str | None,
 ) -> Episodes:
-    """Make the episodes of an environment. The arguments are those of the environment.
+    """Make the episodes of an environment. The arguments have the same meaning as the environment's arguments.
 
     Raises:
         InputError: If an argument is wrong; the message names it.
@@ -73,7 +73,8 @@ def hand_errors(fold: Fold, world: World, hands: int) -> np.ndarray:
 
     Args:
         fold: The fold.
-        world: The disturbances. Those of the hands, of the table's height, and of the cloth's position have an effect.
+        world: Values of all disturbances. Only the disturbances of the hands, of the table's height, and of the cloth's
+            position have an effect.
         hands: Number of hands.
     """
     place = np.array([world["cloth.place.along"], world["cloth.place.across"], world["table.height"]])

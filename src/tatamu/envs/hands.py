@@ -33,7 +33,8 @@ MOST_RATE = 60
 NEVER = 1e6
 """A time after the end of every episode [s].
 
-The scene's grippers close at this time. Before it, they follow the targets that they are given.
+The grippers of the scene are set to close at this time, so they never close by themselves. Instead, they follow the
+targets that each step gives them.
 """
 
 
@@ -119,7 +120,8 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         Args:
             seed: Random seed for the disturbances of this and the following episodes; None to continue the random
                 sequence.
-            options: May have the entry "world": values of disturbances by their names. Then no disturbances are drawn.
+            options: May have the entry "world": values of disturbances by their names. With this entry, no disturbances
+                are drawn.
         """
         super().reset(seed=seed)
         given = (options or {}).get("world")
@@ -145,8 +147,9 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """Move the hands for one step, which lasts a tenth of a second by default.
 
         Args:
-            action: Four numbers from -1 to 1 for each hand, shape (4 hands,). The first three are its motion along x, y
-                and z, as fractions of the largest motion. The jaw closes if the fourth is above 0.
+            action: Four numbers from -1 to 1 for each hand, in one array of length 4 x hands. The first three numbers
+                are the hand's motion along x, y and z, as fractions of the largest motion. If the fourth number is
+                above 0, the jaw closes.
 
         Raises:
             InputError: If the action does not have this shape, or is not finite.
@@ -173,7 +176,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Move the hands to these positions in one step. Unlike `step`, this method does not limit the speed.
+        """Move the hands to these positions in one step. Unlike `step`, this method does not limit their speed.
 
         Args:
             places: Assumed positions of the hands at the end of the step [m], shape (hands, 3).
@@ -231,7 +234,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
     def _near(self, jaw: Jaw) -> tuple[int, ...]:
         """Return the vertices that a jaw grasps if it closes now.
 
-        These are the vertices within its reach that no other jaw holds.
+        These are the vertices within the jaw's reach that no other jaw holds.
         """
         reach = max(self.options.reach, 0.6 * self.task.garment.spacing)
         near = np.flatnonzero(np.linalg.norm(self._simulation.positions - jaw.actual, axis=1) <= reach)

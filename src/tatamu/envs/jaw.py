@@ -53,7 +53,10 @@ class Jaw:
 
     @property
     def actual(self) -> np.ndarray:
-        """Actual position of the hand [m], shape (3,). A hand that is commanded below the table stops at the table."""
+        """Actual position of the hand [m], shape (3,).
+
+        A hand that is commanded to go below the table stops at the table.
+        """
         there = self.place + self._error
         there[2] = max(there[2], self._lowest)
         return np.asarray(there)

@@ -28,7 +28,7 @@ def scene_of_led(untouched: Scene, led: Sequence[Sequence[HandTarget | None]], r
 
 
 def _grippers(hand: int, targets: Sequence[HandTarget | None], rate: float) -> list[Gripper]:
-    """Return the grippers of one hand: a gripper for each time that the hand was closed."""
+    """Return the grippers of one hand: one gripper for each period in which the hand was closed."""
     found: list[Gripper] = []
     times: list[float] = []
     places: list[np.ndarray] = []

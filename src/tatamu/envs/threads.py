@@ -1,6 +1,6 @@
 """Several environments in the threads of `simulate_many`.
 
-The compiled loops of the simulations run at the same time.
+Compiled code runs the simulations of all environments at the same time.
 """
 
 from __future__ import annotations

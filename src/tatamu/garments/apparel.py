@@ -55,7 +55,7 @@ def title(texts: Iterable[str], block: str) -> str:
 def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None:
     """Make a piece from its curves by layer; None if the piece has no closed boundary.
 
-    The outline is the sew line if the sew line is closed, because cloth outside the sew line ends up inside the
+    If the sew line is closed, the outline is the sew line. Cloth outside the sew line is hidden inside the sewn
     garment. Otherwise the outline is the cut line.
     """
     cut = _closed(layers, BOUNDARY)

@@ -20,14 +20,17 @@ from tatamu.garments.outline import Outline, counted
 from tatamu.garments.sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
-"""Distance below which a point does not matter [m]: without the point, the outline changes by less than this."""
+"""Largest distance by which an outline may change when unnecessary points are left out [m]."""
 MOST_CORNERS = 2_000
 """Largest number of corners of each curve of an outline. It is limited because libraries recurse once for each corner,
 or try all pairs of corners."""
 MOST_NOTES = 5
 """Largest number of notes on curves that are no openings; further curves are only counted."""
 SAME = 0.99
-"""Fraction of the outline's area. A hole with a larger area is the outline itself, which was drawn twice."""
+"""Largest area of a hole, as a fraction of the outline's area.
+
+A larger curve is the outline itself, drawn a second time.
+"""
 WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
 """Largest width of seam allowances and hems: in metres, and as a fraction of the square root of a piece's area."""
 MARK = 0.05
@@ -54,8 +57,8 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     Args:
         piece: Piece of the drawing, with its curves.
         matrix: Matrix that turns the drawing's coordinates into metres in a garment's frame, shape (2, 2).
-        openings: The openings: curves in the drawing's coordinates by name, or names of open curves or of sides. None
-            if every named open curve along the outline is an opening.
+        openings: The openings: curves in the drawing's coordinates by name, or names of open curves or of sides. With
+            None, every named open curve along the outline is an opening.
         path: Path of the file, for messages.
         holes: Whether closed curves inside are holes. With None, a closed curve is a hole unless it follows the
             outline.
@@ -91,7 +94,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 
 
 def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
-    """Return the cloth within the first ring, and notes on how the other rings were interpreted.
+    """Return the cloth within the first closed curve, and notes on how the other closed curves were interpreted.
 
     A pattern may have two lines around a piece: the cut line and, inside the cut line, the sewn line. No drawing states
     whether a closed curve inside is a hole or the sewn line. But only a sewn line follows the outline.
@@ -158,7 +161,7 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """Return a closed curve with few points, shape (k, 2); a curve with many points is simplified part by part.
+    """Return a closed curve with at most `MOST_CORNERS` points. A curve with more points is simplified part by part.
 
     Raises:
         InputError: If the simplified curve still has too many points.
@@ -181,7 +184,10 @@ def _ring(region: shapely.Polygon) -> np.ndarray:
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return curves by name. Repeated names are numbered; for example, curves in one DXF layer have one name."""
+    """Return curves by name.
+
+    Repeated names are numbered. For example, all curves in one DXF layer have the same name.
+    """
     found: dict[str, np.ndarray] = {}
     for name, points in named:
         number = sum(other == name or other.startswith(f"{name} ") for other in found)

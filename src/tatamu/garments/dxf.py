@@ -28,8 +28,10 @@ NAMELESS = ("0", "defpoints")
 FLATNESS = 1e-4
 """Largest distance between an arc and the polyline that replaces it [m]."""
 RELATIVE_FLATNESS = 1e-5
-"""Distance between an arc and its polyline that is always allowed, as a fraction of the arc's extent. It limits the
-number of points of very large arcs."""
+"""Distance between an arc and its polyline that is always allowed, as a fraction of the arc's extent.
+
+It keeps the number of points of very large arcs small.
+"""
 MOST_ENTITIES = 60_000
 """Largest number of entities of an unpacked drawing. Reading takes a third of a millisecond per entity."""
 MOST_BENT = 10_000

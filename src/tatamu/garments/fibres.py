@@ -14,7 +14,7 @@ from tatamu.topology import facing_down
 
 
 def along_v(uv: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return the direction of the UV map's +v axis in each triangle, as unit vectors of shape (m, 3).
+    """Return the direction of the UV map's +v axis in each of m triangles, as unit vectors of shape (m, 3).
 
     Args:
         uv: Corners of the triangles in the pattern, shape (m, 3, 2).
@@ -35,12 +35,12 @@ def carried(
     new_points: np.ndarray,
     new_faces: np.ndarray,
 ) -> np.ndarray:
-    """Return the warp directions on a new mesh of a flat garment, shape (k, 3).
+    """Return the warp direction in each of the k triangles of a new mesh of a flat garment, shape (k, 3).
 
     Each new triangle has the direction of the nearest old triangle in the same layer.
 
     Args:
-        fibre: Warp directions on the old mesh, shape (m, 3).
+        fibre: Warp direction in each of the m triangles of the old mesh, shape (m, 3).
         points: Vertices of the old mesh of the flat garment [m], shape (n, 3).
         faces: Triangles of the old mesh, shape (m, 3).
         new_points: Vertices of the new mesh [m].

@@ -38,8 +38,11 @@ PRICES = (0.35, 1.0, 3.0)
 With a higher cost, the border is shorter and follows wrinkles less. All costs are tried, and the flat garment with the
 least strain is kept."""
 ONE_SIDED = 0.5
-"""Limit above which a whole panel belongs to the front or the back. The limit is for the difference between the areas
-that face up and down, divided by the panel's area."""
+"""Limit for a panel: the difference between its area that faces up and its area that faces down, divided by its whole
+area.
+
+Above this limit, the whole panel belongs to the front or to the back.
+"""
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class Flattened:
     plan: np.ndarray
     """Positions of the vertices [m], shape (n, 2)."""
     strain: np.ndarray
-    """Relative elongation of each triangle's edges compared with the mesh or the pattern, shape (m, 3)."""
+    """Relative elongation of each triangle's edges, compared with the mesh or the sewing pattern, shape (m, 3)."""
 
     wrong: int
     """Number of triangles that face the wrong way."""
@@ -83,7 +86,8 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
 def _laid_out(plan: np.ndarray, faces: np.ndarray, lengths: np.ndarray, up: np.ndarray) -> Flattened:
     """Return the garment in the plane.
 
-    The iteration starts from the positions `plan`, shape (n, 2). The triangles `up` shall face up.
+    The iteration starts from the positions `plan`, shape (n, 2). Triangles that the mask `up` selects must face up in
+    the result.
     """
     stress = np.ones(len(faces))
     for _ in range(PASSES):

@@ -29,7 +29,10 @@ EDGE = 4
 SIMILAR = 0.05
 """Least area of a region that may belong to the garment, as a fraction of the garment's area."""
 FACING = 1.1
-"""Largest distance between points of two regions that face each other, as a multiple of the regions' distance."""
+"""Factor that determines which border points of two regions face each other.
+
+Two points face each other if their distance is at most this factor times the distance between the regions.
+"""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,8 @@ def stand_out(
         image: Red, green and blue from 0 to 1, shape (h, w, 3).
         path: Path of the file, for messages.
         join: Whether all regions that differ from the table belong to the garment.
-        apart: Positions on things that do not belong to the garment, such as a sheet of paper [pixels], shape (k, 2).
+        apart: Positions of k points on things that do not belong to the garment, such as a sheet of paper [pixels],
+            shape (k, 2).
         ignored: Mask of pixels to ignore because they show other things, shape (h, w); None to use all pixels.
 
     Raises:

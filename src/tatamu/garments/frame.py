@@ -13,7 +13,10 @@ Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 FLAT = 0.03
 """Largest thickness of a flat mesh, as a fraction of its width."""
 SQUARE = np.sin(np.radians(1.0))
-"""Sine of the angle to the direction across the piece, below which a grain line counts as lying exactly across."""
+"""Sine of an angle of one degree.
+
+A grain line that deviates by less than this angle from the direction across the piece counts as exactly across.
+"""
 
 
 def direction(axis: str) -> np.ndarray:

@@ -31,9 +31,9 @@ class GarmentSource:
 class Garment:
     """A garment that lies flat on the table, centred at the origin.
 
-    The length is along x and the width along y, with the left side at y > 0. The hem, which a half fold moves, is at
-    x < 0. With the thickness t, a single layer is at z = t/2. Of two layers, the back is at t/2 and the front at 3t/2.
-    The vertices of the seams are at t, because they belong to both layers.
+    The length is along x and the width along y, with the left side at y > 0. The hem, which a half fold moves, is at x
+    < 0. If the cloth has the thickness t, a single layer is at z = t/2. If there are two layers, the back is at z = t/2
+    and the front at z = 3t/2. The vertices of the seams are at z = t, because they belong to both layers.
     """
 
     name: str

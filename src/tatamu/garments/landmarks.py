@@ -1,9 +1,9 @@
 """Finds the hem, the sleeves and the neck of a T-shirt from its outline alone.
 
 A pocket is a gap between the outline and its convex hull. Under each sleeve there is a pocket. The lower end of this
-pocket is the corner of the hem, and its deepest point is the underarm. The neck is another pocket. If the neck is
-straight, it is the level part of the top instead. The end of a sleeve is a side of the outline between underarm and
-neck. Of all these sides, it is farthest from the midpoint between underarm and neck.
+pocket is the corner of the hem, and its deepest point is the underarm. A curved neck is another pocket. A straight neck
+has no pocket: it is the level part at the top of the outline. Between underarm and neck, the outline has several sides.
+The side that is farthest from the midpoint between underarm and neck is the end of the sleeve.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import shapely
 from tatamu.errors import InputError
 
 DEEP = 0.05
-"""Least depth of the pocket under a sleeve, as a fraction of the outline's width."""
+"""Least depth of the gap between the outline and its convex hull under a sleeve, as a fraction of the outline's width.
+"""
 CENTRAL = 0.25
 """Largest distance between the middle of the neck and the middle of the outline, as a fraction of the width."""
 DIP = 0.01
@@ -148,7 +149,8 @@ def _beside(pocket: _Pocket, side: float, low: np.ndarray, width: float) -> bool
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
     """Return the two ends of a sleeve's opening, as numbers of points.
 
-    The opening is one of the sides between underarm and neck: the one farthest from the midpoint of underarm and neck.
+    The outline has several sides between underarm and neck. The opening is the side that is farthest from the midpoint
+    between underarm and neck.
     """
     way = _shorter_way(points, underarm, neck)
     tolerance = STRAIGHT * float(np.ptp(points[:, 0]))

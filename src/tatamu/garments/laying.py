@@ -95,7 +95,7 @@ def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _edges(lying: np.ndarray, faces: np.ndarray) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """Return the named edges of a garment, and the names of those that are openings.
+    """Return the named edges of a garment, and the names of the edges that are openings.
 
     The edges are the four sides of the outline from above, and the borders of the mesh. The borders are the openings.
     """

@@ -34,7 +34,7 @@ def divided(
     The longest sewn part of a side keeps the name of the side. An open part is called, for example, "top opening".
 
     Args:
-        sides: Paths of vertices by name; each path begins at the end of the one before.
+        sides: Paths of vertices by name; each path begins at the end of the previous path.
         border: Edges that belong to a single triangle, shape (b, 2).
         plan: Positions of the vertices [m], shape (n, 2).
     """
@@ -74,7 +74,10 @@ def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_P
 
 
 def _name(parts: list[_Part], side: str, taken: set[str]) -> None:
-    """Name the parts of a side. The longest sewn part gets the name of the side; so does the only part of a side."""
+    """Name the parts of a side.
+
+    The longest sewn part gets the name of the side. If a side has only one part, this part gets the name of the side.
+    """
     main = max(parts, key=lambda part: (not part.is_open, part.last - part.first))
     main.name = side
     for part in parts:

@@ -105,7 +105,7 @@ def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
 
 
 def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
-    """Return points at distances of about `spacing` along a polyline of shape (k, 2), shape (n, 2).
+    """Return n points at distances of about `spacing` along a polyline with k points, shape (n, 2).
 
     The ends and the corners of the polyline are kept.
     """

@@ -1,6 +1,6 @@
 """Meshes a flat panel of cloth with nearly equilateral triangles.
 
-Points are placed along the outline. Inside the outline, points form a staggered lattice with rows along y, one of them
+Points are placed along the outline. Inside the outline, points form a staggered lattice with rows along y. One row is
 at x = 0. Bending is most accurate on this lattice (docs/theory/bending.md). Lattice points too near the outline are
 dropped. Lattice points next to the outline are moved to the middle of their neighbours. Then all points are joined by
 Delaunay triangulation.
@@ -98,8 +98,8 @@ def _too_near(place: np.ndarray, spacing: float) -> InputError:
 def _quality(mesh: Panel, spacing: float) -> float:
     """Return the quality of a mesh; 1 is good.
 
-    The quality is the lesser of two ratios: the smallest angle divided by 30 degrees, and 1.7 spacings divided by the
-    longest edge.
+    Two ratios are computed. The first ratio is the smallest angle divided by 30 degrees. The second ratio is 1.7
+    spacings divided by the longest edge. The quality is the smaller ratio.
     """
     longest = float(edge_lengths(mesh.points, Topology(mesh.faces).edges).max())
     return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)
@@ -215,8 +215,9 @@ def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) 
 def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
     """Return the mesh without inner edges between two `sewn` vertices.
 
-    If two layers are sewn together at these vertices, both layers would share such an edge. The edge is flipped, so it
-    joins two other vertices. If the triangles are then too sharp, the edge gets a vertex in its middle instead.
+    If two layers are sewn together at these vertices, both layers would share such an edge. Each of these edges is
+    therefore flipped, so it joins two other vertices. If this would make triangles that are too sharp, the edge gets a
+    vertex in its middle instead.
     """
     points = mesh.points
     faces = mesh.faces.copy()

@@ -28,8 +28,10 @@ FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
 LONGEST = 1400
 """Largest number of pixels along the longer side of a photo after it is reduced for speed."""
 MASKED = 0.97
-"""Fraction of a picture. If the alpha channel keeps more, it does not cut out a garment; it may only round the
-picture's corners."""
+"""Largest fraction of a picture that an alpha channel with a cut-out garment keeps.
+
+An alpha channel that keeps more may only round the picture's corners.
+"""
 SIMPLER = 0.004
 """Largest distance by which simplification may move the outline, as a fraction of the garment's larger extent."""
 

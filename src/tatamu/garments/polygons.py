@@ -56,7 +56,7 @@ def _in_plane(points: np.ndarray) -> np.ndarray:
 
 
 def _divided(flat: np.ndarray) -> list[tuple[int, int, int]]:
-    """Return triangles that fill a concave outline (k, 2) without leaving it."""
+    """Return triangles that fill a concave outline with k points, and that do not leave this outline."""
     outline = shapely.Polygon(flat)
     place = {(float(x), float(y)): k for k, (x, y) in enumerate(flat)}
     if not outline.is_valid or len(place) < len(flat):

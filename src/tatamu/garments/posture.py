@@ -26,15 +26,19 @@ from tatamu.garments.meshfile import border_loops
 ALIGNED = np.cos(np.radians(30.0))
 """Cosine of an angle. A direction at a smaller angle to an axis of the file is replaced by this axis."""
 CLEAR = 0.6
-"""Largest ratio of two errors of a mirror image: along the width, and along the length. With a larger ratio, the width
-is ambiguous."""
+"""Limit for the error of the mirror image along the width, divided by the error of the mirror image along the length.
+
+With a larger ratio, the width is ambiguous.
+"""
 MIDDLE = 0.12
 """Largest distance between the middle plane and an opening in the middle, as a fraction of the width."""
 LONGER = 1.1
 """Least ratio of the hem's length to the length of any other opening in the middle."""
 TILTED = 0.08
-"""Least height difference between the front and the back of a neckline, as a fraction of the garment's length. With
-less, the neckline does not show which side is the front."""
+"""Least height difference between the front and the back of a neckline, as a fraction of the garment's length.
+
+If the difference is smaller, the neckline does not show which side is the front.
+"""
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
 
 
 def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
-    """Return whether a curve (k, 2) starts and ends on the loop [m] and stays next to it in between."""
+    """Return whether a curve with k points [m] starts and ends on the loop, and stays next to the loop in between."""
     extent = float(np.ptp(loop, axis=0).max())
     ring = LineString(np.vstack([loop, loop[:1]]))
     places = line_interpolate_point(LineString(curve), np.linspace(0.0, 1.0, 33), normalized=True)

@@ -15,9 +15,12 @@ from tatamu.presets import load_preset
 FABRIC = "usual-tshirt"
 """Name of the default material preset."""
 SIZE = (0.54, 0.46)
-"""Width over both sleeves and length from shoulder to hem of the default T-shirt [m]. It is for a child of four years.
-The source is the chart of garments laid flat of the 23rd New Zealand Scout Jamboree. In the row "youth 4", half the
-chest is 32 cm and the length is 46 cm. A men's M in this chart is 52 x 70 cm, which is the size 0.88x0.70."""
+"""Width over both sleeves and length from shoulder to hem of the default T-shirt [m].
+
+It is for a child of four years. The source is the chart of garments laid flat of the 23rd New Zealand Scout Jamboree.
+In the row "youth 4", half the chest is 32 cm and the length is 46 cm. For men's size M, half the chest is 52 cm and the
+length is 70 cm. With sleeves in proportion, this is the size 0.88x0.70.
+"""
 OPENINGS = ("hem", "right_sleeve", "left_sleeve", "back_neck")
 CORNERS = {
     "hem": (0.0, 0.160),

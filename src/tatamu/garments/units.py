@@ -34,7 +34,10 @@ class Unit:
         return f"read in {self.name} ({self.source})"
 
     def reading(self, size: tuple[float, float] | None) -> str:
-        """Return the text of `words`. If the user gave a size [m], the text says that the garment is scaled to it."""
+        """Return the text of `words`.
+
+        If the user gave a size [m], the text also says that the garment is scaled to this size.
+        """
         return f"{self.words}{'; scaled to that size' if size else ''}"
 
     def scaled(self, scale: float | None) -> Unit:

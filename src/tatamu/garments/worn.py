@@ -33,17 +33,24 @@ at most GENTLE, and 95 % by at most MOST. If more than 5 % of the edges change b
 user to check the garment."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
-"""Largest median of the relative differences between edges in the mesh and in the UV map, with one scale for all
-panels. With a larger median, the UV map is not the sewing pattern."""
+"""Limit for the median of the relative differences between edges in the mesh and in the UV map.
+
+The edges are compared with one scale for all panels. With a larger median, the UV map is not the sewing pattern.
+"""
 DEVELOPABLE = 0.01
-"""Largest median of the relative differences between edges in the mesh and in the UV map, with separate scales along u
-and v. With a larger median, one scale is used for both directions."""
+"""Limit for the median of the relative differences between edges in the mesh and in the UV map.
+
+The edges are compared with separate scales along u and v. With a larger median, one scale is used for both directions.
+"""
 SQUARE = 0.3
 """Difference from the common scale below which the scales along u and v count as equal [%]."""
 ROUNDS = 5
 """Number of rounds in which the scales along u and v are fitted."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
-"""Default directions of a flat mesh, by the number of its thin axis: away from the hem, and out of the front."""
+"""Default directions in the file of a flat mesh, by the number of the axis along which the mesh is thin.
+
+The first direction points away from the hem, the second out of the front.
+"""
 
 
 @dataclass(frozen=True)
@@ -132,7 +139,7 @@ def _extent(mesh: TriangleMesh, own: np.ndarray) -> str:
 
 
 def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
-    """Return the garment of a mesh that is flat, in whatever plane."""
+    """Return the garment of a flat mesh. The plane of the mesh may have any orientation."""
     thin = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
     up, facing = SIDE_VIEW[thin]
     up = given.up or up
@@ -217,7 +224,7 @@ class _Pattern:
 def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _Pattern:
     """Return the flat shapes of the triangles: from the UV map if it is the sewing pattern, otherwise from the mesh.
 
-    The UV map is the pattern if its edges, after scaling, have nearly the lengths of the mesh's edges.
+    If the scaled edges of the UV map have nearly the same lengths as the mesh's edges, the UV map is the pattern.
     """
     worn = side_lengths(points[faces])
     itself = _Pattern(worn, panel_numbers(faces, None), "its own shape")

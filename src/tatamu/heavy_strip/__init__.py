@@ -14,7 +14,7 @@ modules compute different shapes:
 - `chain`: The strip makes the loop with any number of links and any height between its ends. The method is augmented
   Lagrangians. Validation compares simulations with this shape, and calibration's loop test starts from it.
 
-The modules `crease` and `chain` are separate on purpose, because each checks the other. They discretise the clamps
-differently (to first and to second order), and find the minimum by different methods. With the same number of links,
-both loops agree to 4e-5 of the loop's height (tests/test_heavy_strip.py).
+The modules `crease` and `chain` are separate on purpose, because each module checks the other. `crease` discretises the
+clamps to first order, `chain` to second order. The two modules also find the minimum by different methods. With the
+same number of links, their loops agree to 4e-5 of the loop's height (tests/test_heavy_strip.py).
 """

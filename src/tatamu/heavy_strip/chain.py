@@ -13,7 +13,8 @@ The constraints are:
 - The upper half is at least one thickness above the lower half.
 
 There is no friction. The chain starts as a wide loop. Newton's method finds the minimum of the energy, with augmented
-Lagrangians for the constraints. A boundary-value solver is not used, because it finds a wrong solution, a loop of 2 mm.
+Lagrangians for the constraints. A boundary-value solver is not used, because it finds a wrong solution with a loop of
+only 2 mm.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def start(length: float, bending_length: float, thickness: float, links: int = 2
 class ChainEnergy:
     """The energy of the chain with penalties for violated constraints (augmented Lagrangian).
 
-    It is a function of the links' slopes. Lengths are in units of the bending length l_b, and energies per width are in
+    It is a function of the links' slopes. Lengths are in units of the bending length l_b. Energies per width are in
     units of w l_b^2, with the weight per area w.
     """
 
@@ -123,7 +124,7 @@ class ChainEnergy:
     def _turns(self, theta: np.ndarray) -> np.ndarray:
         """Return the angle between the neighbouring links at every node, including the clamps, shape (links + 1,).
 
-        A clamp bends only half a link, so its moment is twice as large for the same angle.
+        At a clamp, only half a link bends. For the same angle, the moment at a clamp is therefore twice as large.
         """
         return np.diff(np.concatenate([[0.0], theta, [np.pi]]))
 
@@ -134,7 +135,7 @@ class ChainEnergy:
     def _forces(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the derivatives of the energy with respect to x and z of every node except the first.
 
-        The third result tells which of these nodes are pressed by a contact.
+        The third result is a mask of the nodes on which a contact presses.
         """
         x, z = self._points(theta)
         press = np.maximum(0.0, self.push - self.stiffness * (z - self.floor))

@@ -1,8 +1,8 @@
 """Computes the crease of cloth: the loop at a fold that lies on the table under its own weight.
 
-A strip with arc lengths u from -U to U lies flat at both ends. The end u = U is on the table. The end u = -U is exactly
-above the other end, one thickness higher. Between both ends, the strip has the shape with the minimum sum of bending
-energy and gravitational energy:
+The arc length u along the strip goes from -U to U. Both ends of the strip lie flat. The end u = U is on the table. The
+end u = -U is exactly above the end u = U, one thickness higher. Between both ends, the strip has the shape with the
+least energy. The energy is the sum of bending energy and gravitational energy:
 
     E / b = int  B/2 (d phi/du)^2 + rho g z  du,     z >= t/2 below, z >= 3t/2 above,
 
@@ -10,9 +10,9 @@ The strip has the width b, the bending rigidity B, the mass per area rho and the
 direction is phi and its height is z. The acceleration of gravity is g. The strip is modelled as an inextensible chain
 of short links.
 
-In units of the bending length l_b, the shape depends only on t / l_b. If l_b is about as small as t, the cloth is limp,
-and its crease is a circle. A stack of layers that slide on each other has the bending length of a single layer, and the
-thickness of the whole stack.
+In units of the bending length l_b, the shape depends only on t / l_b. If l_b is as small as t, the cloth is limp, and
+its crease is nearly a circle. A stack of layers that slide on each other has the bending length of a single layer, and
+the thickness of the whole stack.
 """
 
 from __future__ import annotations
@@ -32,8 +32,10 @@ HALF_LENGTH = 4.5
 STEP = 2 * HALF_LENGTH / LINKS
 """Length of a link, in bending lengths."""
 SHARPEST = 0.75
-"""Least bending length for which a crease is computed, in thicknesses. The crease of limper cloth is computed with this
-bending length."""
+"""Least bending length for which a crease is computed, in thicknesses.
+
+If the bending length of a cloth is even smaller, this bending length is used.
+"""
 GUESSED_WIDTH = 1.4
 """Arc length of the bent part at the start of the minimisation, in bending lengths."""
 TOLERANCE = 1e-8
@@ -42,8 +44,10 @@ l_b is the bending length."""
 MOST_ITERATIONS = 300
 """Largest number of iterations of the minimisation. About 75 iterations are enough for any cloth."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
-"""Matrix that tells which nodes (rows) move if a link (column) turns, shape (LINKS + 1, LINKS). It is 1 if the node
-comes after the link, otherwise 0."""
+"""Matrix that shows which nodes (rows) move if a link (column) turns, shape (LINKS + 1, LINKS).
+
+An entry is 1 if the node comes after the link, otherwise 0.
+"""
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ At first, the specimen lies flat. Its middle is on the plate, and the rest is on
 plate rises. The scene fixes the cloth on the plate. It also fixes half a row of the mesh outside the plate's rim, so
 the cloth is level where it leaves the plate.
 
-The mesh is a ring of concentric rows. A perfectly flat disc would not buckle. Therefore random heights are added, which
-stand for the unevenness of real fabric. For more unevenness, the unstrained cloth itself can be wavy.
+The mesh is a ring of concentric rows. A perfectly flat disc would not buckle. Therefore small random heights are added,
+which represent the unevenness of real fabric. For more unevenness, the unstrained cloth itself can be wavy.
 """
 
 from __future__ import annotations
@@ -93,7 +93,8 @@ class Drapemeter:
     def unstrained(self) -> np.ndarray:
         """Positions of the vertices in unstrained cloth [m], shape (n, 3).
 
-        The fixed part is level. Outside, the waves of wavy cloth grow to their full height over the length of a wave.
+        The fixed part is level. Outside the fixed part, the waves of wavy cloth grow to their full height over the
+        length of one wave.
         """
         points, _ = self.mesh
         if not self.waviness:

@@ -1,11 +1,11 @@
 """Reads the periods and the decrements of a signal that swings freely about its position of rest.
 
-The period T and the decrement delta are read from the zero crossings of the signal, and from the extremes a_k between
-the crossings:
+The period T is read from the zero crossings of the signal. The decrement delta is read from the extremes a_k, the
+largest deflections between two crossings:
 
     T = distance of two crossings in the same direction,    delta = 2 ln((a_k + a_(k+1)) / (a_(k+1) + a_(k+2)))
 
-With these formulas, a small error of the position of rest has little effect.
+A small error of the position of rest has little effect on these formulas.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class FreeSwing:
     period: float
     """Length of the period [s]."""
     amplitude: float
-    """Amplitude from peak to peak: the sum of the sizes of both extremes of the period [m]."""
+    """Amplitude from peak to peak [m]: the sum of the sizes of the two extremes of the period."""
     decrement: float
     """Logarithmic decrement per period [-]; NaN if no extreme follows the period."""
 

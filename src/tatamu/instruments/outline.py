@@ -1,8 +1,8 @@
 """Computes the outline of a draped disc of cloth from above, and measures of this outline.
 
 A disc of cloth hangs over a round plate. Seen from above, its hem is a curve r(phi): the distance r from the plate's
-axis at the angle phi. The drape coefficient DC (Cusick 1968; BS 5058, ISO 9073-9) compares three areas, those of the
-outline, of the flat specimen and of the plate:
+axis at the angle phi. The drape coefficient DC (Cusick 1968; BS 5058, ISO 9073-9) compares three areas. They are the
+area inside the outline, the flat specimen, and the plate:
 
     DC = (A_outline - A_plate) / (A_specimen - A_plate)
 
@@ -22,7 +22,10 @@ from tatamu.topology import Topology
 ANGLES = 360
 """Default number of angles of an outline, one for each degree."""
 TOUCHING = 1e-9
-"""Tolerance at the ends of a segment, as a fraction of the segment. Otherwise a ray might pass between two segments."""
+"""Tolerance at the ends of a segment, as a fraction of its length.
+
+Without it, a ray might pass between two segments.
+"""
 PROMINENCE = 0.003
 """Least prominence of a node [m]."""
 
@@ -91,7 +94,8 @@ class PlanOutline:
     def amplitude(self) -> float:
         """Amplitude of the hem's waves [m]; 0 with fewer than two nodes.
 
-        It is half of the difference between two means: the mean radius of the nodes, and of the troughs between them.
+        The mean radius of the nodes and the mean radius of the troughs between them are computed. The amplitude is half
+        the difference between these two means.
         """
         peaks = self.peaks
         if len(peaks) < 2:

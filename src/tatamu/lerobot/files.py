@@ -37,7 +37,7 @@ class NumberFiles:
         """Append an episode.
 
         Args:
-            columns: Values by the names of the features, shape (frames, k).
+            columns: Values by the names of the features, shape (frames, k) for a feature with k numbers.
 
         Returns:
             The position of the episode, as columns of the table of episodes.
@@ -83,7 +83,11 @@ class NumberFiles:
 
 
 def _column(array: np.ndarray) -> Any:
-    """Return numbers of shape (frames, k) as an Arrow array: plain if k = 1, otherwise lists of fixed length."""
+    """Return k numbers for each frame as an Arrow array.
+
+    The given array has the shape (frames, k). If k is 1, the result is an array of plain numbers, otherwise an array of
+    lists with fixed length.
+    """
     arrow = needed("pyarrow")
     width = array.shape[1]
     plain = arrow.array(array.ravel())

@@ -1,6 +1,7 @@
 """The files of a LeRobotDataset v3.0, and their names.
 
-The names, sizes and columns are those of LeRobot 0.6.1, datasets/utils.py and datasets/dataset_writer.py (Apache-2.0).
+The names, sizes and columns are the same as in LeRobot 0.6.1, datasets/utils.py and datasets/dataset_writer.py
+(Apache-2.0).
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ PARTS = ("data", "videos", "meta")
 
 
 def numbered(pattern: str, number: int, key: str = "") -> Path:
-    """Return the path of a file in a dataset by its number, from 0. `key` is the name of a video's feature."""
+    """Return the path of a file in a dataset by its number, which counts from 0.
+
+    `key` is the name of a video's feature.
+    """
     chunk, file = divmod(number, FILES_IN_CHUNK)
     return Path(pattern.format(chunk_index=chunk, file_index=file, video_key=key))

@@ -70,7 +70,7 @@ class LeRobotReader:
         return self.episodes[episode]
 
     def numbers(self, episode: int, *names: str) -> dict[str, np.ndarray]:
-        """Return features of an episode as arrays, shape (frames, k).
+        """Return features of an episode as arrays, shape (frames, k) for k numbers in each frame.
 
         Features with a single number have the shape (frames,). Pictures cannot be read with this method.
 

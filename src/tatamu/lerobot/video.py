@@ -1,4 +1,4 @@
-"""Videos in AV1, in LeRobot's format for cameras: libsvtav1, yuv420p, every second frame a key frame."""
+"""Videos in AV1, in LeRobot's format for cameras: libsvtav1, yuv420p, with a key frame in every second frame."""
 
 from __future__ import annotations
 

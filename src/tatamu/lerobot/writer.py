@@ -35,7 +35,8 @@ USUAL: Mapping[str, Feature] = {
 class LeRobotWriter:
     """A dataset that is being written.
 
-    The writer can be used in a `with` statement. At its end, the dataset is finished, or removed after an error.
+    The writer can be used in a `with` statement. At the end of the statement, the dataset is finished. After an error,
+    the dataset is removed instead.
     """
 
     def __init__(
@@ -216,7 +217,7 @@ class LeRobotWriter:
         }
 
     def _columns(self) -> dict[str, Any]:
-        """Return the columns of the table of episodes. A column without any value gets the type of numbers."""
+        """Return the columns of the table of episodes. A column without any value is stored as a column of numbers."""
         arrays = {name: self._arrow.array([row[name] for row in self._rows]) for name in self._rows[0]}
         empty = self._arrow.null()
         return {name: each.cast("float64") if each.type == empty else each for name, each in arrays.items()}

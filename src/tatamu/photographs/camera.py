@@ -10,11 +10,13 @@ The estimated parameters minimise
 
     sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
 
-The first sum is over the corners of the board. For each corner, it compares the pixel in the photo (seen) with the
-pixel according to the camera (projected). The error of a pixel is sigma. The second sum is over the parameters of the
-lens, whose values are roughly known in advance (a prior). The board covers only a small part of the picture. Outside
-the board, the uncertainty of positions depends mostly on this prior. The covariance of the parameters describes the
-uncertainty.
+The first sum is over the corners of the board. For each corner, `seen` is its pixel in the photo, and `projected` is
+its pixel according to the estimated camera. The standard error of a pixel is sigma. The second sum is over the
+parameters of the lens, whose values are roughly known in advance (a prior). `expected` is the value of a parameter that
+is known in advance, and `deviation` is its standard deviation.
+
+The board covers only a small part of the picture. Outside the board, the uncertainty of positions depends mostly on the
+prior. The covariance of the parameters describes the uncertainty.
 """
 
 from __future__ import annotations
@@ -44,8 +46,11 @@ from tatamu.photographs.pose import Pose
 FINEST = 0.05
 """Least error that is assumed for a corner of the board in the photo [pixels]."""
 SQUARE = 0.6
-"""Height difference between the far and the near side of an outline, as a fraction of the height of the cloth's rim. It
-is 1 for a square rim and 0.3 for a round rim."""
+"""Height difference between two points of the cloth's rim: the point that is seen on the far side of the cloth, and the
+point that is seen on the near side.
+
+It is a fraction of the rim's height. The fraction is 1 for a square rim and 0.3 for a round rim.
+"""
 SMOOTH = 2
 """Number of points before and after a point of an outline from which the direction of the outline is computed."""
 WORST = 5e-4
@@ -58,7 +63,7 @@ GUESSES = (1.0, 0.6, 1.6)
 """Focal lengths at which the search starts, as multiples of the expected focal length."""
 
 Seen = tuple[np.ndarray, np.ndarray]
-"""Corners of a page in the frame of the page [m], and in the photo [pixels], both of shape (k, 2)."""
+"""Positions of a page's k corners in the frame of the page [m], and in the photo [pixels], both of shape (k, 2)."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +91,7 @@ class Camera:
 
     @property
     def tilt(self) -> float:
-        """Angle between the optical axis and straight down [rad]."""
+        """Angle between the camera's optical axis and straight down [rad]."""
         return float(np.arccos(np.clip(-self.rotation[2, 2], -1.0, 1.0)))
 
     def project(self, points: np.ndarray) -> np.ndarray:
@@ -100,11 +105,12 @@ class Camera:
         return np.asarray(pixels)[:, 0]
 
     def on_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the positions on the table [m] that are seen at pixels, shape (n, 2).
+        """Return the positions on the table [m] that the camera sees at n pixels, shape (n, 2).
 
         Args:
             pixels: Pixels of the photograph, shape (n, 2).
-            height: Height of the positions above the table [m]: a number for all pixels, or shape (n,).
+            height: Height of the positions above the table [m]. It is one number for all pixels, or a number for each
+                pixel, shape (n,).
 
         Raises:
             InputError: If a pixel lies above the horizon of the table.
@@ -120,11 +126,12 @@ class Camera:
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
 
     def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
-        """Return the positions on the table of an outline of cloth [m], shape (n, 2).
+        """Return the positions on the table [m] of the n points of a cloth's outline, shape (n, 2).
 
-        The rim of the cloth reaches from the table up to the height `top`. On the side of the camera, the outline in
-        the photo is near the rim's lower edge. On the far side, it is near the upper edge. Because a hem is round, the
-        heights on both sides are nearer to half of `top`.
+        The rim of the cloth reaches from the table up to the height `top`. On the side of the cloth that is nearer to
+        the camera, the outline in the photo shows points near the rim's lower edge. On the far side, the outline shows
+        points near the upper edge. Because a hem is round, the points on either side are nearer to half of the height
+        `top`.
 
         Args:
             outline: Outline as a closed curve [pixels], shape (n, 2).
@@ -147,9 +154,9 @@ class View:
 
     camera: Camera
     parameters: np.ndarray
-    """Estimated parameters of the lens, of the camera's pose and of further pages, shape (p,)."""
+    """The p estimated parameters of the lens, of the camera's pose and of further pages, shape (p,)."""
     covariance: np.ndarray
-    """Covariance matrix of the parameters, shape (p, p)."""
+    """Covariance matrix of the p parameters, shape (p, p)."""
     rms: float
     """Root mean square of the distances between the corners seen and the corners projected [pixels]."""
     penalty: float
@@ -161,17 +168,17 @@ class View:
     def varied(self) -> Iterator[Camera]:
         """Yield cameras for the computation of uncertainties.
 
-        Each camera differs by one standard deviation in one independent direction of the parameters. The squares of
-        their effects are added.
+        Each yielded camera differs from the estimated camera by one standard deviation, in one independent direction of
+        the parameters. To get the variance of a result, the squares of its changes with these cameras are added.
         """
         values, vectors = np.linalg.eigh(self.covariance)
         for value, vector in zip(values, vectors.T, strict=True):
             yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
 
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the standard deviation of positions on the table because of the camera [m], shape (n,).
+        """Return the standard deviations of positions on the table that result from the camera [m], shape (n,).
 
-        The positions are those at the given pixels (n, 2), at a height above the table [m].
+        The camera sees these positions at the given n pixels, shape (n, 2). They are at a height above the table [m].
         """
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]
@@ -179,7 +186,7 @@ class View:
 
     @property
     def pages(self) -> list[Pose]:
-        """Poses of all pages in the board's frame."""
+        """Poses of all pages of the board, in the frame of the first page."""
         return _poses(self.parameters)
 
 

@@ -42,7 +42,7 @@ def closed_normals(curve: np.ndarray) -> np.ndarray:
 
 
 def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reach: float) -> Edges:
-    """Find the edge near each point. On a line through the point, it is the position at which the colour changes most.
+    """Find the edge near each point. The edge is where the colour changes most along a line through the point.
 
     Args:
         pixels: 8-bit RGB, shape (h, w, 3).
@@ -72,7 +72,10 @@ def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reac
 
 
 def sample(pixels: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the colours of an 8-bit picture at positions [pixels] of shape (n, s, 2), shape (n, s, 3)."""
+    """Return the colours of an 8-bit picture at s positions on each of n lines, shape (n, s, 3).
+
+    The positions [pixels] have the shape (n, s, 2).
+    """
     cv2 = opencv()
     maps = places.astype(np.float32)
     return np.asarray(

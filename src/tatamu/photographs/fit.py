@@ -2,7 +2,8 @@
 
 The parameters are the position x and y, the angle yaw, and the scales along the garment and across it. The fit
 minimises a sum over the distances between the found points and the garment's outline. Small distances count with their
-squares. Large distances count less: for example, a corner of the cloth may be turned in.
+squares. Large distances count less, because they may have other causes. For example, a corner of the cloth may be
+folded under.
 """
 
 from __future__ import annotations
@@ -26,8 +27,10 @@ LARGEST = 1.5
 TIE = 0.001
 """Largest difference in score between two poses that count as equally good [m]."""
 STRETCH = 0.02
-"""Penalty for changed proportions [m]: the score that a pose gets if the logarithm of length over width changes by 1. A
-pose that keeps the proportions is more probable."""
+"""Penalty for changed proportions [m], because a pose that keeps the proportions is more probable.
+
+This value is added to the score of a pose if the logarithm of length over width changes by 1.
+"""
 CORRELATED = 0.05
 """Length along an outline within which the errors of points are correlated [m]."""
 
@@ -56,7 +59,10 @@ class Fit:
         return np.exp(self.parameters[3:])
 
     def place(self, points: np.ndarray) -> np.ndarray:
-        """Return where points of the garment's frame lie on the table, shape (n, 2); they are scaled and moved."""
+        """Return the positions on the table of points in the garment's frame, shape (n, 2).
+
+        The points are scaled and moved.
+        """
         return self.pose.place(points * self.scale)
 
     @property
@@ -69,14 +75,14 @@ class Fit:
 def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outward: Pose | None = None) -> Fit:
     """Fit the outline of a garment to an outline that was found.
 
-    If several poses fit equally well, as with a rectangle, the pose with the least yaw is chosen.
+    A rectangle fits equally well in several poses. In such a case, the pose with the least yaw is chosen.
 
     Args:
         shape: Outline of the garment.
         found: Points of the outline that was found [m], shape (n, 2).
         given: Positions of corners that the user gives, by the name of the corner [m], shape (2,).
-        outward: Pose of the frame of `found` in the robot's frame. If it is given, the yaw is compared in the robot's
-            frame; if it is None, the yaw is compared in the frame of `found`.
+        outward: Pose of the frame of `found` in the robot's frame. If it is given, poses are compared by their yaw in
+            the robot's frame. If it is None, they are compared by their yaw in the frame of `found`.
     """
     box = np.array(shapely.Polygon(found).minimum_rotated_rectangle.exterior.coords)
     first, second = box[1] - box[0], box[2] - box[1]

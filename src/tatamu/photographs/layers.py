@@ -2,8 +2,8 @@
 
 The photo is resampled in a rectangular window around an expected edge, with one side of the window along the edge. For
 many lines through the window, the mean gradient of brightness across the line is computed. A line is the edge if its
-gradient is much larger than the gradients of the other lines. This works because the rim of a layer has another
-brightness and casts a shadow.
+gradient is much larger than the gradients of the other lines. This works because the rim of a layer differs in
+brightness from the cloth around it, and casts a shadow.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Window:
     """Distance from the expected edge, to either side, within which the edge is searched [m]."""
 
     def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the coordinates of points (n, 2) along and across the window."""
+        """Return the coordinates of n points along the window, and their coordinates across the window."""
         away = points - self.corner
         return away @ self.along, away @ self.outward
 
@@ -125,8 +125,8 @@ def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> floa
     """Return the coordinate at which a layer ends, from the gradients of brightness across the edge.
 
     The rim of a layer may be a dark or bright band, which has a strong gradient at each end. The stronger of the two
-    gradients has the index `best`. The band has a width w and is blurred by `soft`. Then the gradients are largest at
-    the distance sqrt(soft^2 + w^2/4) from the middle of the band.
+    gradients has the index `best`. The band has a width w and is blurred by `soft`. On both sides of the band, the
+    gradient is largest at the distance sqrt(soft^2 + w^2/4) from the band's middle.
     """
     reach = round(WIDE / float(across[1] - across[0]))
     strength = np.abs(slopes)

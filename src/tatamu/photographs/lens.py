@@ -30,7 +30,10 @@ KNOWN_SPREAD = 0.005
 """Relative standard deviation of a focal length from a lens file. It is not zero because focusing changes the focal
 length."""
 CENTRE_SPREAD, KNOWN_CENTRE = 0.01, 0.001
-"""Standard deviation of the centre as a fraction of the picture's longer side: without and with a lens file."""
+"""Standard deviation of the centre as a fraction of the picture's longer side.
+
+The first value is used without a lens file, the second with a lens file.
+"""
 BENT, BENT_MORE = 0.03, 0.01
 """Standard deviations of the distortion coefficients k1 and k2 without a lens file. They are small because phones
 correct most of the distortion themselves."""
@@ -80,7 +83,8 @@ def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
 def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
     """Return the lens for pictures of another width and height [pixels].
 
-    Pictures may be upright although the lens was described for wide pictures, or the other way round.
+    The lens may have been described for wide pictures, although the new pictures are upright. The opposite is also
+    possible.
 
     Raises:
         InputError: If the ratio of the sides is different.
@@ -102,7 +106,8 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     """Find the lens from several photos of one page of a board.
 
     Args:
-        seen: For each photo, the corners of the page in its frame [m] and in the photo [pixels], both of shape (k, 2).
+        seen: Two arrays for each photo: the positions of k corners in the page's frame [m], and in the photo [pixels].
+            Both have the shape (k, 2).
         size: Width and height of the photos [pixels].
 
     Returns:

@@ -28,7 +28,10 @@ class Line:
 
     @classmethod
     def through(cls, points: np.ndarray) -> Line:
-        """Fit a line to points (n, 2) by total least squares. Distant points get small weights (Cauchy's weights)."""
+        """Fit a line to n points, shape (n, 2), by total least squares.
+
+        Distant points get small weights (Cauchy's weights).
+        """
         weight = np.ones(len(points))
         for _ in range(ROUNDS):
             origin = weight @ points / weight.sum()
@@ -47,7 +50,7 @@ class Line:
         return np.array([-self.direction[1], self.direction[0]])
 
     def off(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distances of points (n, 2) from the line, shape (n,)."""
+        """Return the signed distances of n points from the line, shape (n,)."""
         return np.asarray((points - self.origin) @ self.normal)
 
     def deviation_at(self, point: np.ndarray, independent: float) -> float:

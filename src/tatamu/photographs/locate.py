@@ -23,13 +23,17 @@ TURNED_IN = 0.015
 """Largest distance between a corner of the garment and the found outline [m]. With a larger distance, the corner of the
 cloth counts as turned in."""
 OTHER = 0.15
-"""Largest relative difference in width or length. With a larger difference, the cloth is not the learned garment, or is
-only partly visible."""
+"""Largest relative difference in width or length between the cloth and the learned garment.
+
+With a larger difference, the cloth is another garment, or is only partly visible.
+"""
 MOST_TURNED = 2
-"""Largest number of corners that may be turned in. With more, the cloth counts as another garment."""
+"""Largest number of corners that may be turned in. With more turned corners, the cloth counts as another garment."""
 UNLIKE = 0.010
-"""Largest usual distance between the found outline and the garment's outline [m]. With a larger distance, the cloth is
-another garment or has wrinkles."""
+"""Limit for the root mean square distance between the found outline and the garment's outline [m].
+
+With a larger distance, the cloth is another garment or has wrinkles.
+"""
 
 
 def locate(
@@ -50,8 +54,8 @@ def locate(
     Args:
         photo: File of the photo. The photo shows all of the cloth and, next to the cloth, the board.
         board: File of the board, or "a4" or "letter" for a plain white sheet.
-        run: Learned fold, or the folder of a learned fold. The cloth is then compared with the garment of this fold.
-            None to use `garment`.
+        run: Learned fold, or the folder of a learned fold. The cloth is then compared with the garment of this fold. If
+            it is None, the cloth is compared with `garment`.
         garment: Name or file of the garment.
         size: Width and length with which the cloth is compared [m]; None to accept any size.
         board_pose: Pose of the board in the robot's base frame [m, m, rad]; None if it is not known.
@@ -154,7 +158,7 @@ def locate_shape(
 def _turned(covariance: np.ndarray, outer: Pose) -> tuple[float, float, float]:
     """Convert a covariance of x, y and yaw to standard deviations in an outer frame.
 
-    The argument `outer` is the pose, in the outer frame, of the frame of the covariance.
+    The covariance is given in an inner frame. `outer` is the pose of this inner frame in the outer frame.
     """
     plane = outer.rotation @ covariance[:2, :2] @ outer.rotation.T
     x, y, yaw = np.sqrt([plane[0, 0], plane[1, 1], covariance[2, 2]]).tolist()

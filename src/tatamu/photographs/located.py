@@ -17,7 +17,8 @@ DOUBTFUL = 0.003
 WRINKLED = 0.03
 """Relative loss of area above which cloth counts as wrinkled or shrunk."""
 OTHER_SIZE = 0.02
-"""Relative difference in width or length above which the cloth counts as having another size than the learned one."""
+"""Relative difference in width or length above which the cloth counts as having another size than the learned garment.
+"""
 
 
 @dataclass(frozen=True)
@@ -64,8 +65,11 @@ class Located:
     area: float
     """Area inside the outline [m2]."""
     outline: np.ndarray
-    """Points of the outline that was found [m], shape (n, 2). They are in the robot's base frame if the board's pose in
-    this frame is known, otherwise in the board's frame."""
+    """Points of the outline that was found [m], shape (n, 2).
+
+    If the board's pose in the robot's base frame is known, the points are in the robot's base frame. Otherwise they are
+    in the board's frame.
+    """
     corners: Mapping[str, np.ndarray]
     """Corners of the fitted outline by name, in the frame of `outline` [m], shape (2,)."""
     rms: float

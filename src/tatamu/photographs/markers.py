@@ -14,8 +14,10 @@ from tatamu.photographs.opencv import opencv
 FEWEST = 8
 """Least number of corners that determine the pose of a page."""
 WINDOW = 0.13
-"""Half the side of the window around a corner, as a fraction of a square's side. The window is so small because it must
-not contain the markers inside the squares."""
+"""Half the side of the window around a corner, as a fraction of a square's side.
+
+The window must be so small that it does not contain the markers inside the squares.
+"""
 WINDOWS = (2, 10)
 """Smallest and largest half side of the window around a corner [pixels]."""
 LOST = 2.0
@@ -71,7 +73,7 @@ def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
 
 
 def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
-    """Refine the pixels of corners. Return the corners' positions on the page (n, 2) and the refined pixels.
+    """Refine the pixels of corners. Return the corners' positions on the page and their refined pixels.
 
     Corners that move too far are dropped.
     """
@@ -129,7 +131,7 @@ def _check(seen: np.ndarray, grey: np.ndarray) -> None:
 
 
 def _other_dictionary(grey: np.ndarray) -> str:
-    """Return the name of another set of markers ("dictionary") if the photo shows several of them, otherwise ""."""
+    """Return the name of another set of markers ("dictionary") that the photo shows; empty if there is none."""
     aruco = opencv().aruco
     for name in ("DICT_5X5_250", "DICT_6X6_250", "DICT_APRILTAG_36h11"):
         dictionary = aruco.getPredefinedDictionary(getattr(aruco, name))

@@ -24,8 +24,10 @@ ROOM = 0.004
 SMALLEST = 400
 """Least number of pixels along the shorter side of a photo."""
 WIDEST, WIDEST_PIXELS = 0.006, 10.0
-"""Largest width of a sharp edge of cloth, in metres and in pixels. It is not smaller because JPEG files blur colours
-over 4 pixels."""
+"""Largest width of a sharp edge of cloth, in metres and in pixels.
+
+The limit in pixels is so large because JPEG files blur colours over 4 pixels.
+"""
 SPACING = 2.0
 """Distance between points along the outline, in pixels of the reduced photograph."""
 

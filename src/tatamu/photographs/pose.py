@@ -25,11 +25,11 @@ class Pose:
         return np.array([[cosine, -sine], [sine, cosine]])
 
     def place(self, points: np.ndarray) -> np.ndarray:
-        """Convert points (n, 2) from this frame to the outer frame."""
+        """Convert n points, shape (n, 2), from this frame to the outer frame."""
         return np.asarray(points @ self.rotation.T + [self.x, self.y])
 
     def seen_from(self, points: np.ndarray) -> np.ndarray:
-        """Convert points (n, 2) from the outer frame to this frame."""
+        """Convert n points, shape (n, 2), from the outer frame to this frame."""
         return np.asarray((points - [self.x, self.y]) @ self.rotation)
 
     def within(self, outer: Pose) -> Pose:
@@ -39,7 +39,10 @@ class Pose:
 
     @classmethod
     def moving(cls, points: np.ndarray, places: np.ndarray) -> Pose:
-        """Return the pose that moves points (n, 2) onto the positions `places` (n, 2), by least squares."""
+        """Return the pose that moves n points onto the n positions `places`, by least squares.
+
+        Both have the shape (n, 2).
+        """
         a, b = points - points.mean(axis=0), places - places.mean(axis=0)
         yaw = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
         x, y = places.mean(axis=0) - cls(yaw=yaw).place(points).mean(axis=0)

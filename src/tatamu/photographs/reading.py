@@ -1,9 +1,11 @@
 """Reads a finished fold from a photograph: where the moved hem lies, and how far the lower hem has slipped.
 
-The fold moves a hem of the cloth onto the opposite hem, which is called the lower hem. The moved hem lies on top. If
-an edge is seen inside the outline, this edge is the moved hem, and the outline shows the lower hem. Otherwise the
-outline shows the moved hem, and the lower hem is hidden under it. The position of the crease tells how far a hidden hem
-may be from the outline.
+The fold moves a hem of the cloth onto the opposite hem, which is called the lower hem. The moved hem lies on top. Two
+cases are possible:
+
+- An edge is seen inside the outline. Then this edge is the moved hem, and the outline shows the lower hem.
+- No edge is seen inside the outline. Then the outline shows the moved hem, and the lower hem is hidden under the moved
+  hem. The position of the crease shows how far the hidden hem may be from the outline.
 """
 
 from __future__ import annotations
@@ -31,11 +33,15 @@ REACH = 0.06
 LENGTH = 0.12
 """Length of the searched part of an edge, measured from the corner [m]."""
 UNSEEN = 0.012
-"""Largest distance at which a hidden hem may lie from the outline [m]. If the hem may lie farther away, it is left
-out."""
+"""Largest distance at which a hidden hem may lie from the outline [m].
+
+If the hem may lie farther away, the result has no value for it.
+"""
 WIDER = 0.006
-"""Largest difference between a hem's visible width and its target [m]. If the visible hem is wider, its two corners
-belong to different layers."""
+"""Largest difference between a hem's visible width and its target [m].
+
+If the visible hem is even wider, its two corners probably belong to different layers.
+"""
 GIVEN = 1.5
 """Standard deviation of a corner that the user gives [pixels]."""
 ROUND = 0.3
@@ -52,7 +58,7 @@ class FoldReading:
     """The result of reading a finished fold from a photograph."""
 
     values: Measured
-    """Deviations of the fold from its target that are visible, by the names of `folding.marks.MARKS`."""
+    """The fold's deviations from its target that the photograph shows, by the names of `folding.marks.MARKS`."""
     corners: Mapping[str, np.ndarray]
     """Pixels of the corners that were found, shape (2,), by the names of `CORNERS`."""
     outline: np.ndarray
@@ -274,7 +280,10 @@ class FoldReader:
         return outer_edge(self._outlines["upper"], window), None
 
     def _unseen(self, edge: Line, hem: Window) -> float:
-        """Return how far a hidden hem may be from the visible hem [m]; infinite if the crease is not visible."""
+        """Return the largest possible distance of a hidden hem from the visible hem [m].
+
+        It is infinite if no crease is visible.
+        """
         crease = self._crease()
         if crease is None:
             return np.inf

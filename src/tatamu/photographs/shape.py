@@ -84,7 +84,7 @@ def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 
 def _named_corners(garment: Garment, points: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the positions of the ends of a garment's open edges, by name; each vertex appears once."""
+    """Return the positions of the ends of a garment's open edges, by name. A vertex at two edges appears only once."""
     named: dict[str, np.ndarray] = {}
     known: set[int] = set()
     ends = {edge: [int(garment.edges[edge][k]) for k in (0, -1)] for edge in garment.openings}

@@ -23,8 +23,11 @@ LONGEST = 1400
 SMALLEST, LARGEST = 0.002, 0.4
 """Smallest and largest fraction of the photo that a sheet may cover."""
 PLAIN, SPOTS = 0.75, 0.02
-"""Two limits for a plain sheet. A pixel is dark if it has less than the first fraction of the median brightness. The
-fraction of dark pixels must be below the second limit."""
+"""Two limits for a plain sheet.
+
+A pixel counts as dark if its brightness is less than the first number times the median brightness. The second number is
+the largest fraction of dark pixels.
+"""
 LEVELS = (0.6, 0.7, 0.8, 0.88)
 """Thresholds of brightness between the sheet and darker areas; each is tried."""
 RESIDUAL = 3.0
@@ -115,7 +118,7 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
 
 
 def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
-    """Return whether a quadrangle has the same brightness everywhere, because a printed page is not a plain sheet."""
+    """Return whether a quadrangle has the same brightness everywhere. If not, it may be a printed page."""
     middle = quad.mean(axis=0)
     inner = np.round(middle + 0.85 * (quad - middle)).astype(np.int32)
     there = np.zeros(dark.shape, dtype=np.uint8)

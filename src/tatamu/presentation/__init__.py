@@ -10,6 +10,6 @@ folds, calibrations or robot plans. The modules are:
 - `raster`, `shading`, `tube` and `image` make pictures of cloth without a browser.
 - `palette` defines every colour in light and dark mode.
 
-The pages themselves are in the packages of their data: `report` (a learned fold, a plan, a garment), `calibration`,
-`validation`, `crosscheck` and `robots`. Each package has a `page.py` and a `page.html`.
+The pages themselves are in the packages whose results they show: `report` (a learned fold, a plan, a garment),
+`calibration`, `validation`, `crosscheck` and `robots`. Each package has a `page.py` and a `page.html`.
 """

@@ -19,9 +19,9 @@ def packed(data: bytes) -> str:
 def motion(steps: np.ndarray) -> bytes:
     """Encode numbers that change smoothly from frame to frame as bytes that can be compressed well.
 
-    Each number is predicted from the two frames before by a straight line. The difference from the prediction is stored
-    modulo 65536. The code of a small positive or negative difference is a small number. All low bytes are stored
-    first, and then all high bytes.
+    Each number is predicted by a straight line through its values in the two frames before. Only the difference from
+    the prediction is stored, modulo 65536. Differences are stored as codes, so that both a small positive and a small
+    negative difference give a small number. All low bytes are stored first, and then all high bytes.
 
     Args:
         steps: Whole numbers from 0 to 65535, shape (f, ..).

@@ -5,12 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 FRONT = "#3f66b0"
-"""Colour of the side of a single layer that faces up before the fold. With two layers, it is the outside of the upper
-layer."""
+"""Colour of the side of a single layer that faces up before the fold.
+
+If the cloth has two layers, it is the colour of the outside of the upper layer.
+"""
 REAR = "#a9cbf0"
 """Colour of the outside of the lower layer, if the cloth has two layers."""
 BACK = "#f0b774"
-"""Colour of the side of a single layer that faces down before the fold. With two layers, it is the inside of both."""
+"""Colour of the side of a single layer that faces down before the fold.
+
+If the cloth has two layers, it is the colour of the inside of both layers.
+"""
 SIDES = {
     1: (("front", "side up at the start"), ("back", "other side")),
     2: (("front", "outside of the front"), ("rear", "outside of the back"), ("back", "inside")),

@@ -27,7 +27,10 @@ class Projection:
     scale: float
     """Pixels per metre."""
     axes: np.ndarray = field(default_factory=lambda: UPRIGHT)
-    """Matrix from coordinates of the plane to the directions right and up, shape (2, 2): `FROM_ABOVE` or `UPRIGHT`."""
+    """Matrix that converts coordinates of the plane to the directions right and up, shape (2, 2).
+
+    It is `FROM_ABOVE` or `UPRIGHT`.
+    """
     margin: float = 0.0
     """Width of the border around the rectangle [pixels]."""
 

@@ -15,7 +15,7 @@ from tatamu.zbuffer import z_buffer
 
 @dataclass(frozen=True)
 class View:
-    """A camera ("eye") that looks at the point `centre`. The vector `rotation[2]` points from there to the eye.
+    """A camera ("eye") that looks at the point `centre`. The vector `rotation[2]` points from this point to the eye.
 
     If `distance` is infinite, the projection is parallel.
     """
@@ -33,7 +33,10 @@ class View:
     """Distance from the eye to the centre [m]."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Project points [m], shape (n, 3). Each row of the result has x and y [pixels] and the depth, shape (n, 3)."""
+        """Project points [m], shape (n, 3).
+
+        The result has x and y [pixels] and the depth of each point, shape (n, 3).
+        """
         right, up, near = (points - self.centre).dot(self.rotation.T).T
         # Inside a triangle, the depth is interpolated linearly. The depth 1 / distance is linear over the image.
         shrink = 1.0 / (1.0 - near / self.distance)
@@ -66,20 +69,28 @@ class Visible:
 
     @cached_property
     def covered(self) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles and barycentric coordinates of the covered pixels, shapes (p,) and (p, 3)."""
+        """Two arrays for the p covered pixels.
+
+        The first array has the number of the triangle in each pixel, shape (p,). The second array has the barycentric
+        coordinates of the pixel in this triangle, shape (p, 3).
+        """
         return self.face[self.mask], self.weights[self.mask]
 
     def sample(self, values: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Interpolate values from the vertices to the covered pixels.
 
-        The values have shape (n,) or (n, k), and the result has shape (p,) or (p, k).
+        For n vertices, the values have the shape (n,) or (n, k). For p covered pixels, the result has the shape (p,) or
+        (p, k).
         """
         face, weights = self.covered
         return np.einsum("pc,pc...->p...", weights, values[faces[face]])
 
 
 def rasterise(projected: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> Visible:
-    """Find the nearest of the triangles (m, 3) in each pixel; `projected` has x, y and depth of the vertices (n, 3)."""
+    """Find the nearest triangle in each pixel.
+
+    `projected` has x, y and the depth of each vertex, shape (n, 3). `faces` has the triangles, shape (m, 3).
+    """
     seen = z_buffer(projected[:, [1, 0, 2]], faces, shape)
     return Visible(seen.face, seen.weights)
 

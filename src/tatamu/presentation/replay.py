@@ -19,7 +19,7 @@ BUDGET = 3_000_000
 """Largest number of coordinates in all frames. The limit keeps pages small, because each coordinate takes about a
 byte."""
 STEP = 5e-5
-"""Step to which positions are rounded [m]. The step is larger if the scene is larger than 65536 steps."""
+"""Step to which positions are rounded [m]. If the scene is larger than 65536 of these steps, a larger step is used."""
 HAND_COLOURS = ("left", "right")
 """Names of the colours of the two hands."""
 
@@ -33,7 +33,10 @@ class HandTrack:
     path: np.ndarray
     """Position of the hand in each frame [m], shape (f, 3)."""
     holds: list[tuple[float, float | None]]
-    """Times at which the hand closes and opens for each grasp [s]; None if the hand does not open again."""
+    """Times at which the hand closes and opens for each grasp [s].
+
+    The second time is None if the hand does not open again.
+    """
 
 
 def replay_data(
@@ -65,7 +68,7 @@ def replay_data(
 
 
 def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
-    """Return the frames (f, n, 3) and the last shape (n, 3) with positions as whole numbers of steps.
+    """Return the frames (f, n, 3) and the last shape (n, 3), with positions as whole numbers of `STEP` for n vertices.
 
     Positions are measured from the corner with the smallest coordinates.
     """

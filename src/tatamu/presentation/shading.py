@@ -27,8 +27,10 @@ class PaintedMesh:
     back: np.ndarray
     """Colour of the back of all triangles in linear light, shape (3,)."""
     flat: np.ndarray | None = None
-    """Positions of the vertices on the flat cloth [m], shape (n, 2). With them, a pattern of lines every 5 cm is drawn.
-    None to draw no lines."""
+    """Positions of the vertices on the flat cloth [m], shape (n, 2).
+
+    They determine a pattern of lines every 5 cm. If the positions are None, no lines are drawn.
+    """
 
 
 def cloth(
@@ -61,9 +63,10 @@ def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
 
 
 def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | float = 1.0) -> np.ndarray:
-    """Return the linear light of the covered pixels, shape (p, 3).
+    """Return the linear light of the p covered pixels, shape (p, 3).
 
-    The argument `sunlit` is 0 for a pixel in shadow and 1 for a pixel in full light: a number, or shape (p,).
+    `sunlit` is 0 for a pixel in shadow and 1 for a pixel in full light. It is one number for all pixels, or has the
+    shape (p,).
     """
     normals = visible.sample(vertex_normals(mesh.points, mesh.faces), mesh.faces)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
@@ -81,7 +84,7 @@ def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | 
 def _threads(flat: np.ndarray) -> np.ndarray:
     """Return the intensity of the pattern of lines every 5 cm: 1 on a line, 0 between lines, shape (p,).
 
-    The argument has positions on the flat cloth [m], shape (p, 2).
+    The argument has the positions of p points on the flat cloth [m], shape (p, 2).
     """
     off = np.abs(flat / 0.05 - np.rint(flat / 0.05)).min(axis=1) * 0.05
     return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
@@ -94,7 +97,7 @@ def _facing(view: View, mesh: PaintedMesh) -> np.ndarray:
 
 
 def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> np.ndarray:
-    """Return how much lower each pixel is than its surroundings, from 0 to 1, shape (h, w).
+    """Return how much lower each pixel is than its surroundings: 0 is not lower, 1 is much lower, shape (h, w).
 
     The heights of flat layers differ by only a millimetre. Their edges become visible if pixels that are lower than
     their surroundings are darkened (Luft, Colditz and Deussen 2006, depth darkening).
@@ -110,7 +113,10 @@ def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> 
 
 
 def shrink(image: np.ndarray, times: int) -> np.ndarray:
-    """Reduce an image by averaging blocks of `times` x `times` pixels, shape (h, w, 4). Its alpha is premultiplied."""
+    """Reduce an image by averaging blocks of `times` x `times` pixels, shape (h, w, 4).
+
+    The image has premultiplied alpha.
+    """
     height = image.shape[0] // times
     width = image.shape[1] // times
     blocks = image[: height * times, : width * times].reshape(height, times, width, times, 4)

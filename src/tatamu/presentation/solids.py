@@ -26,12 +26,15 @@ def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
     else:
         mesh = trimesh.creation.capsule(height=2.0 * body.core[2], radius=body.radius, count=[24, 24])
         mesh.apply_translation(-mesh.bounds.mean(axis=0))
-    corners = np.asarray(mesh.vertices)[mesh.faces]  # a box has edges, so its faces share no points
+    corners = np.asarray(mesh.vertices)[mesh.faces]  # faces of a box share no points, because its edges must look sharp
     return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
 
 
 def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
-    """Return all bodies as one mesh that moves; `times` [s] has shape (f,). None if there are no bodies."""
+    """Return all bodies as one mesh that moves; None if there are no bodies.
+
+    The result has a frame for each of the f times [s], shape (f,).
+    """
     parts = []
     faces = []
     count = 0

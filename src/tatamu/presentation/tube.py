@@ -6,9 +6,10 @@ import numpy as np
 
 
 def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points (k, 3) and the triangles (m, 3) of a tube around a path (f, 3) of at least two points.
+    """Return the points (k, 3) and the triangles (m, 3) of a tube around a path (f, 3).
 
-    The radius and all positions are in metres.
+    The path has f points, at least two. The tube has k points and m triangles. The radius and all positions are in
+    metres.
     """
     path = _spaced(path, radius)
     along = np.gradient(path, axis=0)

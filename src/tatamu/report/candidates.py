@@ -28,7 +28,8 @@ TITLE = 40
 def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
     """Return the marks of all folds of a plan for a drawing of the flat garment.
 
-    Grasps of later steps are drawn where the grasped vertices are on the flat garment.
+    In later steps, the garment is already folded. The grasps of these steps are nevertheless drawn where the grasped
+    vertices are on the flat garment.
     """
     flat = garment.vertices[:, :2]
     titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]

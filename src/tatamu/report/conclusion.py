@@ -10,9 +10,9 @@ from tatamu.report.measures import OVERLAP, SUCCESS, grade
 from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
-"""Fraction of all trials. If the best trial comes later than this fraction, the search was still improving."""
+"""Fraction of all trials. If the best trial comes after this fraction of the trials, the search was still improving."""
 EDGE = 0.01
-"""Largest distance between a value on a bound and the bound, as a fraction of the range."""
+"""Distance from a bound of the search below which a value counts as on the bound, as a fraction of the range."""
 MEANING = {
     "x1": "P1 ahead of the grasp",
     "z1": "P1 above the grasp",
@@ -79,7 +79,7 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
 def _origin(result: ResultRecord) -> list[str]:
     """Return a note on where the best fold came from: from the search, or from a curve that the search was given.
 
-    Without given curves on the mesh of the best trial, there is no note.
+    There is no note if the search was given no curves on the mesh of the best trial.
     """
     best = result.best_trial
     if result.best_is_given:
@@ -98,7 +98,7 @@ def on_bounds(result: ResultRecord) -> list[str]:
 
     Grasps at the corner of the cloth are not reported.
     """
-    if result.best_is_given:  # given curves are on bounds by design
+    if result.best_is_given:  # given curves are on bounds on purpose
         return []
     chosen = result.best_trial.parameters
     found = []
@@ -164,7 +164,7 @@ def _about_steps(plan: PlanRecord, steps: Sequence[Conclusion], names: Sequence[
     """Return advice on which step of a plan to improve."""
     failing = [number for number, step in enumerate(steps) if not step.succeeded]
     if failing:
-        first = failing[0]  # later steps start from the state that this step left
+        first = failing[0]  # a later step starts from the result of this step
         page = f"{plan.steps[first].folder}/report.html"
         return [f"look at {names[first]}, the first to fail by itself: {page}", *steps[first].advice]
     away = [step.whole.mean_vertex_distance for step in plan.steps]

@@ -18,7 +18,10 @@ from tatamu.study import Result
 CELLS = 45_000
 """Approximate number of cells of a map."""
 HIDDEN = 0.02
-"""Fraction of cells in which the upper layer hides the lower layer. With more, the lower layer gets a separate map."""
+"""Fraction of cells in which the upper layer hides the lower layer.
+
+If more cells are hidden, each layer gets its own map.
+"""
 
 
 def largest(errors: np.ndarray) -> float:
@@ -44,7 +47,7 @@ def maps(fold: Result) -> list[Chart]:
 
 
 def _seen(fold: Result, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the visible triangle and the error e_i [mm] in each cell of a map, shape (h, w) each.
+    """Return two arrays of shape (h, w): the visible triangle, and its error e_i [mm], in each cell of a map.
 
     The cloth is seen from above if `sign` is 1, and from below if `sign` is -1. The error e_i is the distance between
     vertex i and its target.

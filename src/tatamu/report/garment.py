@@ -35,9 +35,9 @@ class FoldMark:
     towards: np.ndarray
     """Unit vector from the moving side to the side that stays, shape (2,)."""
     left: np.ndarray
-    """Positions at which the left hand may grasp [m], shape (k, 2)."""
+    """The k positions at which the left hand may grasp [m], shape (k, 2)."""
     right: np.ndarray
-    """Positions at which the right hand may grasp [m], shape (k, 2)."""
+    """The k positions at which the right hand may grasp [m], shape (k, 2)."""
 
 
 def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:

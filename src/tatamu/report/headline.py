@@ -82,7 +82,7 @@ def _share(distance: float) -> float:
 def events(fold: Result) -> list[tuple[float, str]]:
     """Return the marks under the time slider: the times at which the hands start, arrive and open.
 
-    Each mark is a fraction of the whole time and a word.
+    Each mark has a position, as a fraction of the whole time, and a word.
     """
     end = float(fold.rollout.times[-1])
     timing = fold.description.timing_values

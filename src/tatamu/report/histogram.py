@@ -16,7 +16,8 @@ def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
     """Return one histogram for each moment of the search; all have the same error axis.
 
     Args:
-        moments: Title and vertex errors e_i [m], shape (n,), of each moment, in the order of the search.
+        moments: Title of each moment, and the errors e_i of all n vertices at this moment [m], shape (n,). The moments
+            are in the order of the search.
     """
     end = max(float(errors.max()) for _, errors in moments)
     width = bin_width(end)
@@ -27,9 +28,10 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
     """Return a histogram of the vertices by their error e_i, the distance from their target.
 
     Args:
-        errors: Errors e_i [m], shape (n,).
+        errors: Errors e_i of the n vertices [m], shape (n,).
         width: Width of a bin [m].
-        end: End of the axis [m]. If errors are larger, the axis is longer. None to end the axis at the largest error.
+        end: End of the axis [m]. If errors are larger, the axis is longer. With None, the axis ends at the largest
+            error.
     """
     last = int(np.floor(max(float(errors.max()), end or 0.0) / width)) + 1
     counts = np.bincount((errors / width).astype(int), minlength=last)

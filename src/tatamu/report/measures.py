@@ -66,7 +66,7 @@ class Measure:
         return "–" if value is None else f"{value * self.scale:.{self.digits}f}"
 
     def passes(self, score: Score | None) -> bool | None:
-        """Return whether the value meets the threshold; None without a threshold or without a value."""
+        """Return whether the value meets the threshold. The result is None if there is no threshold or no value."""
         value = self.value(score)
         if value is None or (self.most is None and self.least is None):
             return None

@@ -39,7 +39,7 @@ def plot(fold: Result) -> Plot:
 def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
     """Return name, colour, control points (4, 2) and path (f, 2) of each hand in the plane of the fold.
 
-    If both hands move equally, they share a single entry.
+    The path has f points. If both hands move equally, the result has a single entry.
     """
     arms = fold.arms
     paths = [_in_plane(fold.hand(arm) - np.array(arm.grasp.position)) for arm in arms]
@@ -51,7 +51,7 @@ def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
 
 
 def _in_plane(path: np.ndarray) -> np.ndarray:
-    """Project a path, shape (k, 3), onto the vertical plane through its ends, shape (k, 2).
+    """Project a path with k points, shape (k, 3), onto the vertical plane through its ends, shape (k, 2).
 
     The path is given relative to the grasp. The result has the distance towards the end of the path, and the height.
     """

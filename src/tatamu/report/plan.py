@@ -68,7 +68,10 @@ def page(whole: PlanResult) -> str:
 
 
 def _count(folds: list[Result]) -> str:
-    """Return the number of folds of a plan as text. For an interrupted plan, the text also has the number learned."""
+    """Return the number of folds of a plan as text.
+
+    For an interrupted plan, the text also has the number of folds that were learned.
+    """
     step = folds[0].record.task.step
     count = step[1] if step else len(folds)
     return f" in {count} folds" if count == len(folds) else f", the first {len(folds)} of {count} folds"
@@ -125,7 +128,10 @@ def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarr
 
 
 def joined_path(paths: list[np.ndarray | None], folds: list[Result]) -> np.ndarray:
-    """Return the paths of a hand in all steps, joined to one path [m]. In a step without work, the hand waits."""
+    """Return the paths of a hand in all steps, joined to one path [m].
+
+    In a step in which the hand does not grasp, it waits.
+    """
     joined: list[np.ndarray] = []
     for path, fold in zip(paths, folds, strict=True):
         frames = len(fold.rollout.times)

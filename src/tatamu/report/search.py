@@ -98,14 +98,20 @@ def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: 
 
 
 def _shorter(result: ResultRecord, trial: Trial) -> str:
-    """Return the reason why a trial took less time than a complete trial on the fine mesh; empty for such a trial."""
+    """Return the reason why a trial took less time than a complete trial on the fine mesh.
+
+    The reason is empty if the trial is a complete trial on the fine mesh.
+    """
     if result.is_coarse(trial):
         return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
     return "ended when its hands had arrived" if trial.ended == "arrival" else ""
 
 
 def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
-    """Return dots at trial numbers and values. The dots are hollow if `shorter`, the reason for less time, is given."""
+    """Return dots at trial numbers and values.
+
+    If `shorter`, the reason for less time, is given, the dots are hollow.
+    """
     return {
         "x": [number for number, _ in places],
         "y": [value for _, value in places],

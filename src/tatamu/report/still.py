@@ -127,7 +127,7 @@ class _Sun:
         self.depth = np.max([see(self.view, mesh)[1] for mesh in meshes], axis=0)
 
     def reaches(self, points: np.ndarray) -> np.ndarray:
-        """Return the light at points, from 0 (in shadow) to 1 (in full light), shape (p,).
+        """Return the light at each of p points, from 0 (in shadow) to 1 (in full light), shape (p,).
 
         The light is averaged over neighbouring pixels, which gives soft edges of shadows.
         """

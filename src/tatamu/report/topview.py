@@ -47,7 +47,7 @@ class Extent:
 
 
 def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
-    """Return the rectangle around several shapes (n, 3), with a margin [m]."""
+    """Return the rectangle around several shapes, with a margin [m]. A shape has n points, shape (n, 3)."""
     points = np.vstack(shapes)[:, :2]
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin)
 
@@ -112,7 +112,7 @@ class TopView:
 
 
 def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[TopView]:
-    """Return three pictures: the target `goal` (n, 3), the final shape of the cloth, and both in one picture.
+    """Return three pictures: the target `goal`, the final shape of the cloth, and both in one picture.
 
     The picture of the final shape has the title `name`.
     """
@@ -127,12 +127,15 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
 
 
 def paths(fold: Result) -> list[np.ndarray]:
-    """Return the positions of each hand in all frames [m], shape (f, 3) each."""
+    """Return the positions of each hand in all f frames [m]: an array of shape (f, 3) for each hand."""
     return [fold.hand(arm) for arm in fold.arms]
 
 
 def view(title: str, note: str, image: np.ndarray, area: Extent, hands: Sequence[np.ndarray] = ()) -> TopView:
-    """Return a picture with a title, a ruler and the hands' paths, shape (f, 3) each."""
+    """Return a picture with a title, a ruler and the hands' paths.
+
+    A path has the shape (f, 3) for f frames [m].
+    """
     drawing = Drawing(area.low, area.high, 1000.0, background=None, words=f"{title}, from above")
     drawing.add(Picture(data_uri(to_pixels(shrink(image, FINER)))))
     for colour, path in zip(HAND_COLOURS, hands, strict=False):

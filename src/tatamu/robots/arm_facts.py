@@ -18,7 +18,7 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
 Fingertips: `tatamu.folding.fingers` has their sizes and sources
 
 Plans accelerate by at most 5 rad/s^2. This limit is below Franka's own limits: 7.5 for Panda, 10 for FR3. MoveIt's
-configurations of UR arms have limits from 5 to 10. UFACTORY's limit was not found.
+configurations of UR arms have limits from 5 to 10. No published limit of UFACTORY's xArm was found.
 
 The boxes come from `python -m benchmarks.link_boxes`. Their faces are moved outwards to whole millimetres.
 """
@@ -288,7 +288,7 @@ _UP, _ASIDE = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
 UR5E = SerialArm(
     name="ur5e",
     joints=("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"),
-    # Lengths are from [UR]. The boxes, and the division of the offset of 0.1333 m among the links, are from [UR-M].
+    # Lengths are from [UR], boxes from [UR-M]. [UR-M] also divides the offset of 0.1333 m among the links.
     hinges=(
         Hinge(
             (0.0, 0.0, 0.1625),

@@ -2,8 +2,8 @@
 
 A placement is a position of the fold on the table. A hold is an orientation in which the hand grasps the cloth.
 
-An arm follows the path from point to point by damped least squares. Each point starts from the joint angles of the
-previous point. A path that would need a jump of the joints therefore counts as unreachable.
+The inverse kinematics is solved from point to point by damped least squares. The solution for a point starts from the
+joint angles of the previous point. A path that would need a jump of the joints therefore counts as unreachable.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ GOOD_MARGIN = 0.2
 GOOD_SINGULARITY = 0.2
 """Distance from singularities above which a larger distance does not improve the quality; see `Chain.singularity`."""
 HOPELESS = -1.0
-"""Quality below which the motion is discarded."""
+"""Quality of an arm's motion below which the motion is discarded."""
 CLEAR = 3
 """Number of holds that are kept for each arm, the best first. A hold is an orientation of the hand at the grasp."""
 
@@ -35,7 +35,9 @@ class ArmReach:
     """
 
     quality: np.ndarray
-    """Quality of the motion, shape (placements, holds): 1 is comfortable, 0 just possible, negative impossible."""
+    """Quality of the motion, shape (placements, holds): 1 means comfortable, 0 just possible, and a negative value
+    impossible.
+    """
     reached: np.ndarray
     """Number of path points that the arm reaches before the first failure, shape (placements, holds)."""
     angles: np.ndarray
@@ -63,8 +65,9 @@ def follow(
         arm: The arm that follows the path.
         placements: Candidate placements of the fold.
         holds: Candidate orientations of the hand at the grasp.
-        trunk: The trunk's angle [rad] for each placement and point, shape (placements, n + 2).
-        path: The hand's path in the frame F of the fold [m], shape (n, 3).
+        trunk: The trunk's angle [rad] for each placement and point, shape (placements, n + 2). The two additional
+            points are the approach before the path and the retreat after it.
+        path: The n points of the hand's path in the frame F of the fold [m], shape (n, 3).
         steps: Times from point to point [s], shape (n - 1,).
     """
     chain = Chain.of(robot, arm)
@@ -82,9 +85,10 @@ def follow(
 
 
 def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the joint angles (n, m, k) along the poses `targets` (n, m, 4, 4), and the number of points reached (n,).
+    """Return the joint angles along each motion, and the number of points that the arm reaches in it.
 
-    Only points before the first failure count as reached.
+    `targets` has the poses of n motions with m points each, shape (n, m, 4, 4). The joint angles have the shape (n, m,
+    k) for k joints, and the numbers have the shape (n,). Only points before the first failure count as reached.
     """
     count, points = targets.shape[:2]
     angles = np.full((count, points, len(start)), np.nan)
@@ -100,10 +104,13 @@ def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.nda
 
 
 def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the quality of the motions with these joint angles (n, m, k), shape (n,).
+    """Return the quality of each of n motions of an arm, shape (n,).
 
-    The quality is the smallest distance from joint limits and singularities, divided by a distance that counts as good.
-    It is at most 1, and is reduced for folds that the arm must slow down.
+    `angles` are the joint angles of each motion at m points for k joints, shape (n, m, k).
+
+    The smallest distance from joint limits is divided by GOOD_MARGIN, and the smallest distance from singularities is
+    divided by GOOD_SINGULARITY. The quality is the smallest of these two values and 1. It is divided by the square root
+    of `slowing`, so motions that the arm must slow down have a lower quality.
     """
     count, points, width = angles.shape
     margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
@@ -113,10 +120,10 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
 
 
 def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Estimate the factor, at least 1, by which a fold must be slowed down to respect the arm's limits, shape (n,).
+    """Estimate the factor by which each of n motions must be slowed down to respect the arm's limits, shape (n,).
 
-    `angles` (n, m, k) [rad] are the joint angles at the path's points, `steps` (m - 1,) [s] the times between the
-    points.
+    The factor is at least 1. `angles` [rad] are the angles of k joints at the m points of each motion, shape (n, m, k).
+    `steps` [s] are the times from point to point, shape (m - 1,).
     """
     speed = np.diff(angles, axis=1) / steps[:, None]
     rate = np.diff(speed, axis=1) / ((steps[1:] + steps[:-1]) / 2)[:, None]

@@ -25,7 +25,7 @@ from tatamu.robots.soundness import check_description
 FASTEST = 20.0
 """Speed limit of joints whose model states no limit [rad/s].
 
-Speeds typed in degrees instead of radians exceed the limit.
+Most speeds that were typed in degrees instead of radians exceed this limit.
 """
 
 
@@ -105,11 +105,11 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
 def _within_model(
     path: Path, name: str, arm: ArmDescription, file: ModelFile, above: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the speeds and accelerations that plans respect, shape (k,) each.
+    """Return the largest speeds and the largest accelerations of the arm's k joints in plans, two arrays of shape (k,).
 
     A speed above the model's own limit is lowered to that limit, and the joint is appended to `above`. The joint's
-    acceleration is lowered by the same factor, so the joint reaches its speed in the same time. Otherwise, an
-    acceleration typed in degrees instead of radians would stay 57 times too high.
+    acceleration is lowered by the same factor, so the joint reaches its speed in the same time. Without this reduction,
+    an acceleration that was typed in degrees instead of radians would stay 57 times too high.
     """
     limits = []
     for joint, speed in zip(arm.joints, arm.speed, strict=True):
@@ -142,7 +142,10 @@ def _whole(file: ModelFile) -> object:
 
 
 def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> object:
-    """Join two single arms in one model. Their names get the prefixes `larm_` and `rarm_`."""
+    """Join two single arms in one model.
+
+    The names of the left arm's parts get the prefix `larm_`. The names of the right arm's parts get the prefix `rarm_`.
+    """
     spec = needed("mujoco").MjSpec()
     spec.compiler.degree = False
     contents: dict[str, bytes] = {}

@@ -7,9 +7,9 @@ The bags contain these messages:
 
 hrpsys_ros_bridge reads trajectories as follows (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp). It reads
 only positions and time_from_start, and needs every joint of the group. The robot moves from its present pose to the
-first point within the time of the first point.
+first point within this point's time_from_start.
 
-Controllers of ros_control in ROS 1 listen on `CONTROLLER/command`, those of ros2_control on
+In ROS 1, controllers of ros_control listen on `CONTROLLER/command`. In ROS 2, controllers of ros2_control listen on
 `CONTROLLER/joint_trajectory`. Each trajectory has the time stamp of the motion's start, and each gripper command has
 the time stamp at which it is due. A program that plays the bag therefore sends each message at the right time.
 """
@@ -30,7 +30,7 @@ GRIPPER = "control_msgs/msg/GripperCommand"
 GRIPPER_FIELDS = "float64 position\nfloat64 max_effort\n"
 """Definition of control_msgs/GripperCommand, which is not among rosbags' own types. Units are [m] and [N]."""
 STAMP = 1_000_000_000
-"""Time stamp of the motion's start [ns]. It is not 0, because ROS has no time 0."""
+"""Time stamp of the motion's start [ns]. It is not 0, because 0 is not a valid time in ROS."""
 
 
 class Sent(NamedTuple):

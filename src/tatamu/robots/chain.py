@@ -23,8 +23,9 @@ LENGTH = 0.25
 class Chain:
     """The chain of one arm with k joints from the base B to the tool T, as a product of exponentials.
 
-    At rest, joint i turns about the axis w_i through the point o_i, both in B, and the pose of the tool is X_BT(0).
-    With the joint angles q and the joint angles at rest r, the pose of the tool is
+    The arm is at rest when its joint angles are r. The axis of joint i then goes through the point o_i in the direction
+    w_i, and the pose of the tool is X_BT(0). The axes, the points and the pose are given in the base B. With the joint
+    angles q, the pose of the tool is
 
         X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0)
 
@@ -35,18 +36,21 @@ class Chain:
     """
 
     offsets: np.ndarray
-    """Offsets at rest from the base B to the first joint, then from joint to joint, in B [m], shape (k, 3)."""
+    """Offsets between neighbouring joints at rest, in B [m], shape (k, 3).
+
+    The first offset is from the base B to the first joint.
+    """
     axes: np.ndarray
     """Unit vectors of the joint axes at rest, in the base B, shape (k, 3)."""
     rest: np.ndarray
-    """Joint angles r at rest [rad], shape (k,)."""
+    """Angles r of the k joints at rest [rad], shape (k,)."""
     X_LT: np.ndarray
     """Pose of the tool T in frame L, shape (4, 4).
 
     L is at the last joint's origin, and parallel to the base B at rest.
     """
     limits: np.ndarray
-    """Lower and upper joint limits [rad], shape (k, 2)."""
+    """Lower and upper limit of each of the k joints [rad], shape (k, 2)."""
     trunk_origin: np.ndarray
     """A point on the trunk's axis, in the base B [m], shape (3,)."""
 
@@ -76,7 +80,7 @@ class Chain:
         return [(K, K @ K) for K in skews]
 
     def trunk_pose(self, trunk: np.ndarray) -> np.ndarray:
-        """Return the pose X_BC of frame C in the base B for trunk angles [rad] (..), shape (.., 4, 4).
+        """Return the pose X_BC of frame C in the base B for each trunk angle [rad], shape (.., 4, 4).
 
         C is B rotated by the trunk about the trunk's axis.
         """
@@ -86,7 +90,7 @@ class Chain:
         return pose(R, self.trunk_origin - R @ self.trunk_origin)
 
     def before_trunk(self, X_BT: np.ndarray, trunk: np.ndarray) -> np.ndarray:
-        """Return the tool poses without the trunk's rotation, shape (.., 4, 4).
+        """Return the poses that the tool would have without the trunk's rotation, shape (.., 4, 4).
 
         These poses are the targets of `solve`.
         """
@@ -96,7 +100,9 @@ class Chain:
         return pose(R @ X_BT[..., :3, :3], p)
 
     def tool(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the tool poses in the base B (n, 4, 4), and the Jacobians (n, 6, k).
+        """Return the tool poses in the base B, shape (n, 4, 4), and the Jacobians, shape (n, 6, k).
+
+        There are n configurations of the arm's k joints.
 
         The first three rows of a Jacobian are the velocity of the tool [m per rad], the last three its rotation [rad
         per rad].
@@ -128,13 +134,14 @@ class Chain:
         """Solve for joint angles by damped least squares from `start`, inside the joint limits (Wampler 1986).
 
         Args:
-            targets: Poses X_BT of the tool T in the base B, shape (n, 4, 4).
-            start: Initial joint angles [rad], shape (n, k).
+            targets: The n target poses X_BT of the tool T in the base B, shape (n, 4, 4).
+            start: Initial angles of the k joints for each target [rad], shape (n, k).
             steps: Number of iterations.
             tolerance: Largest error of a reached target [m]. Rotations [rad] are multiplied by LENGTH.
 
         Returns:
-            The joint angles [rad] (n, k), and whether each row reached its target (n,).
+            The joint angles of each solution [rad], shape (n, k), and whether the solution reaches its target, shape
+            (n,).
         """
         angles = np.clip(start, *self.limits.T)
         reached = np.zeros(len(angles), dtype=bool)
@@ -153,7 +160,7 @@ class Chain:
         return angles, reached
 
     def _error(self, angles: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the six pose errors [m], shape (n, 6), and the Jacobian in the same units.
+        """Return the six errors of each tool pose [m], shape (n, 6), and the Jacobians in the same units.
 
         Rotations are multiplied by LENGTH.
         """
@@ -188,13 +195,18 @@ class Chain:
         return float(sum(np.linalg.norm(offset) for offset in between))
 
     def near(self, positions: np.ndarray) -> np.ndarray:
-        """Return whether all positions of each row (n, m, 3) [m] are within the arm's reach, shape (n,)."""
+        """Return for each of n paths whether all its positions are within the arm's reach, shape (n,).
+
+        Each path has m positions [m]: `positions` has the shape (n, m, 3).
+        """
         return (np.linalg.norm(positions - self.shoulder, axis=2) <= self.reach).all(axis=1)
 
     def singularity(self, angles: np.ndarray) -> np.ndarray:
-        """Return the smallest singular value of each Jacobian, shape (n,). Metres are divided by LENGTH.
+        """Return the smallest singular value of the Jacobian at each of n configurations, shape (n,).
 
-        Only the directions that the arm must keep count; see `demand`.
+        Lengths in the Jacobian are divided by LENGTH.
+
+        Only the directions of motion that a fold requires from the arm count; see `demand`.
         """
         X_BT, jacobian = self.tool(angles)
         jacobian = jacobian / np.array([LENGTH, LENGTH, LENGTH, 1, 1, 1])[:, None]
@@ -206,7 +218,7 @@ class Chain:
         return np.sqrt(np.maximum(least, 0.0))
 
     def margin(self, angles: np.ndarray) -> np.ndarray:
-        """Return the distance from each configuration to its nearest joint limit [rad], shape (n,)."""
+        """Return the distance from each of n configurations to its nearest joint limit [rad], shape (n,)."""
         return np.minimum(angles - self.limits[:, 0], self.limits[:, 1] - angles).min(axis=1)
 
 

@@ -80,7 +80,7 @@ class Checks:
     def _at(self, row: int) -> tuple[str, int]:
         """Return the time of a sample as text, and the number of the simulation's frame.
 
-        Before the fold, the frame is the fold's first frame; after the fold, the fold's last frame.
+        The frame is the fold's first frame for samples before the fold, and the fold's last frame for samples after it.
         """
         motion = self._motion
         time = motion.times[row]

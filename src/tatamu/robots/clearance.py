@@ -89,7 +89,7 @@ class Clearance:
         self._pairs = {kind: pairs for kind, pairs in joined.items() if len(pairs)}
 
     def lowest(self, configuration: np.ndarray) -> float:
-        """Return the height of the arms' lowest point above the base's origin in this configuration (nq,) [m]."""
+        """Return the height of the arms' lowest point above the base's origin in this configuration [m]."""
         probe = -5.0
         self.set_table(probe)
         self._move(configuration)
@@ -97,7 +97,7 @@ class Clearance:
         return probe + min(self._distance(int(geom), self._table, 20.0) for geom in arms)
 
     def least(self, configurations: np.ndarray) -> dict[str, Distance]:
-        """Return the smallest distance of each kind over configurations (n, nq) [rad]."""
+        """Return the smallest distance of each kind over n configurations of all joints [rad], shape (n, nq)."""
         best: dict[str, Distance] = {}
         for row, q in enumerate(configurations):
             self._move(q)
@@ -109,7 +109,10 @@ class Clearance:
         return best
 
     def nearest(self, configurations: np.ndarray) -> float:
-        """Return the smallest distance of any kind over configurations (n, nq) [rad]; at most FAR [m]."""
+        """Return the smallest distance of any kind [m], at most FAR.
+
+        The distance is the smallest over n configurations of all joints [rad], shape (n, nq).
+        """
         return min((found.value for found in self.least(configurations).values()), default=FAR)
 
     def _move(self, configuration: np.ndarray) -> None:
@@ -130,7 +133,7 @@ class Clearance:
         return value, names
 
     def _bounds(self, pairs: np.ndarray) -> np.ndarray:
-        """Return a lower bound of the distance of each pair [m], shape (n,).
+        """Return a lower bound of the distance of each of n pairs [m], shape (n,).
 
         Only the second shape of a pair may be a plane.
         """

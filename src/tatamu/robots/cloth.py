@@ -13,7 +13,7 @@ from tatamu.rollout import Rollout
 from tatamu.study import ResultFolder
 
 AT_THE_JAW = 0.04
-"""Distance from a tool [m]. Cloth that is nearer counts as held or lifted by the fingers."""
+"""Distance from a tool [m]. Cloth that is nearer to the tool counts as held or lifted by the fingers."""
 FAR = 0.15
 """Largest distance that is computed [m]."""
 EVERY = 20

@@ -26,7 +26,7 @@ def touches(
     Args:
         robot: The robot.
         table_height: Height of the table top in the base B [m].
-        configurations: Configurations [rad], shape (n, nq).
+        configurations: Angles of all nq joints in n configurations [rad], shape (n, nq).
         limits: Smallest allowed distance of each kind [m].
     """
     mujoco = needed("mujoco")

@@ -1,7 +1,7 @@
 """A plan as one episode of a LeRobotDataset, in the robot's own keys and units, for LeRobot's replay.
 
-`observation.state` is the plan at each frame. `action` is the plan one frame later, because it is the command that
-leads there.
+`observation.state` is the plan at each frame. `action` is the plan one frame later, because an action is the command
+that leads to the next frame.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
 
 
 def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
-    """Return the robot's values at these times [s] (n,), shape (n, k), in the order of `state_names`."""
+    """Return the k values of the robot's state at n times [s], shape (n, k).
+
+    The values are in the order of `state_names`.
+    """
     robot, motion = plan.task.robot, plan.motion
     columns: list[np.ndarray] = []
     for arm in robot.arms:
@@ -54,7 +57,7 @@ def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
 
 
 def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
-    """Return the planned distance between the fingertips [m] at these times [s], shape (n,)."""
+    """Return the planned distance between the fingertips [m] at each of n times [s], shape (n,)."""
     commands = [command for command in plan.gripper_commands if command.arm == arm.name]
     found = np.full(len(times), arm.jaw.opening)
     for before, command in itertools.pairwise(commands):
@@ -64,7 +67,10 @@ def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
 
 
 def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
-    """Return the gripper values of the robot for jaw widths [m]. They are linear between closed and open jaw."""
+    """Return the gripper values of the robot for jaw widths [m].
+
+    The values between the closed and the open jaw are interpolated linearly.
+    """
     names = arm.lerobot
     if names.open is None or names.closed is None:
         return widths

@@ -35,7 +35,7 @@ SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
 def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | None:
     """Write the GIF. Return None, or the reason if this machine cannot draw.
 
-    MuJoCo draws with OpenGL; see MUJOCO_GL.
+    MuJoCo draws with OpenGL. The environment variable MUJOCO_GL selects the variant of OpenGL.
     """
     image = needed("PIL.Image")
     try:
@@ -101,7 +101,8 @@ def framed(
     Args:
         points: Centres of the spheres [m], shape (n, 3).
         around: Radii of the spheres [m], shape (n,).
-        direction: Direction in which the camera looks: about z from x, and above the horizontal [degrees].
+        direction: Direction in which the camera looks: its angle about z from the x axis, and its angle above the
+            horizontal [degrees].
         view: Angle of the picture's height [degrees].
     """
     a, e = np.radians(direction)

@@ -44,7 +44,7 @@ def write_goals(plan: RobotPlan, folder: Path) -> None:
 
 
 def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
-    """Return a step of the grippers, which contains the `number`-th command of each gripper."""
+    """Return a step of the grippers. It contains command number `number` of each gripper."""
     arms = plan.task.robot.folding
     commands = plan.gripper_commands[len(arms) * number : len(arms) * (number + 1)]
     return {
@@ -85,8 +85,9 @@ def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
 def _rows(plan: RobotPlan, segment: Segment) -> np.ndarray:
     """Return the numbers of a segment's samples.
 
-    The first sample is the one after the segment's start. In the segment `approach`, it is the sample at the end of the
-    initial rest. Then 50 samples follow for each second. At the last sample, the segment ends and the robot is at rest.
+    The first sample is the sample after the segment's start. In the segment `approach`, the first sample is the sample
+    at the end of the initial rest. Then 50 samples follow for each second. At the last sample, the segment ends and the
+    robot is at rest.
     """
     times = plan.motion.times
     begins = plan.motion.part("approach").start if segment.name == "approach" else segment.start + times[1]

@@ -13,7 +13,7 @@ from tatamu.robots.paths import PlacedFold
 UNDERNEATH = 0.003
 """Largest height of the lower finger above the table [m]. A higher finger would pass over the edge of the cloth."""
 ASKEW = 5e-3
-"""Amount by which the jaw's angle to the plane across the edge of the cloth may exceed `Jaw.yaw` [rad]."""
+"""Amount by which the jaw may turn further than `Jaw.yaw` from the plane at right angles to the cloth's edge [rad]."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +23,13 @@ class Take:
     arm: str
     jaw: Jaw
     depth: float
-    """Distance from the edge of the cloth to the place where the fingertips will meet, across the edge [m]."""
+    """Distance from the cloth's edge to the place where the fingertips will meet, at right angles to the edge [m].
+    """
     height: float
     """Height of the tool T above the table [m]."""
     askew: float
-    """Angle between the jaw's opening, seen from above, and the direction across the edge of the cloth [rad]."""
+    """Angle between the jaw's opening and the direction at right angles to the cloth's edge, seen from above [rad].
+    """
     rise: float
     """Sine of the angle between the jaw's opening and the horizontal."""
 

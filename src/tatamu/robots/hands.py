@@ -35,7 +35,7 @@ class HandMotion:
     times: np.ndarray
     """Times of the via-points [s], shape (v,).
 
-    The first is the last time at rest before the motion, the last is the first time at rest after the motion.
+    The hands start to move at the first of these times, and come to rest at the last.
     """
     curves: tuple[Bezier, ...]
     """Curve of each hand, the left hand first."""
@@ -79,7 +79,7 @@ class HandMotion:
         return cls(FRAME_RATE, VIA_EVERY, manipulation.timing, times, curves, travelled)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Return the positions of the hands at simulated times [s] (n,), in the fold's frame [m], (hands, n, 3)."""
+        """Return the positions of the hands at n simulated times [s], in the fold's frame [m], shape (hands, n, 3)."""
         times = np.clip(times, self.times[0], self.times[-1])
         points = []
         for curve, travelled in zip(self.curves, self.travelled, strict=True):
@@ -88,7 +88,7 @@ class HandMotion:
         return np.array(points)
 
     def evenly(self, count: int) -> np.ndarray:
-        """Return `count` times [s]. The hands travel equal distances between them."""
+        """Return `count` times [s]. The hands travel equal distances from each of these times to the next."""
         times = np.linspace(self.times[0], self.times[-1], 1001)
         steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2).mean(axis=0)
         length = np.append(0.0, np.cumsum(steps + 1e-9))

@@ -110,7 +110,8 @@ BOXES: dict[str, tuple[tuple[Vector, Vector], ...]] = {
 }
 """Smallest boxes around the visible links, in the links' frames [m].
 
-The boxes are computed from [H-DAE]. Those of the right arm have mirrored y.
+The boxes are computed from [H-DAE]. Only the left arm is listed, because the right arm has the same boxes with mirrored
+y.
 
 A box around the whole chest would have |y| up to 0.2226, because the chest includes the shoulders. The hanging arms
 would intersect this box, because the first links of the arms begin at |y| = 0.105. Below the shoulders (z < 0.42), the
@@ -137,10 +138,10 @@ START_DEGREES = {
 }
 """Joint angles of the two start poses [degrees], from [CLIENT].
 
-- `initial` is _InitialPose, of goInitial(). The tools are level above the table top, with the fingertips 0.025 m below
-  WAIST.
-- `factory` is _InitialPose_Factory, of goInitial(init_pose_type=1). The tools are high, for table tops that the arms
-  would hit in the pose `initial`.
+- `initial` is _InitialPose, the pose to which goInitial() moves the robot. The tools are level above the table top,
+  with the fingertips 0.025 m below WAIST.
+- `factory` is _InitialPose_Factory, the pose to which goInitial(init_pose_type=1) moves the robot. The tools are high,
+  for table tops that the arms would hit in the pose `initial`.
 """
 
 PLANNED_SPEED = 1.0
@@ -155,7 +156,7 @@ TABLE_HEIGHTS = (-0.20, 0.10)
 """Lowest and highest table top that both arms can use, in the frame of the body WAIST [m].
 
 The range is computed from the joints of this module, with the tool within 3 degrees of vertical. At -0.10 m, both arms
-reach x from 0.10 to 0.40 m and |y| up to 0.25 m. At -0.20 m, they reach half of that.
+reach x from 0.10 to 0.40 m and |y| up to 0.25 m. At -0.20 m, they reach half of these ranges.
 """
 FRONT = 0.10
 """Smallest distance of a table from the robot's column, along x of the body WAIST [m]."""

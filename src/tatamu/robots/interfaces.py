@@ -38,7 +38,7 @@ class LeRobotNames(Record):
     gripper: str | None = None
     """Key of the gripper; None if the key is `left_gripper.pos` or `right_gripper.pos`."""
     open: float | None = None
-    """Value of the gripper when the jaw is open by `opening`; None if the value is the width itself [m]."""
+    """Value of the gripper when the jaw is open by its `opening`; None if the value is the width itself [m]."""
     closed: float | None = None
     """Value of the gripper when the jaw is closed; None if the value is the width itself [m]."""
 
@@ -49,7 +49,7 @@ class LeRobotNames(Record):
         return self
 
     def values(self, angles: np.ndarray) -> np.ndarray:
-        """Return the robot's own values for joint angles of the model [rad] (.., k)."""
+        """Return the robot's own values for the angles of the model's k joints [rad], shape (.., k)."""
         moved = angles - (0.0 if self.zero is None else np.array(self.zero))
         turned = moved * (1.0 if self.sign is None else np.array(self.sign))
         return np.asarray(np.degrees(turned) if self.unit == "deg" else turned)

@@ -2,7 +2,7 @@
 
 The tool T is the point between the ends of the closed fingertips. Its z is the direction of approach, and the jaw opens
 along its y. One finger goes under the edge of the cloth, the other finger goes over it. The fingertips meet at the
-distance `depth` from the edge, measured across the edge.
+distance `depth` from the edge, measured at right angles to the edge.
 """
 
 from __future__ import annotations
@@ -32,11 +32,14 @@ class Jaw(FingerSize):
     force: Annotated[float, Field(gt=0, le=500)] = 20.0
     """Force with which the fingers grip the cloth [N]."""
     depth: Length = 0.011
-    """Distance from the edge of the cloth to the place where the fingertips meet, across the edge [m]."""
+    """Distance from the edge of the cloth to the place where the fingertips meet, at right angles to the edge [m]."""
     tilt: tuple[Angle, Angle] = (0.17, 1.05)
     """Smallest and largest angle between the approach and straight down [rad]."""
     yaw: Angle = 1.05
-    """Largest rotation of the jaw's plane away from the plane across the edge, towards the other hand [rad]."""
+    """Largest angle by which the jaw may turn about the vertical, towards the other hand [rad].
+
+    At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
+    """
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
     """Joints of the model that move the fingers, with their positions at `opening` and when closed [rad, m]."""
     links: list[str] = Field(default_factory=list)

@@ -16,7 +16,7 @@ from tatamu.robots.pose import pose, turn
 HAND_HALF = (0.042, 0.016)
 """Half the width of the open hand along y, and half its depth along z [m].
 
-The values are those of the finger links in [H-DAE] at 30 degrees; `hironx` lists this source.
+The values are the extents of the finger links in [H-DAE] at 30 degrees; `hironx` lists this source.
 """
 FINGER_LENGTH = 0.030
 FINGERS = FingerShape("hironx", root=(0.0, 0.0), length=FINGER_LENGTH)
@@ -33,8 +33,8 @@ def kawada(
     Args:
         name: Name of the robot in plans.
         wrist_offset: Offset from joint J4 to joint J5 along x [m]; None for -0.047.
-        fingertip: Distance from the origin of the last link to the fingertip, along the link's -x [m]; None for the
-            distance of the stock hand.
+        fingertip: Distance from the origin of the last link to the fingertip, along the link's -x [m]. With None, the
+            distance of the stock hand is used.
         nextage: Whether to use the speeds, the range of LARM_JOINT3 and the tool of NEXTAGE Open.
 
     Raises:

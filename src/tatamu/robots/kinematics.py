@@ -80,10 +80,11 @@ class Kinematics:
         Args:
             tools: Poses X_BT of the tool T in the base B for each arm that folds, shape (arms, n, 4, 4).
             trunk: Given angle of the trunk at each pose [rad], shape (n,).
-            start: Initial configuration [rad], shape (nq,).
+            start: Angles of all nq joints at the start [rad], shape (nq,).
 
         Returns:
-            Configurations [rad] (m, nq), and the pose without a solution if m < n.
+            Configurations [rad] for the first m poses, shape (m, nq), and the pose after them, which has no solution.
+            If all n poses have a solution, m is n, and None is returned instead of the pose.
         """
         found: list[np.ndarray] = []
         q = start

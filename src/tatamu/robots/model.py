@@ -34,13 +34,13 @@ class Arm:
     T is between the ends of the closed fingertips. Its z is the direction of approach, and the jaw opens along its y.
     """
     initial: np.ndarray
-    """Joint angles of the pose in which motions start and end [rad], shape (k,)."""
+    """Angles of the arm's k joints in the pose in which motions start and end [rad], shape (k,)."""
     speed: np.ndarray
-    """Highest speed that the hardware allows [rad/s], shape (k,)."""
+    """Highest speed of each of the k joints that the hardware allows [rad/s], shape (k,)."""
     planned_speed: np.ndarray
-    """Largest speed in plans [rad/s], shape (k,)."""
+    """Largest speed of each of the k joints in plans [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
-    """Largest acceleration in plans [rad/s^2], shape (k,)."""
+    """Largest acceleration of each of the k joints in plans [rad/s^2], shape (k,)."""
     jaw: Jaw = field(default_factory=Jaw)
     """The fingers, and how they grasp the edge of the cloth."""
     ros: RosNames = field(default_factory=RosNames)
@@ -73,7 +73,7 @@ class StartPose:
 
     name: str
     larm: np.ndarray
-    """Joint angles of the left arm [rad], shape (k,)."""
+    """Angles of the left arm's k joints [rad], shape (k,)."""
     rarm: np.ndarray
 
 
@@ -91,7 +91,7 @@ class Robot:
     joints: tuple[str, ...]
     """Names of all joints in the robot's own order."""
     trunk: str | None
-    """Joint that carries both arms and turns about z of the base B; None if the robot has no trunk joint."""
+    """Joint that carries both arms and turns them about z of the base B; None if the robot has no trunk joint."""
     trunk_speed: tuple[float, float]
     """Speed limits of the trunk [rad/s]: the limit of the hardware, and the limit of plans."""
     trunk_acceleration: float
@@ -155,12 +155,12 @@ class Robot:
         return {name: int(self.model.joint(name).qposadr[0]) for name in names}
 
     def limits(self, arm: Arm) -> np.ndarray:
-        """Return the lower and upper joint limits of an arm [rad], shape (k, 2)."""
+        """Return the lower and upper limit of each of an arm's k joints [rad], shape (k, 2)."""
         return np.array([self.model.joint(name).range for name in arm.joints])
 
     @cached_property
     def rest(self) -> np.ndarray:
-        """Configuration of the robot at rest [rad, m], shape (nq,).
+        """Positions of all nq joints of the robot at rest [rad, m], shape (nq,).
 
         Each joint has the value in `standing` or in the model, moved to the nearest allowed value. Fingers are open for
         a grasp. Joints that the model couples by an equality follow their leaders.
@@ -188,12 +188,13 @@ class Robot:
     def configuration(
         self, angles: Sequence[np.ndarray], trunk: np.ndarray | float | None = None, arms: tuple[Arm, ...] = ()
     ) -> np.ndarray:
-        """Return full configurations, shape (.., nq).
+        """Return configurations of all joints of the robot [rad], shape (.., nq).
 
         Args:
             angles: Joint angles of each of the arms in `arms` [rad], shape (.., k).
             trunk: Angle of the trunk [rad], shape (..); None if the trunk is at rest.
-            arms: The arms that have these angles; the others are in their initial pose. Empty for the arms that fold.
+            arms: The arms to which `angles` belong. If it is empty, they belong to the arms that fold. All other arms
+                are in their initial pose.
         """
         qpos = np.broadcast_to(self.rest, (*angles[0].shape[:-1], self.model.nq)).copy()
         stands = {arm.name: arm.initial for arm in self.arms}
@@ -205,7 +206,10 @@ class Robot:
         return qpos
 
     def planned(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the largest speeds [rad/s] and accelerations [rad/s^2] in plans, shape (nq,) each."""
+        """Return the largest speeds [rad/s] and accelerations [rad/s^2] in plans.
+
+        Both have one value for each of the nq joints.
+        """
         speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
         for arm in self.arms:
             columns = [self.columns[name] for name in arm.joints]
@@ -222,7 +226,7 @@ class Robot:
 
     @property
     def initial(self) -> np.ndarray:
-        """The full configuration of the initial pose [rad], shape (nq,)."""
+        """The angles of all nq joints in the initial pose [rad], shape (nq,)."""
         return self.configuration([arm.initial for arm in self.folding])
 
 
@@ -230,8 +234,8 @@ class Robot:
 class JointEquality:
     """A joint q1 that follows another joint q2, as in MuJoCo.
 
-    The joint follows q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .. to the fourth power. Here q1_0 and q2_0
-    are the joints' positions in the model, and c0 to c4 are the coefficients.
+    Its position is given by q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .. up to the fourth power. Here q1_0
+    and q2_0 are the joints' positions in the model, and c0 to c4 are the coefficients.
     """
 
     follower: int
@@ -242,7 +246,7 @@ class JointEquality:
     """The coefficients c0 to c4, shape (5,)."""
 
     def apply(self, model: Any, qpos: np.ndarray) -> None:
-        """Set the position of the follower in a configuration (nq,)."""
+        """Set the position of the follower in a configuration `qpos` of all joints."""
         moved = 0.0
         if self.leader is not None:
             at = model.jnt_qposadr[self.leader]

@@ -71,7 +71,7 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
     except ValueError as error:
         raise InputError(f"{path}: is no URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
     spec.compiler.fusestatic = False
-    spec.option.disableflags = spec.option.enableflags = 0  # because a model may switch contacts off
+    spec.option.disableflags = spec.option.enableflags = 0  # a model may switch off contacts
     for part in (*spec.sensors, *spec.actuators, *spec.keys, *spec.skins):  # a plan needs none of these parts
         spec.delete(part)
     return ModelFile(spec, speeds, store.contents, tuple(dict.fromkeys(store.files)))

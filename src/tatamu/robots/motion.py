@@ -1,4 +1,4 @@
-"""The whole motion over time: stages, waits for the fingers, and events. It is sampled at the robot's own rate."""
+"""The whole motion over time: its stages, and the waits for the fingers. It is sampled at the robot's own rate."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from tatamu.robots.planfile import FingerEvent
 from tatamu.robots.timing import Timed, timed
 
 PERIOD = 0.005
-"""Time between samples [s]. It is that of HIRONX, which is driven at 200 Hz."""
+"""Time between samples [s]. HIRONX is driven at this rate, 200 Hz."""
 ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return")
 """Names of the stages and waits in their order."""
 AT_THE_TABLE = ("lower", "enter", "raise")
 GENTLE = 0.25
 """Fraction of the joints' accelerations that is used close above the table, because drives follow with a delay."""
 JOINT_MOVE = 20.0
-"""Largest rate ds/dt of stages from pose to pose [1/s]. Their parameter s runs from 0 to 1.
+"""Largest rate ds/dt of the path parameter s in stages from pose to pose [1/s]. The parameter runs from 0 to 1.
 
 The rate is so high that only the joints' limits slow these stages down.
 """
@@ -57,9 +57,9 @@ class Motion:
     """Joint angles of the robot over time."""
 
     times: np.ndarray
-    """Times of the samples [s], PERIOD apart, shape (n,)."""
+    """Times of the n samples [s], shape (n,). PERIOD is the time from one sample to the next."""
     angles: np.ndarray
-    """Full configurations [rad], shape (n, nq)."""
+    """Angles of all nq joints at each sample [rad], shape (n, nq)."""
     parts: tuple[TimedStage, ...]
     events: tuple[FingerEvent, ...]
     speed_scale: float = 1.0
@@ -69,13 +69,13 @@ class Motion:
         return next(part for part in self.parts if part.name == name)
 
     def rows(self, name: str) -> np.ndarray:
-        """Return the numbers of the samples within a part, shape (m,)."""
+        """Return the numbers of the m samples within a part, shape (m,)."""
         part = self.part(name)
         inside = (self.times >= part.start) & (self.times <= part.start + part.timed.duration)
         return np.flatnonzero(inside)
 
     def simulated(self, rows: np.ndarray) -> np.ndarray:
-        """Return the simulated times [s] of samples of the fold, shape (m,)."""
+        """Return the simulated times [s] of m samples of the fold, shape (m,)."""
         fold = self.part("fold")
         return fold.timed.parameter(self.times[rows] - fold.start)
 
@@ -119,7 +119,10 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
 
 
 def closing(times: np.ndarray, close: TimedStage, opening: TimedStage) -> np.ndarray:
-    """Return how far the jaws are closed at these times (n,): 0 if open as before the grasp, 1 if closed."""
+    """Return how far the jaws are closed at each of n times, shape (n,).
+
+    The value is 0 if the jaws are as open as before the grasp, and 1 if they are closed.
+    """
     knots = [part.start + elapsed for part in (close, opening) for elapsed in (0.0, max(part.timed.duration, 1e-6))]
     return np.interp(times, knots, [0.0, 1.0, 1.0, 0.0])
 

@@ -2,8 +2,9 @@
 
 - *between arms*: every shape of one arm with every shape of the other arm.
 - *within an arm*: shapes with three or more of the arm's joints between them.
-- *to the trunk*: the body that carries the arm, and bodies fixed to it, with links after the arm's second joint.
-- *to obstacles*: every link with everything else at rest, such as walls, floors, furniture and the other arm's foot.
+- *to the trunk*: the body that carries the arm, and bodies fixed to it, with all links after the arm's second joint.
+- *to obstacles*: every link with everything else that does not move: walls, floors, furniture, and the other arm's
+  foot.
 - *to the table*: the table of the plan with every link except the fingers.
 - *of fingers to the table*: the table with the fingers, which go under the edge of cloth that lies on the table.
 
@@ -126,7 +127,7 @@ def _shapes(robot: Robot) -> list[_Shape]:
 
 
 def _ancestors(model: Any, body: int) -> list[int]:
-    """Return a body and all bodies that carry it, without the world."""
+    """Return a body and all bodies that carry it, without MuJoCo's `world` body."""
     found = []
     while body:
         found.append(body)

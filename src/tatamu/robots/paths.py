@@ -1,8 +1,8 @@
 """The path of the whole motion in joint angles: approach, lower, enter, fold, raise, return.
 
 The tool keeps its orientation from before the grasp until after the release. As in the paper (section VI-C), the hands'
-curves are divided by via-points, every ten frames. The joints of both arms pass smoothly through all via-points at the
-same times.
+curves are divided by via-points. There is one via-point every ten frames. The joints of both arms pass smoothly through
+all via-points at the same times.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from tatamu.robots.pose import pose
 CLOSE_ENOUGH = 1.5e-4
 """Largest distance of the joints' splines from the hands' curves [m].
 
-If the distance is larger, a point is inserted.
+If the distance is larger, another via-point is inserted.
 """
 ROUNDS = 4
 
 
 class Unreachable(TatamuError):
-    """An error: an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
+    """The error that an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -61,7 +61,10 @@ class PlacedFold:
     source: Path
     """Folder of the fold."""
     hover: float = 0.0
-    """Height of the placement above the table [m]. If it is above 0, the motion is only watched and grasps nothing."""
+    """Height by which the whole fold is raised above the table [m].
+
+    At the height 0, the hands fold the cloth. Above 0, they only show the fold and grasp nothing.
+    """
 
     @property
     def table(self) -> float:
@@ -74,11 +77,11 @@ class PlacedFold:
         return replace(self, placement=placement, hover=height)
 
     def trunk(self, times: np.ndarray) -> np.ndarray:
-        """Return the trunk's angles [rad] at simulated times (n,)."""
+        """Return the trunk's angles [rad] at n simulated times [s], shape (n,)."""
         return self.placement.trunk(self.hands.at(times))
 
     def tools(self, times: np.ndarray) -> np.ndarray:
-        """Return the poses X_BT of each arm's tool T in the base B at simulated times (n,), shape (arms, n, 4, 4)."""
+        """Return the poses X_BT of each arm's tool T in the base B at n simulated times [s], shape (arms, n, 4, 4)."""
         X_BF = self.placement.matrix
         points = self.hands.at(times) @ X_BF[:3, :3].T + X_BF[:3, 3]
         return np.array([pose(R, p + offset) for (R, offset, _), p in zip(self.grips, points, strict=True)])
@@ -97,7 +100,10 @@ class PlacedFold:
 
 
 def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.ndarray:
-    """Return the poses X_BT of each arm's tool T in the base B (arms, n, 4, 4) at full configurations (n, nq) [rad]."""
+    """Return the poses X_BT of each arm's tool T in the base B, shape (arms, n, 4, 4).
+
+    `q` has n configurations of all joints [rad], shape (n, nq).
+    """
     trunk = q[:, robot.columns[robot.trunk]] if robot.trunk else np.zeros(len(q))
     return np.array(
         [
@@ -121,7 +127,7 @@ class Paths:
         Args:
             lower_speed: Speed of the tools towards the cloth [m/s].
             raise_speed: Speed of the tools along the table and away from the cloth [m/s].
-            rate: Largest rate of the fold, in simulated seconds per second.
+            rate: Largest rate of the fold: simulated seconds per second of the robot's motion.
 
         Raises:
             Unreachable: If an arm cannot follow the hands.
@@ -152,14 +158,17 @@ class Paths:
         return self.task.robot.configuration(angles, trunk[0])
 
     def _back(self, time: float, distances: np.ndarray) -> np.ndarray:
-        """Return tool poses (arms, n, 4, 4) at a time, moved back along the tools' axes by these distances [m]."""
+        """Return the tool poses at one time, moved back along the tools' axes.
+
+        The poses are moved by n distances [m], so the result has the shape (arms, n, 4, 4).
+        """
         offsets = pose(np.eye(3), np.outer(-distances, [0.0, 0.0, 1.0]))
         return self.task.tools(np.array([time])) @ offsets
 
     def _beside(self, time: float, distances: np.ndarray, back: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return tool poses (arms, n, 4, 4) at a time, moved out from under the edge of the cloth.
+        """Return the tool poses at one time, moved out from under the edge of the cloth, shape (arms, n, 4, 4).
 
-        The poses are moved horizontally by `distances` [m], and back along the tools' axes by `back` [m].
+        The poses are moved horizontally by n `distances` [m], and back along the tools' axes by `back` [m].
         """
         tools = self._back(time, np.broadcast_to(back, np.broadcast_shapes(np.shape(back), distances.shape)))
         ahead = np.array([ahead for _, _, ahead in self.task.grips])
@@ -205,7 +214,10 @@ class Paths:
         return spline
 
     def _error(self, spline: CubicSpline, times: np.ndarray) -> np.ndarray:
-        """Return the distance of the worse tool from its simulated hand at simulated times [m], shape (n,)."""
+        """Return the distances between the tools and their simulated hands at n times [m], shape (n,).
+
+        If there are two tools, the larger distance is returned for each time.
+        """
         wanted, q = self.task.tools(times)[:, :, :3, 3], spline(times)
         reached = tool_poses(self.task.robot, self.chains, q)[:, :, :3, 3]
         return np.linalg.norm(reached - wanted, axis=2).max(axis=0)

@@ -56,7 +56,7 @@ def reach_svg(plan: RobotPlan) -> str:
 
 
 def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
-    """Draw a square for every position that was tried with about the chosen height and orientation.
+    """Draw a square for every position that was tried with nearly the chosen height and orientation.
 
     The best positions are drawn last.
     """

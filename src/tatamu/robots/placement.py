@@ -1,7 +1,7 @@
 """Placements of the fold in front of the robot, and orientations of the tools. `reach` rates these candidates.
 
-B is the robot's base, F the fold's frame, T the tool. A placement is the pose X_BF of F in B. It is rotated about z
-only.
+B is the robot's base, F the fold's frame, T the tool. A placement is the pose X_BF of F in B. F is rotated only about
+z.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tatamu.robots.pose import pose, turn
 LIFT = 0.06
 """Distance of the tool from the cloth before the grasp and after the release, along the direction of approach [m]."""
 UNDER = 0.02
-"""Horizontal distance from the grasp at which the tool comes down to the table, before it moves in [m]."""
+"""Horizontal distance from the grasp at which the tool comes down to the table [m]. Then it moves to the grasp."""
 
 
 @dataclass(frozen=True)
@@ -34,10 +34,16 @@ class Placement:
     yaw: float
     """Rotation of the fold's frame F about z [rad]."""
     turning: float = 0.0
-    """How far the trunk turns towards the middle between the hands: a fraction from 0 to 1."""
+    """Fraction by which the trunk turns towards the middle between the hands, from 0 to 1.
+
+    At 1, it faces this middle.
+    """
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
-        """Return the trunk's angles [rad] (n,) when the hands are at `points` (arms, n, 3) in the fold's frame F."""
+        """Return the trunk's angle [rad] at each of n points of the hands' paths, shape (n,).
+
+        `points` are the positions of the hands in the fold's frame F, shape (arms, n, 3).
+        """
         middle = points.mean(axis=0) @ self.matrix[:3, :3].T + self.matrix[:3, 3]
         return self.turning * np.arctan2(middle[:, 1], middle[:, 0])
 
@@ -64,18 +70,18 @@ class Hold:
     tilt: float
     """Angle between the approach and straight down, towards the cloth [rad]."""
     yaw: float = 0.0
-    """Rotation about z of the jaw's vertical plane, away from the plane across the edge of the cloth [rad]."""
+    """Angle about the vertical between the jaw's plane and the plane at right angles to the edge of the cloth [rad]."""
     flipped: bool = False
     """Whether the two fingers of the jaw have changed sides."""
 
     def rotation(self, heading: float) -> np.ndarray:
         """Return R_BT, the rotation from the tool's frame T to the base's frame B, shape (3, 3).
 
-        The rotation starts with both axes of the jaw in a vertical plane, the plane y = 0 of B. The approach, z of T,
-        is then (sin tilt, 0, -cos tilt). The jaw opens along y of T, which is (cos tilt, 0, sin tilt). The jaw is then
-        rotated about z of B by `heading` and `yaw`.
+        The rotation has two steps. In the first step, the jaw is in the vertical plane y = 0 of B. The approach, which
+        is z of T, has the direction (sin tilt, 0, -cos tilt). The jaw opens along y of T, which has the direction (cos
+        tilt, 0, sin tilt). In the second step, the jaw is rotated about z of B by `heading` and `yaw`.
 
-        `heading` is the direction in which the hand folds, as an angle about z from x of B [rad].
+        `heading` is the direction in which the hand folds [rad]. It is an angle about z, measured from the x axis of B.
         """
         cosine, sine = np.cos(self.tilt), np.sin(self.tilt)
         across = np.array([[0.0, cosine, sine], [1.0, 0.0, 0.0], [0.0, sine, -cosine]])
@@ -83,18 +89,21 @@ class Hold:
         return turn(2, heading + self.yaw) @ across @ flip
 
     def ahead(self, heading: float) -> np.ndarray:
-        """Return the horizontal direction in the base B in which the fingers go under and over the cloth, (3,)."""
+        """Return the horizontal direction in which the hand moves to the edge of the cloth, in the base B, shape (3,).
+
+        One finger goes under the cloth, and the other finger goes over it.
+        """
         return np.array([np.cos(heading + self.yaw), np.sin(heading + self.yaw), 0.0])
 
     def offset(self, jaw: Jaw, heading: float, over: float) -> np.ndarray:
         """Return the constant offset from the simulated hand to the tool T, in the base B [m], shape (3,).
 
         The simulated hand grips the edge of the cloth. The fingertips of the tool meet at the distance `jaw.depth` from
-        this edge, measured across the edge. They meet at the lowest height that the lower finger allows.
+        this edge, measured at right angles to the edge. They meet at the lowest height that the lower finger allows.
 
         Args:
             jaw: The hand's jaw.
-            heading: Direction in which the hand folds, as an angle about z from x of B [rad].
+            heading: Direction in which the hand folds [rad]. It is an angle about z, measured from the x axis of B.
             over: Height of the simulated hand above the table at the grasp [m].
         """
         across = jaw.depth * np.array([np.cos(heading), np.sin(heading)])
@@ -107,13 +116,16 @@ class Grip:
 
     jaw: Jaw
     heading: float
-    """Direction in which the hand folds, as an angle about z from x of the fold's frame F [rad]."""
+    """Direction in which the hand folds [rad].
+
+    It is an angle about z, measured from the x axis of the fold's frame F.
+    """
     over: float
     """Height of the simulated hand above the table at the grasp [m]."""
 
     @classmethod
     def of(cls, jaw: Jaw, path: np.ndarray) -> Grip:
-        """Return the grip of a hand with this path in the fold's frame F (n, 3) [m]."""
+        """Return the grip of a hand whose path has n points in the fold's frame F [m], shape (n, 3)."""
         x, y = (path[-1] - path[0])[:2]
         return cls(jaw, float(np.arctan2(y, x)), float(path[0, 2]))
 
@@ -131,8 +143,8 @@ class Grip:
 def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: np.ndarray, jaw: Jaw) -> np.ndarray:
     """Return the poses X_BT of the tool T in the base B along a hand's path.
 
-    The path is given by points in the fold's frame F (n, 3) [m]. A pose of the approach precedes it, and a pose of the
-    retreat follows it.
+    The path is given by n points in the fold's frame F [m], shape (n, 3). A pose of the approach precedes it, and a
+    pose of the retreat follows it.
 
     Returns:
         Poses, shape (placements, holds, n + 2, 4, 4).
@@ -154,8 +166,8 @@ def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
     """Return the orientations of a hand that are tried, within the jaw's limits.
 
     A whole search tries few orientations. If `fine` is true, more orientations are tried, for the neighbourhood of a
-    good placement. Hands come from outside the cloth. If they do not go straight across the edge, they turn towards
-    each other.
+    good placement. Hands come from outside the cloth. Hands that do not go straight across the edge turn towards each
+    other.
     """
     tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
     (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0
@@ -168,7 +180,7 @@ TILTS, YAWS = (15, 30, 45), (0, 30, 60)
 FINE_TILTS, FINE_YAWS = (12, 20, 30, 42), (0, 15, 30, 45, 60)
 """Tilts and yaws that are tried near good placements [degrees]. `TILTS` and `YAWS` are tried elsewhere."""
 SHALLOW, ASIDE = 0.3, 0.3
-"""Reductions of the quality: for a vertical instead of a horizontal tool, and for a yaw of 1 rad."""
+"""Reductions of the quality: for a tool that is vertical instead of horizontal, and for a yaw of 1 rad."""
 
 
 TURNS = [
@@ -185,7 +197,7 @@ TURNS = [
 ]
 """Directions of the fold that are tried, as angles from straight ahead in the base B [rad].
 
-Each direction has the fractions by which the trunk may turn.
+Each direction is tried with one or two values of `Placement.turning`.
 """
 
 
@@ -228,7 +240,10 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
 
 
 def _heading(points: np.ndarray) -> float:
-    """Return the direction in which the hands move, as an angle about z from x of the fold's frame F [rad]."""
+    """Return the direction in which the hands move [rad].
+
+    It is an angle about z, measured from the x axis of the fold's frame F.
+    """
     x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
     return float(np.arctan2(y, x))
 
@@ -236,7 +251,7 @@ def _heading(points: np.ndarray) -> float:
 def _beginning(x: float, y: float, z: float, yaw: float, points: np.ndarray, turning: float) -> Placement:
     """Return the placement that puts the nearest of `points` at x, and the middle of `points` at y.
 
-    x and y are in the base B. The points (.., 3) are in the fold's frame F.
+    x and y are in the base B. The points are in the fold's frame F, shape (.., 3).
     """
     ahead, aside = (points @ row for row in pose(turn(2, yaw), np.zeros(3))[:2, :3])
     return Placement(float(x - ahead.min()), float(y - (aside.min() + aside.max()) / 2), z, float(yaw), turning)

@@ -108,7 +108,7 @@ class JawFile(OpenRecord):
     tilt: float
     """Angle between the approach and straight down [rad]."""
     yaw: float
-    """Rotation of the jaw's plane away from the plane across the edge of the cloth [rad]."""
+    """Angle about the vertical between the jaw's plane and the plane at right angles to the edge of the cloth [rad]."""
     opening: float = Field(ge=0)
     """Distance between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
@@ -156,7 +156,10 @@ class PlanFile(OpenRecord):
     initial_pose: str = ""
     """Name of the pose in which the motion starts."""
     trunk_turning: float = 0.0
-    """How far the trunk turns towards the middle between the hands: a fraction from 0 to 1."""
+    """Fraction by which the trunk turns towards the middle between the hands, from 0 to 1.
+
+    At 1, it faces this middle.
+    """
     tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
     """Pose of the simulated hand in each arm's wrist, shape (4, 4). The simulated hand grips the edge of the cloth."""
     jaws: dict[str, JawFile] = Field(default_factory=dict)
@@ -172,9 +175,10 @@ class PlanFile(OpenRecord):
     speed_scale: float = 1.0
     """Speed of the motion, relative to the highest speed that the robot and the fold allow."""
     hover: float = Field(0.0, ge=0)
-    """Height of the whole motion above the motion that folds [m].
+    """Height by which the whole motion is raised above the motion that folds [m].
 
-    Above 0, the jaws stay open and there are no events.
+    At the height 0, the motion folds the cloth. Above 0, it only shows the fold: the jaws stay open and there are no
+    events.
     """
     stages: list[StageTime] = Field(default_factory=list)
     checks: dict[str, PlanCheck] = Field(default_factory=dict)

@@ -33,7 +33,7 @@ class Planned:
     times: np.ndarray
     """Times of the samples [s], shape (n,)."""
     angles: np.ndarray
-    """Angles of `plan.joints` [rad], shape (n, j)."""
+    """Angles of the j joints in `plan.joints` at each sample [rad], shape (n, j)."""
 
     @classmethod
     def load(cls, folder: Path) -> Planned:
@@ -69,7 +69,7 @@ class Planned:
         return ResultFolder(self.folder / FOLD)
 
     def fingers(self, times: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the positions of the finger joints at these times [s] (n,), by the names of the joints.
+        """Return the positions of the finger joints at n times [s], by the names of the joints.
 
         The fingers are open at first, then closed, then open again.
         """
@@ -94,7 +94,10 @@ class Planned:
 
 
 def _arms(plan: PlanFile) -> tuple[str, ...]:
-    """Return the names of the arms that fold: those with events, or those with jaws if the plan only hovers."""
+    """Return the names of the arms that fold.
+
+    These arms have events in the plan. If the plan only hovers above the table, these arms have jaws in the plan.
+    """
     named = set(plan.jaws) if plan.hover else {event.arm for event in plan.events}
     return tuple(arm for arm in ARMS if arm in named)
 
@@ -102,7 +105,7 @@ def _arms(plan: PlanFile) -> tuple[str, ...]:
 def _check_events(path: Path, plan: PlanFile) -> None:
     """Raise an error if a hand of the plan does not close exactly once and open exactly once.
 
-    A plan that only hovers must have its three segments instead.
+    A plan that only hovers above the table has no such events. It must have three segments.
     """
     if plan.hover:
         if [segment.name for segment in plan.segments] != ["approach", "fold", "leave"]:

@@ -36,14 +36,14 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
 
 
 def into(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Transform points from frame A to frame B, both (.., 3) [m], given the pose X_AB."""
+    """Transform points from frame A to frame B, given the pose X_AB. Points have the shape (.., 3) [m]."""
     return np.asarray((points - matrix[:3, 3]) @ matrix[:3, :3])
 
 
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:
     """Return the unit quaternion w, x, y, z of a rotation (3, 3), with w >= 0.
 
-    It is the eigenvector of the largest eigenvalue of a matrix (Bar-Itzhack 2000).
+    The quaternion is the eigenvector that belongs to the largest eigenvalue of a matrix (Bar-Itzhack 2000).
     """
     (a, b, c), (d, e, f), (g, h, i) = rotation
     symmetric = np.array(
@@ -59,7 +59,7 @@ def to_quaternion(rotation: np.ndarray) -> np.ndarray:
 
 
 def rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """Return the axis times the angle [rad] of rotations (n, 3, 3), shape (n, 3).
+    """Return the rotation vectors of n rotations, shape (n, 3): the axis times the angle [rad].
 
     The result is accurate for small angles, and safe for angles up to pi.
     """

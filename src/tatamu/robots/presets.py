@@ -1,9 +1,11 @@
-"""Pairs of single arms by name. The arms are mounted to face each other across the cloth, or side by side.
+"""Pairs of single arms by name.
 
-Of the mounts that were compared, each pair has the mount with which it can do most folds.
+In some pairs, the arms face each other across the cloth. In others, they stand side by side.
 
-The origin of the base B is on the table, in the middle between both feet. x is the direction of the fold, and y points
-to the left arm.
+Several mounts were compared for each pair. The pair has the mount with which it can do the most folds.
+
+The origin of the base B is on the table, in the middle between both feet. The x axis is the direction of the fold, and
+the y axis points to the left arm.
 """
 
 from __future__ import annotations
@@ -36,7 +38,10 @@ class Mount:
     y: float
     """y of the left foot [m]. x of the foot's own frame points forward."""
     yaw: float
-    """Yaw of the left foot [rad]: 0 if the arms are side by side, -pi / 2 if the left arm faces the right arm."""
+    """Yaw of the left foot [rad].
+
+    It is 0 if the arms are side by side, and -pi / 2 if the left arm faces the right arm.
+    """
     front: float
     """Position of the table's near edge along x of the base B [m]."""
     z: float = 0.0
@@ -100,7 +105,9 @@ def _feet(mount: Mount) -> dict[str, np.ndarray]:
 
 
 def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
-    """Return the arm in the pose in which its jaw opens along x of the base B, across the edge of the cloth.
+    """Return the arm in a pose in which its jaw opens along x of the base B.
+
+    This direction is at right angles to the edge of the cloth.
 
     If the last joint does not turn about the approach, the arm stays in its ready pose.
     """

@@ -38,7 +38,7 @@ ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fi
 TABLE_ROOM = 0.01
 """Smallest distance of a table below the robot at its initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Points that are also tested on the way from the initial pose, and back to it, as fractions of the way."""
+"""Points on the way between the initial pose and the fold that are also tested, as fractions of this way."""
 REFINED = 2
 """Number of the best placements whose neighbourhoods are also searched."""
 ASKED = 80
@@ -46,7 +46,7 @@ ASKED = 80
 TRIED = 8
 """Largest number of hand orientations of an arm that are tested.
 
-The test ends earlier if CLEAR of them touch nothing.
+The test ends earlier if `CLEAR` orientations touch nothing.
 """
 
 
@@ -58,9 +58,9 @@ class PlacementRanking:
     holds: list[tuple[Hold, ...]]
     """Orientation of the hand at each placement, for each arm that folds."""
     quality: np.ndarray
-    """Quality of the worse arm at each placement, shape (n,)."""
+    """Quality of the worse arm at each of the n placements, shape (n,)."""
     reached: np.ndarray
-    """Number of points that each arm reached before its first failure, shape (arms, n)."""
+    """Number of points that each arm reached before its first failure at each placement, shape (arms, n)."""
     times: np.ndarray
     """Simulated time of each point [s]. The first point is the approach, the last point is the retreat."""
 
@@ -148,8 +148,8 @@ def _keep_clear(
     """Compute the distances of the most promising placements.
 
     Returns:
-        The quality of each placement after the distances are considered (n,), and the number of the orientation of each
-        arm's hand (arms, n).
+        Two arrays for n placements: the quality, which now depends on the distances, shape (n,), and the number of the
+        chosen orientation of each arm's hand, shape (arms, n).
     """
     quality = np.min([arm.quality.max(axis=1) for arm in arms], axis=0)
     chosen = np.stack([arm.quality.argmax(axis=1) for arm in arms])
@@ -171,7 +171,7 @@ def _keep_clear(
 def _alone(
     robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of hand orientations (h,) if the arm comes near the trunk, itself or the table.
+    """Lower the quality of hand orientations with which the arm comes near the trunk, itself or the table.
 
     The best orientations are tested first. The test stops when enough orientations touch nothing, or when too many have
     been tested. The remaining orientations count as impossible.
@@ -205,9 +205,10 @@ def _together(
 
 
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Return angles (m, ..) [rad] with additional angles before and after them, shape (m + 2 n, ..).
+    """Return the joint angles of a motion [rad], extended by the ways from and to the initial pose.
 
-    The additional angles lie on the way from `start` to the first row, and from the last row to `start`.
+    The first additional angles lie on the way from `start` to the first of the m rows of `angles`. The others lie on
+    the way from the last row back to `start`. Each way adds n rows, so the result has m + 2 n rows.
     """
     way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
@@ -215,7 +216,10 @@ def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
-    """Return the quality of the smallest distance in these configurations (n, nq): at most 1, negative if too near."""
+    """Return the quality that follows from the smallest distance in n configurations, shape (n, nq).
+
+    It is at most 1, and negative if a distance is too small.
+    """
     worst = 1.0
     for kind, found in clearance.least(configurations).items():
         low, high = DISTANCES[kind]

@@ -38,9 +38,9 @@ class Refold:
     """The scene with the robot's hands."""
     robot: Rollout
     floating: Rollout
-    """The fold by floating hands. They move at the learned speed, which may be faster than the robot."""
+    """The fold by floating hands. The hands move at the learned speed, which may be higher than the robot's speed."""
     target: np.ndarray | None
-    """The wanted shape [m], shape (n, 3); None if the plan does not contain the shape."""
+    """The wanted positions of all n vertices [m], shape (n, 3); None if the plan does not contain the shape."""
     learned: Result | None = None
     """The learned fold with its task; None if the fold cannot be scored."""
     unscored: str | None = None

@@ -12,7 +12,7 @@ from tatamu.robots.reach import PlacementRanking
 
 
 class Refused(TatamuError):
-    """An error: a placement was refused. `progress` tells how far the planning came."""
+    """An error: a placement was refused. `progress` is larger if the planning came further."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)

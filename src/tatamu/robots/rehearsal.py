@@ -1,8 +1,8 @@
 """A rehearsal of a plan: the robot's joints are driven along the plan in MuJoCo, with gravity and contacts.
 
-Each joint has position and velocity control, like a robot's drives. Links have their masses. Gravity is compensated, as
-by the robot's own controller. Contacts act between every pair of shapes that the plan checked, so that unwanted
-contacts are found.
+Each joint has position and velocity control, like a robot's drives. Links have their masses. Gravity is compensated,
+because the robot's own controller also compensates gravity. Contacts act between every pair of shapes that the plan
+checked. The rehearsal therefore finds unwanted contacts.
 
 The cloth is light: a towel weighs less than a tenth of an arm's payload. The cloth therefore follows the hands and does
 not move them. `rehearsed_scene` passes the rehearsed motion of the hands to any simulator of the cloth.
@@ -31,7 +31,10 @@ SAMPLE = 5
 FINGER_PERIOD = 0.01
 """Time between commands to the fingers [s]."""
 STIFFNESS, RATIO = 60.0, 1.0
-"""Natural frequency of the joints' control [rad/s], about that of industrial drives; and the damping ratio."""
+"""Natural frequency of the joints' control [rad/s], and its damping ratio.
+
+The frequency is typical of industrial drives.
+"""
 
 DRIVES = ("position", "velocity")
 
@@ -55,7 +58,7 @@ class Rehearsal:
     times: np.ndarray
     """Times of the samples [s], shape (n,)."""
     angles: np.ndarray
-    """Angles of the plan's joints [rad], shape (n, j)."""
+    """Angles of the plan's j joints at each sample [rad], shape (n, j)."""
     tools: np.ndarray
     """Positions of each tool in the base B [m], shape (arms, n, 3)."""
     wanted_tools: np.ndarray
@@ -183,8 +186,8 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
 def _inertia(model: Any, planned: Planned, joints: Sequence[str], mujoco: Any) -> list[float]:
     """Return the inertia at each joint in the middle of the plan, where the arms hold the cloth.
 
-    MuJoCo's own `dof_M0` is the inertia at zero angles. Many arms point straight up there, so that joints with a
-    vertical axis have almost no inertia and would get drives that are far too weak.
+    MuJoCo's own `dof_M0` is the inertia at zero angles. Many arms point straight up at zero angles. Joints with a
+    vertical axis then have almost no inertia, and would get drives that are far too weak.
     """
     data = data_of(model)
     middle = planned.angles[len(planned.angles) // 2]
@@ -223,7 +226,7 @@ def _check_names(spec: Any, planned: Planned) -> None:
 def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield the commanded angles and speeds at every step.
 
-    They are linear between the rows of the plan, like those of the robot's interpolator.
+    Angles between two rows of the plan are interpolated linearly, as in the robot's own controller.
     """
     for (early, start), (late, end) in pairwise(zip(planned.times, planned.angles, strict=True)):
         count = max(1, round((late - early) / STEP))
@@ -240,7 +243,7 @@ def _tools(data: Any, planned: Planned) -> np.ndarray:
 
 
 def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray, mujoco: Any) -> np.ndarray:
-    """Return the planned positions of the tools at these times [m], shape (arms, n, 3)."""
+    """Return the planned positions of the tools at n times [m], shape (arms, n, 3)."""
     data, found = data_of(model), []
     wanted = np.array([np.interp(times, planned.times, column) for column in planned.angles.T]).T
     for row in wanted:

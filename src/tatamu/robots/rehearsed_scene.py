@@ -24,8 +24,8 @@ from tatamu.scene import Gripper, Scene
 def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
     """Return the scene of a fold by the robot's hands.
 
-    While the fingers close, all grippers of a hand are lifted together. If a hand has several grippers, the others are
-    pressed onto the first.
+    While the fingers close, all grippers of a hand are lifted by the same height. If a hand has several grippers, the
+    other grippers are also pressed onto the first gripper.
 
     Args:
         rehearsal: Motion of the robot.

@@ -15,11 +15,17 @@ from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 
 AS_FLOATING = 0.010
-"""Largest mean distance from the fold by floating hands at which a fold counts as equal to that fold [m]."""
+"""Limit for the mean distance between a fold and the fold by floating hands [m].
+
+Below this limit, both count as equal.
+"""
 
 
 AS_PLANNED = 0.010
-"""Largest distance of tools from the plan, while they grip the cloth, at which they count as following the plan [m]."""
+"""Limit for the distance of a tool from its planned position while the tool grips the cloth [m].
+
+Below this limit, the tool counts as following the plan.
+"""
 
 
 def as_planned(figures: dict[str, Any]) -> bool:

@@ -3,7 +3,7 @@
 - The names in the description must exist in the model.
 - The joints must move independently.
 - The arms must be able to move in every direction that a fold needs.
-- The chain of a plan and MuJoCo must have the same kinematics.
+- `Chain`, with which plans are computed, and MuJoCo must have the same kinematics.
 
 These checks use random configurations from the joints' whole ranges, with a fixed seed.
 """
@@ -36,7 +36,9 @@ SAME_POSE = 1e-6
 FOLLOWS = 1e-3
 """Largest allowed violation of an equality of the model [m, rad]."""
 LEAST_RANK = 1e-4
-"""Smallest singular value of the Jacobian that a usable arm must exceed in some configuration.
+"""Limit for the smallest singular value of the Jacobian.
+
+A usable arm must exceed this limit in at least one configuration.
 
 See `Chain.singularity`.
 """
@@ -78,7 +80,7 @@ def check_kinematics(robot: Robot) -> None:
     """Compare the chains that plans use with MuJoCo's kinematics, which rehearsals use.
 
     Raises:
-        InputError: If the two put a tool in different positions; the message has the distance.
+        InputError: If a chain and MuJoCo compute different positions of a tool; the message has the distance.
     """
     mujoco = needed("mujoco")
     data = robot.at_rest()
@@ -110,7 +112,7 @@ def _draws(robot: Robot) -> np.ndarray:
 
 
 def _within(limits: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Return random values, evenly distributed between limits (k, 2), shape (DRAWS, k)."""
+    """Return random values of k joints, evenly distributed between the joints' limits, shape (DRAWS, k)."""
     low, high = limits.T
     return low + random.random((DRAWS, len(limits))) * (high - low)
 

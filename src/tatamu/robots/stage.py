@@ -30,7 +30,7 @@ def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None
     Args:
         robot: The robot.
         table_height: Height of the table top in the base B [m].
-        margins: Distance at which each kind of pair counts as touching [m]; 0 by default.
+        margins: Distance below which each kind of pair counts as touching [m]; 0 by default.
 
     Returns:
         The model, a mujoco.MjSpec.
@@ -91,7 +91,7 @@ class Poser:
     """Moves a compiled stage to the poses of a plan's joints and fingers."""
 
     def __init__(self, model: Any, planned: Planned, angles: np.ndarray, times: np.ndarray) -> None:
-        """Prepare the poses at these times (n,) [s], with the plan's joints at these angles (n, j) [rad].
+        """Prepare the poses at n times [s], where the plan's j joints have these angles [rad], shape (n, j).
 
         Raises:
             InputError: If the model lacks a joint.

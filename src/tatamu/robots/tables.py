@@ -62,7 +62,7 @@ def groups(plan: RobotPlan) -> list[Group]:
 
 
 def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the trajectory points of some joints: times from the start [s] (n,), and angles [rad] (n, k).
+    """Return the trajectory points of k joints: n times from the start [s], and the angles [rad], shape (n, k).
 
     The first point is the initial pose, at the end of a lead time. Some ROS bridges move from the robot's present pose
     to the first point. Such a bridge then has the lead time for this move, so the robot does not jump.
@@ -74,7 +74,7 @@ def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.nda
 
 
 def angles_at(plan: RobotPlan, joints: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
-    """Return the angles of some joints at these samples of the motion [rad], shape (n, k)."""
+    """Return the angles of k joints at n samples of the motion [rad], shape (n, k)."""
     angles = plan.motion.angles[rows][:, [plan.task.robot.columns[name] for name in joints]]
     return np.ascontiguousarray(np.round(angles, DECIMALS))
 

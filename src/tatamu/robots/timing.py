@@ -32,9 +32,10 @@ class Timed:
     duration: float
     """Duration of the motion [s]."""
     angles: Callable[[np.ndarray], np.ndarray]
-    """Function from times [s] (n,), from 0 to `duration`, to joint angles [rad] (n, k)."""
+    """Function from n times between 0 and `duration` [s] to the angles of k joints [rad], shape (n, k).
+    """
     parameter: Callable[[np.ndarray], np.ndarray]
-    """Function from times [s] (n,) to path parameters s (n,)."""
+    """Function from n times [s] to the path parameters s at these times, shape (n,)."""
 
     def slowed(self, scale: float) -> Timed:
         """Return the same motion with its speed multiplied by `scale`."""
@@ -75,10 +76,10 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
     """Find the fastest time parameterisation of a path that starts and ends at rest.
 
     Args:
-        spline: The path q(s) [rad] with k values.
+        spline: The path q(s) of k joints [rad].
         rate: Upper bound on ds/dt.
-        speed: Speed limits of the joints [rad/s], shape (k,).
-        acceleration: Acceleration limits of the joints [rad/s^2], shape (k,).
+        speed: Speed limit of each of the k joints [rad/s], shape (k,).
+        acceleration: Acceleration limit of each of the k joints [rad/s^2], shape (k,).
 
     Raises:
         Untimed: If no motion along the path satisfies the limits.
@@ -88,8 +89,8 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
     moving = np.ptp(spline(np.linspace(spline.x[0], spline.x[-1], 101)), axis=0) > STILL
     path = _Path(spline, moving)
     length = path.duration
-    # The change of ds/dt is limited too. Without this limit, a path without motion would jump. The limit is so high
-    # that it costs almost no time.
+    # The change of ds/dt is limited too. Without this limit, ds/dt would jump on a path without motion. The limit is so
+    # high that it costs almost no time.
     sudden = 50 * rate * max(1.0, rate / length)
     bounds = np.append(KEEP * speed[moving], rate), np.append(KEEP * acceleration[moving], sudden)
     constraints = [

@@ -25,11 +25,11 @@ class Urdf:
 
 
 def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str]) -> Urdf:
-    """Prepare a URDF for MuJoCo, without its visual shapes, because distances are distances of collision shapes.
+    """Prepare a URDF for MuJoCo. Visual shapes are removed, because distances are computed between collision shapes.
 
     Args:
         path: The file, for messages.
-        root: Root element of the file. It is changed.
+        root: Root element of the file. The function changes this element.
         keep: Function from the name of a mesh file in the URDF to its name for MuJoCo.
 
     Raises:
@@ -52,7 +52,7 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
 def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
     """Return the folder of relative mesh names, and whether the paths in mesh names are ignored.
 
-    Both are given by MuJoCo's extension of URDF.
+    Both follow from the element `mujoco`, MuJoCo's extension of URDF.
     """
     folder, strip = "", False
     for compiler in root.iterfind("mujoco/compiler"):

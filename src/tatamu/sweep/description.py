@@ -48,7 +48,10 @@ class SweepTask:
     """A task of a sweep, which is a study that learns one fold."""
 
     name: str
-    """Name of the task's folder, which has a short digest of the task's options unless the file gives the name."""
+    """Name of the task's folder.
+
+    If the file does not give the name, it ends with a short digest of the task's options.
+    """
     options: Options
     """Options from the sweep file, by name."""
 

@@ -17,7 +17,7 @@ from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
 LEAST = 1e-5
-"""Smallest distance on the logarithmic axis [m]. Smaller distances are drawn at this value."""
+"""Smallest distance on the logarithmic axis [m]. Smaller distances appear in the chart at this value."""
 MOST_POINTS = 5000
 """Largest number of tasks in a chart. The table contains all tasks."""
 

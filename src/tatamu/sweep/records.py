@@ -24,7 +24,7 @@ State = Literal["waiting", "running", "complete", "failed"]
 class TaskRecord(OpenRecord):
     """A task, its state and its results.
 
-    The measures are those of the best trial or, for a plan of several folds, of the last fold.
+    The measures belong to the best trial. If the task is a plan of several folds, they belong to the last fold.
     """
 
     name: str

@@ -17,8 +17,10 @@ from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
 Learned = Callable[[dict[str, Any], Path, Callable[[Any], None]], None]
 """Function that learns a task. It gets the task's options, the task's folder, and a callback for the progress."""
 Shown = Callable[[TaskRecord, Any], None]
-"""Callback that gets the record of a task and the progress of its trials. The progress is None if the record itself has
-changed."""
+"""Callback that gets the record of a task and the progress of its trials.
+
+If the record itself has changed, the progress is None.
+"""
 
 
 class _StoppedError(Exception):
