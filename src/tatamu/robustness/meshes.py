@@ -123,9 +123,8 @@ def fit_distances(
 ) -> Callable[[float], float]:
     """Fit a line that predicts mean distances on the fine mesh [m] from mean distances on the coarse mesh.
 
-    The line goes through the verdicts on both meshes. Return a function of the coarse distance.
-
-    Distances of more than twice the limit count as twice the limit.
+    The line is fitted to the draws that were simulated on both meshes. Distances of more than twice the limit count as
+    twice the limit. The result is a function of the distance on the coarse mesh.
     """
     known = [(distance_of(one.pair[1]), distance_of(one.pair[0])) for one in judged if one.pair is not None]
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)

@@ -189,10 +189,10 @@ def _push_apart(
         activity: Record of noticeable and hard pushes, which is updated.
         pair: Ends of both edges.
         closest: Distance of the edges at the start [m], and the fractions along both edges where their closest points
-        are.
+            are.
         wanted: Distance that the edges should have [m].
         speeds: Largest distance that the pair may gain, and the part of it that becomes velocity [m]; see
-        `projection.correction`.
+            `projection.correction`.
         thresholds: Lengths of a push above which vertices count as touched and as restless [m].
         numbers: Number of this sweep, and number of the outer step until which pushed vertices are restless.
 
