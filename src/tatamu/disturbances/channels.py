@@ -50,7 +50,7 @@ class Channel:
         return self.unit == "1"
 
     def shown(self, value: float) -> float:
-        """Return a value for readers: a relative change for the logarithm of a factor, otherwise the value in its unit."""
+        """Return a value for readers: a relative change instead of a logarithm, other values as they are."""
         return float(np.expm1(value)) if self.relative else value
 
 

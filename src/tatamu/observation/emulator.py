@@ -6,8 +6,8 @@ The marks are the lengths that are measured after a fold. The model has these va
 
 - w are the disturbances of one draw, and x are the same disturbances in standard deviations.
 - q is the place at which each hand would lay the hem down if it were alone. q is linear in w.
-- t is the delay between the opening of the right hand and the opening of the left hand. It matters because the cloth
-  follows the hand that opens last. T is a constant.
+- t is the time by which the left hand opens later than the right hand. It matters because the cloth follows the hand
+  that opens last. T is a constant.
 - e is the remaining error, and s is its factor. If the hands stretch or squeeze the hem between them by d, the factor
   grows: s^2 = 1 + (d / D)^2, with a constant D.
 

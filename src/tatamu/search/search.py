@@ -83,8 +83,8 @@ class Search(ABC):
             space: Bounds of the parameters.
             seed: Random seed of the search.
             first: Parameters of the first proposals. Parameters that occur twice are proposed once. The proposal after
-                these is random, because all given points may fail. From a failed point, the search only learns the known
-                part of the objective.
+                these is random, because all given points may fail. From a failed point, the search only learns the
+                known part of the objective.
         """
         self.space = space
         self.seed = seed

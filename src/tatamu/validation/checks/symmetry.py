@@ -1,8 +1,9 @@
 """Checks of symmetry: a scene that is rotated and shifted, mirrored or renumbered must have the same motion.
 
 Before contact, the results must agree within rounding errors. In contact, rounding errors grow with every impact. The
-difference is then only stated, next to the difference for a scene that is larger by a billionth. In the first scene,
-two hands lift a towel at one side. In the second scene, the hands carry the towel over a table.
+difference after contact is therefore only stated. It is stated next to the difference that a scene gives if it is
+larger by a billionth. In the first scene, two hands lift a towel at one side. In the second scene, the hands carry the
+towel over a table.
 """
 
 from __future__ import annotations
