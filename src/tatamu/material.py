@@ -51,9 +51,9 @@ FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
 """Elements of the friction of bending, as pairs of numbers.
 
 The first number is a fraction of the frictional stiffness. The second is the yield curvature of the element, divided by
-the material's curvature k_y. The products of the pairs sum to 1. When a sheet is bent for the first time to the
-curvature k, the moment is HB (1 - exp(-k / k_y)), where HB is the frictional moment of bending. The error of this
-formula is at most 0.09 HB.
+the material's curvature k_y. The products of the pairs sum to 1. HB is the frictional moment of bending. When a sheet
+is bent for the first time to the curvature k, the moment is HB (1 - exp(-k / k_y)). The error of this formula is at
+most 0.09 HB.
 """
 STEEPER = 4.0
 """Default ratio of the slope of the bending moment directly after a reversal of bending to its later slope."""

@@ -4,8 +4,8 @@ A world is one random draw of the disturbances. The nominal world has no disturb
 succeeds there, within the limits of `folding.score.Limits`. The objective of Eq. (10) is C = l_x + alpha D, with the
 trajectory length l_x and the shape distance D.
 
-By default, the search minimises C subject to a chance constraint (Charnes and Cooper 1959): the fold must hold in 97.5
-% of the disturbed worlds. Each world gets a value. If the fold holds in the world, the value is the nominal C, without
+By default, the search minimises C under a chance constraint (Charnes and Cooper 1959). The fold must hold in 97.5 % of
+the disturbed worlds. Each world gets a value. If the fold holds in the world, the value is the nominal C, without
 disturbances. If it does not hold, the value is l_x + 2 alpha D of this world. The search minimises a quantile (value at
 risk) of these values over all worlds. Folds that hold are thus compared by the nominal C alone. C in a world is not
 used for them, because errors of the hands displace every fold by about the same distance.

@@ -296,7 +296,8 @@ def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndar
 def _name(garment: Garment, vertices: np.ndarray, plan: np.ndarray) -> str:
     """Return the named edges that lie in a part.
 
-    The edge with the largest fraction of its vertices in the part comes first. If no named edge lies in the part, describe where the part is.
+    The edge with the largest fraction of its vertices in the part comes first. If no named edge lies in the part,
+    describe where the part is.
     """
     inside = set(vertices.tolist())
     shares = {name: np.mean([int(v) in inside for v in path]) for name, path in garment.edges.items()}

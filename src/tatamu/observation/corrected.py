@@ -114,8 +114,8 @@ def write_kept(folder: ObservedFolder, record: CorrectionRecord, out: Path | Non
 def write(learned: Result, record: CorrectionRecord, disturbances: Disturbances, out: Path | None = None) -> Result:
     """Write the folder of a corrected fold, from which robot plans are made, and return the fold.
 
-    The correction shall bring about the outcome of the learned fold. Therefore the folder contains the rollout of the
-    learned fold. The scene in the folder contains the corrected hands with their expected errors.
+    The corrected real fold should end like the learned fold in the simulation. Therefore the folder contains the
+    rollout of the learned fold. The scene in the folder contains the corrected hands with their expected errors.
 
     Args:
         learned: The fold as it was learned.

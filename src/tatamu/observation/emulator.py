@@ -11,10 +11,10 @@ The marks are the lengths that are measured after a fold. The model has these va
 - e is the remaining error, and s is its factor. If the hands stretch or squeeze the hem between them by d, the factor
   grows: s^2 = 1 + (d / D)^2, with a constant D.
 
-In a few draws a corner turned in, or a hand slipped off. So that these have little influence, e is a Student t
-variable. The coefficients b, A and B and the scale matrix of e are fitted together by expectation maximisation. The
-scale matrix is computed from leave-one-out residuals. The mean vertex distance d_v follows from the marks: d_v^2 = a +
-sum_i c_i marks_i^2. Its coefficients a and c_i are not negative.
+In a few draws a corner turned in, or a hand slipped off. The error e is a Student t variable, so that these draws have
+little influence. The coefficients b, A and B and the scale matrix of e are fitted together by expectation maximisation.
+The scale matrix is computed from leave-one-out residuals. The mean vertex distance d_v follows from the marks: d_v^2 =
+a + sum_i c_i marks_i^2. Its coefficients a and c_i are not negative.
 
 Sources: Lange, Little and Taylor 1989, J. American Statistical Association 84 (regression with Student t errors);
 Kennedy and O'Hagan 2001, J. Royal Statistical Society B 63.

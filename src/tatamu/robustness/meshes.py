@@ -1,9 +1,9 @@
 """Decides which verdicts of a coarse mesh are final, and estimates distances on the fine mesh from the coarse mesh.
 
 A world is one random draw of all disturbances. The nominal world has no disturbances. All worlds are simulated on the
-coarse mesh. The nominal world and a sample of the other worlds are also simulated on the fine mesh. The two verdicts of
-such a world are a pair. The slack of a fold (`Limits.slack`) is its distance from failure, and differs between the two
-meshes of a pair.
+coarse mesh. The nominal world and a sample of the other worlds are also simulated on the fine mesh. A verdict is the
+result of the fold in one world. If a world was simulated on both meshes, its two verdicts are a pair. The slack of a
+fold (`Limits.slack`) is its distance from failure, and differs between the two meshes of a pair.
 
 In another world, a difference as large as in the pairs could turn success into failure, or failure into success. That
 world is then simulated on the fine mesh too, and becomes a pair. This is repeated until the coarse verdicts of all

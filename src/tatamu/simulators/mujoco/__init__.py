@@ -27,8 +27,8 @@ CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_
 Its bending energy is quadratic, so on large cells a fold collapses into a flat crease. Cells are measured in bending
 lengths. On cells up to 0.37, the loop of a fold has the right shape. Rollouts on larger cells print a warning.
 
-A rehearsal (a simulation of the robot that carries out its plan) compares two folds on the same mesh, so it accepts
-cells up to 0.45. The smaller cells would need four times as many vertices (docs/theory/robot-planning.md)."""
+A rehearsal is a simulation of the robot that carries out its plan. It compares two folds on the same mesh, so it
+accepts cells up to 0.45. The smaller cells would need four times as many vertices (docs/theory/robot-planning.md)."""
 
 
 def require() -> None:

@@ -2,8 +2,8 @@
 
 Elastic forces, gravity and hands predict positions for the end of a time step. Contact moves these positions. As a
 result, no layer passes through another, layers stay a thickness apart, and friction acts. The changes of positions
-become velocity. The positions at the start of the step are *legal*: every vertex is on the correct side of its
-neighbours, because contact corrected these positions in the step before.
+become velocity. The positions at the start of the step are *legal*, which means that every vertex is on the correct
+side of its neighbours. They are legal because contact corrected them in the step before.
 
 The algorithm is position-based dynamics (Mueller et al. 2007). It has some of the stages of robust cloth collision
 (Bridson, Fedkiw and Anderson 2002): proximity, repulsion and friction. Rigid impact zones (Provot 1997) are the last
@@ -11,10 +11,14 @@ resort. Bridson et al. also have a stage of continuous collision detection, whic
 candidate (a pair of mesh elements that may touch) remembers its side at the start of the step. A pair that has passed
 through within a step has a negative gap, and is pushed back.
 
-Three kinds of pairs are not guarded: flat edges that are not pressed, sheets in addition to the three partners of a
-vertex, and edges that approach from a distance of more than half of the margin. The command `make tangle` counts how
-often anything passes through. A round of contact is one call of `gauss_seidel.resolve`. This call uses the modules in
-this order:
+Three kinds of pairs are not guarded against passing through:
+
+- flat edges that are not pressed,
+- a vertex and a sheet that is not among the three partners of the vertex,
+- edges that come from farther away than half of the margin.
+
+The command `make tangle` counts how often anything passes through. A round of contact is one call of
+`gauss_seidel.resolve`. This call uses the modules in this order:
 
     motion           `motion.follow`            updates the paths of the vertices, which tell which pairs can sleep
     broad phase      `broad_phase.refresh`      searches candidates again, but only if two parts of the cloth may have

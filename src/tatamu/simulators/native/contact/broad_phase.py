@@ -1,8 +1,8 @@
 """Broad phase of contact: finds the parts of the cloth that may touch.
 
 Candidates (pairs of mesh elements that may touch) are found with a grid. They are kept while they are sure to be
-complete: as long as no two parts of the cloth can have come closer by the margin since the search. Only relative motion
-counts. If a hand carries a cloth away as a whole, no new search is needed.
+complete. This is the case until two parts of the cloth may have come closer by the margin since the search. Only
+relative motion counts. If a hand carries a cloth away as a whole, no new search is needed.
 """
 
 from __future__ import annotations

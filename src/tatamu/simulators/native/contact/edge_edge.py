@@ -49,8 +49,9 @@ def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first:
 def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
     """Write four rows of measures of n pairs of edges to `out`.
 
-    The rows are the distances at the start, the fractions along the first and along the second edge where the closest
-    points are, and the gaps at x. The array m has twelve rows of coordinates at the start and twelve rows at x.
+    The first row contains the distances at the start. The next two rows contain the positions of the closest points, as
+    fractions of the first and of the second edge. The last row contains the gaps at x. The array m has twelve rows of
+    coordinates at the start and twelve rows at x.
     """
     for i in range(n):
         ax, ay, az = m[i], m[i + MANY], m[i + 2 * MANY]

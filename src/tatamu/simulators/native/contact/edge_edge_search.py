@@ -1,7 +1,8 @@
 """Broad phase of edges against edges: finds pairs of a guarded edge and an edge near it.
 
 Three kinds of edges are guarded: borders, creased edges, and edges of layers that are pressed together. Other edges
-need no guard. There the cloth is nearly flat, so an edge cannot pass through before a vertex does.
+need no guard, because the cloth is nearly flat and not pressed there. An edge cannot pass through such cloth before a
+vertex does.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """The last resort of contact: rigid impact zones (Provot 1997, Bridson et al. 2002).
 
 If hands crush many layers, the correction of one pair undoes the correction of another. A pair may then end a step on
-the wrong side. In this case the four vertices of the pair form a *zone*, together with the vertices of other such pairs
-that share a vertex with it. The zone is set back to its legal positions at the start of the step. Then the whole zone
-is moved by its mean motion. This keeps the momentum of the zone and every distance within it. (Bridson et al. also
-rotate a zone; here a zone only translates.)
+the wrong side. In this case the four vertices of the pair form a *zone*. If another such pair shares a vertex with the
+zone, its vertices also belong to the zone. The zone is set back to its legal positions at the start of the step. Then
+the whole zone is moved by its mean motion. This keeps the momentum of the zone and every distance within it. (Bridson
+et al. also rotate a zone; here a zone only translates.)
 
 Zones are the sets of a union-find forest: `zone[v]` is the parent of vertex v. The parent of a root is the root itself.
 For a vertex in no zone, `zone[v]` is -1.

@@ -4,8 +4,8 @@ A pair needs no test until it can have come too near. Its two sides cannot appro
 own paths. A fast vertex therefore wakes only its own pairs.
 
 The path of a vertex leads through the legal positions, which contact left at the end of each round. The predicted
-motion of a round is added for that round only. Layers that a hand presses show why: they are predicted within one
-another in every round and set back again, so they do not travel.
+motion of a round is added for that round only. Otherwise layers that a hand presses would get long paths without
+travelling, because in every round they are predicted within one another and set back again.
 
 All motion is measured relative to the mean motion, so a cloth that is carried as a whole wakes no pairs.
 """
@@ -35,8 +35,9 @@ def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
 def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> float:
     """Return the largest approach of vertex v and triangle (a, b, c) from the path lengths of their vertices [m].
 
-    The bound is not exact if the vertex slides onto a neighbouring triangle. The vertex then gets no farther on this
-    triangle than it has slid. Both triangles share two corners, so the neighbouring triangle is still near.
+    The bound is not exact if the vertex slides onto a neighbouring triangle. But the vertex gets no farther on this
+    triangle than it has slid. The error is small, because both triangles share two corners and the neighbouring
+    triangle is therefore still near.
     """
     return length[v] + max(length[a], length[b], length[c])
 

@@ -127,8 +127,9 @@ def _keep_what_would_be_lost(
     """Make the nearest triangles partners, and keep one earlier partner that the vertex touches.
 
     A vertex has only three partners, so new ones replace earlier ones. In a crumple of three sheets, the third sheet
-    would then be forgotten and could pass through. An earlier partner in the same direction as a new one need not be
-    kept, because it belongs to the same sheet or lies behind it. A kept partner keeps its side.
+    would then be forgotten and could pass through. An earlier partner need not be kept if it lies in the same direction
+    as a new partner, because it then belongs to the same sheet or lies behind this sheet. A kept partner keeps its
+    side.
     """
     faces = mesh.faces
     partners = vertex_face.triangle

@@ -10,9 +10,10 @@ constant moment do not cancel, and cloth is too soft.
 
 C sums the turning of the surface at the three edges, k = sum_e l_e s_e theta_e n_e n_e' / A. l_e is the length of edge
 e, theta_e its dihedral angle, and n_e the direction across it. This is the basic shell triangle of Onate and Zarate
-2000, which has s_e = 1/2. Here, a triangle of height d has the share s_e = d / (d + d') of the angle; d' is the height
-of its neighbour. This is exact for curvature across the edge. Both shares sum to 1, so the forces of a constant moment
-cancel on any mesh. However, the curvature is not exact, and cloth is too stiff.
+2000, which has s_e = 1/2. Here, a triangle has the share s_e = d / (d + d') of the angle. d is the height of the
+triangle over the edge, and d' the height of its neighbour. This is exact for curvature across the edge. Both shares sum
+to 1, so the forces of a constant moment cancel on any mesh. However, the curvature is not exact, and cloth is too
+stiff.
 
 In regular rows, C and R^-1 are equal. Elsewhere, their mean is more accurate than C or R^-1 alone. A border or a seam
 carries no moment, so the curvature across it is zero. The derivation is in docs/theory/bending.md.

@@ -1,8 +1,9 @@
 """The layout of vertices in memory, with which forces are computed over long contiguous runs of numbers.
 
 A processor computes eight or sixteen numbers together if they are neighbours in memory. Rows of vertices that form a
-lattice (`lattice`) are therefore stored at a constant distance. Even rows are separate from odd rows. All triangles of
-one kind then have the vertices a + j, b + j and c + j for j = 0, 1, ... Such a run of triangles is a *band*.
+lattice (`lattice`) are therefore stored at a constant distance. Even rows and odd rows are stored separately. All
+triangles of one kind then have the vertices a + j, b + j and c + j for j = 0, 1, ... Such a run of triangles is a
+*band*.
 
 A *slot* is the memory position of a vertex. Slots without a vertex, and positions in a band without a triangle, are
 fillers with zero mass and zero stiffness. Elements that fit in no band are computed on copies of their vertices. These

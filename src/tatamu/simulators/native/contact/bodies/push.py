@@ -121,9 +121,9 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
     """Return the gap between a point of the cloth and a body [m], the gap at the start [m], and the normal.
 
-    A point has passed through the body if two conditions hold: its path is longer than its distances at both ends
-    together, and the normals at both ends point against each other. The gap of such a point is measured from the
-    tangent plane of the side from which the point came.
+    A point has passed through the body under two conditions. Its path is longer than the sum of its distances at both
+    ends, and the normals at both ends point against each other. The gap of such a point is measured from the tangent
+    plane of the side from which the point came.
     """
     px, py, pz = between(frame.local, corners, weights)
     qx, qy, qz = between(frame.local0, corners, weights)
