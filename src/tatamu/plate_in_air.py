@@ -37,7 +37,7 @@ def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSI
     """Return the added mass per area of a thin rectangle that moves along its normal [kg/m^2].
 
     The added mass of a rectangle with sides a <= b is C pi/4 density a^2 b. Without the factor C, this is the mass of
-    an infinite strip. C depends on b / a. Its values are those of rectangular plates in table D-2 of DNV-RP-C205,
+    an infinite strip. C depends on b / a. Its values come from the table D-2 for rectangular plates in DNV-RP-C205,
     Environmental Conditions and Environmental Loads. The added mass per area is C pi/4 density a.
 
     Args:

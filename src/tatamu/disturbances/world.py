@@ -25,7 +25,7 @@ Another number would change all worlds (random draws of the disturbances)."""
 class Stream(IntEnum):
     """Purposes of worlds (random draws of the disturbances).
 
-    Each purpose has its own random numbers, so validation uses other worlds than learning.
+    Each purpose has its own random numbers. Therefore the worlds of validation differ from the worlds of learning.
     """
 
     LEARNING = 0

@@ -4,9 +4,9 @@ A manipulation keeps its parameters on the coarser mesh: the hands move along th
 nearest vertices. The shape distance D of Eq. (11) is a sum over vertices. Therefore D of the coarser mesh is multiplied
 by the ratio of the numbers of vertices.
 
-Large triangles lock: where the cloth curves in two directions, they must stretch instead of bend, so the cloth appears
-too stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B. The
-cloth of the coarser mesh is therefore softer: its Y is proportional to h^-2. Then both meshes lock equally.
+Large triangles lock: if the cloth curves in two directions, the triangles must stretch instead of bend. The cloth then
+appears too stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity
+B. The cloth of the coarser mesh is therefore softer: its Y is proportional to h^-2. Then both meshes lock equally.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ trajectory length l_x and the shape distance D.
 By default, the search minimises C under a chance constraint (Charnes and Cooper 1959). The fold must hold in 97.5 % of
 the disturbed worlds. Each world gets a value. If the fold holds in the world, the value is the nominal C, without
 disturbances. If it does not hold, the value is l_x + 2 alpha D of this world. The search minimises a quantile (value at
-risk) of these values over all worlds. Folds that hold are thus compared by the nominal C alone. C in a world is not
-used for them, because errors of the hands displace every fold by about the same distance.
+risk) of these values over all worlds. Folds that hold are thus compared by the nominal C alone. Their C in the world is
+not used, because errors of the hands displace every fold by about the same distance.
 
 In some worlds no path helps. For example, the hands release the cloth 20 mm from its target, or hit the table. To
 recognise such worlds, one fixed fold serves as a yardstick: the arched curve with which every search starts. A fold

@@ -213,7 +213,7 @@ def simulate_missing(
 def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
     """Simulate a manipulation in a world, which is one draw of the disturbances.
 
-    There is no simulation if a hand misses the cloth in this world, or must stop because it is too low.
+    There is no simulation if a hand misses the cloth in this world, or if a hand must stop because it is too low.
     """
     task = evaluator.task
     failure = hand_failure(task.fold, task.manipulation(parameters), world)

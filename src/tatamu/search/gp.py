@@ -94,7 +94,8 @@ def _acquisition(
 ) -> Callable[[np.ndarray], np.ndarray]:
     """Return a function that gives log expected improvement over the best trial.
 
-    Its argument are p points with d coordinates, shape (p, d). Its result has the shape (p,).
+    The argument of this function is an array of p points with d coordinates, shape (p, d). The result has the shape
+    (p,).
     """
     best = float(objectives.min())
     if space.known_part is None:

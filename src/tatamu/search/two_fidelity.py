@@ -6,9 +6,9 @@ is the objective itself. The two fidelities are related by
     y_high(x) = y_low(x) + d(x)                    co-kriging (Kennedy and O'Hagan 2000)
 
 y_low is the value of the cheap model, y_high the value of the model itself, and d their difference. y_low and d are
-Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity that differ enough from
-each other. When a few of these trials are known, the model proposes points. It proposes the points with the largest
-expected improvement over the best trial of high fidelity.
+Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity. Trials that differ too
+little from a better trial are left out. When a few of these trials are known, the model proposes points. It proposes
+the points with the largest expected improvement over the best trial of high fidelity.
 """
 
 from __future__ import annotations

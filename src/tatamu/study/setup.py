@@ -90,7 +90,7 @@ def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | Non
 
 
 def check_pending(options: LearnOptions, simulator: str) -> None:
-    """Check that not more trials are pending than the simulator can run at the same time.
+    """Check that the simulator can run all pending trials at the same time.
 
     Raises:
         InputError: If several trials are pending, and the simulator runs one trial at a time.

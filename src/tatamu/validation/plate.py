@@ -150,7 +150,7 @@ class Swing:
     period: float
     """Mean time between two turning points on the same side [s]."""
     decrement: np.ndarray
-    """Logarithm of the ratio between the size of each swing and the size of the next swing to the same side [-]."""
+    """Logarithm of a ratio, for each swing: its size divided by the size of the next swing to the same side [-]."""
     excursion: np.ndarray
     """Peak-to-peak size of the swing at the time of each decrement, in the unit of the signal."""
 

@@ -19,8 +19,8 @@ It decides between pairs that are equally rectangular."""
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
     """Return the faces of a mesh, with pairs of triangles joined to quadrilaterals.
 
-    The pair that is most nearly rectangular is joined first. Among equal pairs, those with sides along y come first,
-    because garments have such rows. A triangle stays a triangle if all its neighbours are already joined.
+    The pair that is most nearly rectangular is joined first. Among equal pairs, pairs with sides along y come first,
+    because garments have rows along y. A triangle stays a triangle if all its neighbours are already joined.
 
     Args:
         points: Unstrained positions [m], shape (n, 3).

@@ -55,7 +55,7 @@ def compilation() -> tuple[int, int]:
 
     The first number is 0 if this process did not have to compile any kernel.
 
-    Files on disk are counted, because another process may compile kernels at the same time (`precompile`).
+    The function counts files on disk, because another process may compile kernels at the same time (`precompile`).
     """
     if not any(each.stats.cache_misses for each in _KERNELS):
         return 0, len(_KERNELS)

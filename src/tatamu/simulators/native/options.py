@@ -50,7 +50,7 @@ class ElasticOptions(NamedTuple):
     angle_sum_part: float = 0.45
     """Weight a of the operator C in the curvature Q = a C + (1 - a) R^-1 [-].
 
-    With this value, irregular and rotated meshes are too soft in as many cases as they are too stiff
+    With this value, about half of the irregular and rotated meshes are too soft, and the others are too stiff
     (benchmarks/statics.py)."""
     crowding_strain: float = 0.2
     """Compressive Green strain b up to which cloth that wrinkles is soft [-]. Beyond it, cloth has its full stiffness.

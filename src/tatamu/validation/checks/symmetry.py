@@ -28,7 +28,7 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 
 @dataclass(frozen=True)
 class Change:
-    """A change of a scene that must not change the motion, except by the same change of its coordinates."""
+    """A change of a scene. It must change the coordinates of the motion in the same way, and nothing else."""
 
     points: Callable[[np.ndarray], np.ndarray]
     """Function from points of the original scene to points of the changed scene, shape (.., 3)."""

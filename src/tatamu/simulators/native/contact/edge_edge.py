@@ -5,7 +5,7 @@ points at the start of the step. Vertices and triangles are also kept apart in a
 
 Most pairs are near but not too near. Distances are therefore computed for many pairs at a time. From the first pair
 that is too near, pairs are treated one by one, because the correction of a pair may bring others too near. The result
-is the same as that of a Gauss-Seidel sweep over single pairs.
+equals the result of a Gauss-Seidel sweep over single pairs.
 """
 
 from __future__ import annotations

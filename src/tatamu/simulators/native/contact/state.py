@@ -62,11 +62,11 @@ class VertexFace(NamedTuple):
 
     The side is +1 where the normal points, -1 on the opposite side, or 0 if it is unknown."""
     wake: np.ndarray
-    """Value of `counters.travelled` before which the pair cannot be too near [m], shape (n, PARTNERS)."""
+    """Value that `counters.travelled` must reach before the pair can be too near [m], shape (n, PARTNERS)."""
     meets: np.ndarray
-    """Path length before which the pair cannot be too near [m], shape (n, PARTNERS).
+    """Path length that the pair must reach before it can be too near [m], shape (n, PARTNERS).
 
-    It is the sum of the paths of both sides of the pair."""
+    The path length of a pair is the sum of the paths of both sides of the pair."""
     awake: np.ndarray
     """Pairs that the last first sweep of a round tested. Pair k of vertex v has the number PARTNERS v + k.
 
@@ -87,11 +87,11 @@ class EdgeEdge(NamedTuple):
 
     The first `counters.pairs` rows are in use."""
     wake: np.ndarray
-    """Value of `counters.travelled` before which the pair cannot be too near [m], shape (p,)."""
+    """Value that `counters.travelled` must reach before the pair can be too near [m], shape (p,)."""
     meets: np.ndarray
-    """Path length before which the pair cannot be too near [m], shape (p,).
+    """Path length that the pair must reach before it can be too near [m], shape (p,).
 
-    It is the sum of the paths of both edges."""
+    The path length of a pair is the sum of the paths of both edges."""
     awake: np.ndarray
     """Numbers of the pairs that the last first sweep of a round left awake.
 

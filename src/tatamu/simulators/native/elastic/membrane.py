@@ -8,8 +8,8 @@
 eps_q is the change of the squared length of edge q with the vertices a and b. L_q is its rest length. P maps the Green
 strain E to eps, A is the area of the triangle, W the energy, and f_a the force on vertex a.
 
-Damping is of the Kelvin-Voigt type: lengths and edges are those at x + tau_d v. The derivation is in
-docs/theory/membrane.md.
+Damping is of the Kelvin-Voigt type: lengths and edges are computed at the positions x + tau_d v. x are the positions, v
+the velocities, and tau_d is the time constant of damping. The derivation is in docs/theory/membrane.md.
 
 eps is a small difference of large numbers, so it is computed in double precision. All following steps use single
 precision.

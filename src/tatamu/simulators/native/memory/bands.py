@@ -21,7 +21,7 @@ from tatamu.simulators.native.memory.lattice import patches
 BLOCK = 528
 """Number of elements of a band that are computed together. Intermediate values then stay in the nearest cache.
 
-The distance of rows is not a power of two, because rows at such a distance would use the same cache lines.
+The number is not a power of two, because rows whose distance is a power of two would use the same cache lines.
 """
 SHORTEST_BAND = 24
 """Least number of elements in a band of their own."""
