@@ -38,7 +38,7 @@ from tatamu.study import Result
 GARMENTS: dict[str, dict[str, Any]] = {
     "towel half": {"garment": "towel", "fold": "half", "spacing": 0.03},
     "T-shirt half": {"garment": "tshirt", "fold": "half", "spacing": 0.035},
-    "trousers leg": {"garment": "trousers", "fold": "leg", "spacing": 0.04},
+    "trousers leg": {"garment": "trousers", "fold": "leg", "spacing": 0.025},
 }
 COSTS = {**GARMENTS, "limp towel half": {**GARMENTS["towel half"], "material": "jersey"}}
 """Garments whose simulations are timed."""

@@ -9,8 +9,14 @@ are corrected again. Every set-up is kept; to resume, repeat the command.
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from shutil import copytree
+from subprocess import DEVNULL
+from tempfile import TemporaryDirectory
+from time import perf_counter
 
 import numpy as np
 from benchmarks.hidden import CASES, Case, Row, SetUp, Shifts, measured_rows
@@ -22,6 +28,7 @@ from tatamu.simulators.many import processors
 
 NEXT = 3
 """Next folds of each set-up, which differ in their random parts; the same after no, one and two observations."""
+TATAMU = (sys.executable, "-c", "from tatamu.cli import main; main()")
 SLACK = 5e-4
 """A set-up is no worse if its next folds end this much farther off at most, in the mean [m]."""
 
@@ -85,8 +92,34 @@ def ratio(after: np.ndarray, before: np.ndarray) -> str:
     return f"{np.median(after) / np.median(before):.2f} ({low:.2f} to {high:.2f})"
 
 
+def seconds_of(words: Sequence[str]) -> float:
+    """Return the time of a command, the fastest of three [s]."""
+    times = []
+    for _ in range(3):
+        begin = perf_counter()
+        subprocess.run(
+            [sys.executable, "-c", "from tatamu.cli import main; main()", *words], check=True, stdout=DEVNULL
+        )
+        times.append(perf_counter() - begin)
+    return min(times)
+
+
+def timed_commands(learned: Path) -> Iterator[dict[str, str]]:
+    """Yield the times of the commands on a fold whose draws are there, with the start of the program beside them."""
+    start = seconds_of(["--version"])
+    with TemporaryDirectory() as folder:
+        copy = str(copytree(learned, Path(folder) / "towel"))
+        for words in (["observe", copy, "--left", "12,-3", "--right", "8,4", "--slip", "2,0"], ["correct", copy]):
+            seconds = seconds_of(words)
+            yield {
+                "command": f"`tatamu {words[0]}`",
+                "seconds": f"{seconds:.1f}",
+                "times `tatamu --version`": f"{seconds / start:.0f}",
+            }
+
+
 def main() -> None:
-    """Measure, print, and put the table into its page."""
+    """Measure, print, and put the tables into their page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("runs/loop-closed"))
     parser.add_argument("--cases", nargs="+", choices=[case.name for case in CASES])
@@ -100,9 +133,11 @@ def main() -> None:
             count = min(case.set_ups, options.set_ups or case.set_ups)
             rows = measured_rows(case, count, options.out, "folds", run, processors())
             lines += table(case, rows)
-    print(markdown(lines), flush=True)
+    times = markdown(list(timed_commands(options.out / "towel")))
+    print(markdown(lines), times, sep="\n\n", flush=True)
     if options.write_docs:
         publish("loop closed", markdown(lines))
+        publish("loop closed: commands", times)
 
 
 if __name__ == "__main__":

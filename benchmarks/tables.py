@@ -85,6 +85,7 @@ PLACES = {
     "photographs: folds": NOTES / "photographs.md",
     "grasps": NOTES / "robots.md",
     "loop closed": NOTES / "observation.md",
+    "loop closed: commands": NOTES / "observation.md",
     "loop closed: updates": NOTES / "observation.md",
     "datasets: speed": NOTES / "datasets.md",
     "datasets: pictures": NOTES / "datasets.md",

@@ -137,8 +137,8 @@ def learn(
         out: Folder that keeps the study while it runs. An unfinished study in it is resumed. None keeps the study in
             memory.
         evaluate: Evaluator, or function of the parameters, that is minimised. None for the objective of the options.
-        after: Real folds of the same set-up that were observed, or their folders. The disturbances are those inferred
-            from these folds, and their mean is corrected. The search starts from the last of these folds.
+        after: Real folds of the same set-up that were observed, or their folders. The disturbances are inferred from
+            these folds, and their mean is corrected. The search starts from the last of these folds.
         executor: Executor of the simulations; None for threads on all processors.
         database: Database that keeps the study; None for the file `study.db` in the folder.
         progress: Function that receives a `Progress` when the study is opened, after every trial, and when a stage

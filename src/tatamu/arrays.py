@@ -50,7 +50,7 @@ def _faces(value: Any) -> np.ndarray:
 
 
 def edges(value: Any) -> np.ndarray:
-    """Return pairs of whole numbers, shape (e, 2). An empty list gives the shape (0, 2)."""
+    """Return e pairs of whole numbers, shape (e, 2). An empty list gives the shape (0, 2)."""
     return _guarded(value, 2, "[i, j]")
 
 

@@ -2,8 +2,8 @@
 
 The motion of a body is given in advance, so cloth does not push it.
 
-Every shape is a rounded box. It has a core with the half sizes h, which may be zero. The body is everything within the
-radius r of the core:
+Every shape is a rounded box. It has a core with the half sizes h, some or all of which may be zero. The body is
+everything within the radius r of the core:
 
     box      h = size, r = 0;     sphere   h = 0, r = size[0];     capsule  h = (0, 0, size[1]), r = size[0]
 
@@ -112,10 +112,10 @@ class Body(Record):
         return 0.0 if self.shape == "box" else self.size[0]
 
     def path(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the motion of the body at times [s], shape (k,).
+        """Return the motion of the body at k times [s], shape (k,).
 
         Returns:
-            Centres [m], shape (k, 3), and unit quaternions (w, x, y, z), shape (k, 4).
+            Centres at these times [m], shape (k, 3), and unit quaternions (w, x, y, z), shape (k, 4).
         """
         positions = np.column_stack([np.interp(times, self.times, column) for column in self.positions.T])
         if self.orientations is None:
@@ -148,13 +148,13 @@ def slerp(times: np.ndarray, knots: np.ndarray, quaternions: np.ndarray) -> np.n
     Before the first knot and after the last, the result is constant.
 
     Args:
-        times: Times [s], shape (k,).
-        knots: Times of the knots [s], increasing, shape (m,).
+        times: The k times [s], shape (k,).
+        knots: Increasing times of the m knots [s], shape (m,).
         quaternions: Quaternions at the knots, shape (m, 4). q and -q are equal rotations, so the nearer of them is
             used.
 
     Returns:
-        Unit quaternions, shape (k, 4).
+        Unit quaternions at the k times, shape (k, 4).
     """
     unit = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
     after = np.clip(np.searchsorted(knots, times, side="right"), 1, max(len(knots) - 1, 1))

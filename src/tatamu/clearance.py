@@ -1,9 +1,10 @@
 """The distance between cloth and a rigid body. Faces are tested too, because a thin finger may pierce a triangle.
 
 The signed distance of a body is a convex function. Its tangent planes at the corners of a triangle are therefore lower
-bounds over the triangle. The bound is positive for almost all triangles. For the other triangles, nested golden
-sections find the minimum. They are valid because the minimum along a line parallel to a side is a convex function of
-the line's position.
+bounds over the triangle. The bound is positive for almost all triangles, so these are outside. For the other triangles,
+nested golden sections find the minimum. The inner section finds the minimum along a line parallel to a side of the
+triangle. The outer section moves this line. Golden sections are valid, because the minimum along the line is a convex
+function of the line's position.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def _normals(body: Body, local: np.ndarray) -> np.ndarray:
 
 
 def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
-    """Return the minimum of the distance over each triangle [m], shape (k,).
+    """Return the minimum of the distance over each of k triangles [m], shape (k,).
 
     The corners of the triangles, shape (k, 3, 3), are in the frame of the body.
     """

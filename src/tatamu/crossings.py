@@ -22,7 +22,7 @@ def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> 
         edges: Edges to test, shape (e, 2).
 
     Returns:
-        Rows with the indices of an edge and of a triangle, shape (k, 2).
+        The k crossing pairs: rows with the indices of an edge and of a triangle, shape (k, 2).
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     ends = points[edges]
@@ -33,7 +33,7 @@ def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> 
 
 
 def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
-    """Return the number of pairs of an edge and a triangle that cross. The arguments are those of `crossing_pairs`.
+    """Return the number of pairs of an edge and a triangle that cross. The arguments are explained in `crossing_pairs`.
 
     All edges of the mesh are tested if `edges` is None. If a position is not finite, every edge counts as crossing.
     """
@@ -42,7 +42,7 @@ def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = 
 
 
 def crossings_over_time(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the number of crossings in every frame, shape (f,), from positions of shape (f, n, 3)."""
+    """Return the number of crossings in each of f frames, shape (f,). The positions have the shape (f, n, 3)."""
     edges = Topology(faces).edges
     return np.array([crossings(points, faces, edges) for points in positions])
 
@@ -91,7 +91,7 @@ def _find(
         cell: Side of a cell [m]. It is at least the side of any edge's box.
 
     Returns:
-        Rows with the indices of an edge and of a triangle, shape (k, 2).
+        The k crossing pairs: rows with the indices of an edge and of a triangle, shape (k, 2).
     """
     size = 1
     while size < 2 * edges.shape[0]:

@@ -19,9 +19,9 @@ TOP_SPEED_FACTOR = 1.875
 
 
 def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Return points T(t) = sum_k B_k^N(t) P_k of Eq. (1), shape (s, d).
+    """Return s points T(t) = sum_k B_k^N(t) P_k of Eq. (1) with d coordinates, shape (s, d).
 
-    The control points P_k have the shape (k, d), and the parameters t the shape (s,).
+    The N + 1 control points P_k have the shape (N + 1, d), and the s parameters t the shape (s,).
     """
     n = len(control_points) - 1
     basis = np.stack([comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)], axis=-1)
@@ -29,14 +29,14 @@ def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def sampled_bezier(control_points: np.ndarray) -> np.ndarray:
-    """Return a Bezier curve as a polyline with many points, shape (SAMPLES + 1, d)."""
+    """Return a Bezier curve as a polyline with many points of d coordinates, shape (SAMPLES + 1, d)."""
     return bezier(control_points, np.linspace(0.0, 1.0, SAMPLES + 1))
 
 
 def bezier_lengths(control_points: np.ndarray) -> np.ndarray:
-    """Return the lengths of cubic Bezier curves [m], shape (p,), by Gauss-Legendre quadrature.
+    """Return the lengths of p cubic Bezier curves [m], shape (p,), by Gauss-Legendre quadrature.
 
-    The control points have the shape (p, 4, d).
+    The control points with d coordinates have the shape (p, 4, d).
     """
     u = 0.5 * (_NODES + 1.0)
     basis = 3.0 * np.stack([(1.0 - u) ** 2, 2.0 * (1.0 - u) * u, u**2])  # (3, s): T'(u) per difference of the P_k
@@ -45,17 +45,17 @@ def bezier_lengths(control_points: np.ndarray) -> np.ndarray:
 
 
 def arc_lengths(polyline: np.ndarray) -> np.ndarray:
-    """Return the length of a polyline (s, d) from its start to each of its points [m], shape (s,)."""
+    """Return the length of a polyline of s points, shape (s, d), from its start to each point [m], shape (s,)."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(polyline, axis=0), axis=1))])
 
 
 def length(polyline: np.ndarray) -> float:
-    """Return the length of a polyline (s, d) [m], which is l_x of Eq. (10)."""
+    """Return the length of a polyline of s points, shape (s, d) [m]. It is l_x of Eq. (10)."""
     return float(np.linalg.norm(np.diff(polyline, axis=0), axis=1).sum())
 
 
 def along(polyline: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Return the points at fractions (s,) of a polyline's length, shape (s, d)."""
+    """Return the points at s fractions of a polyline's length, shape (s, d)."""
     arc = arc_lengths(polyline)
     return np.column_stack([np.interp(fraction * arc[-1], arc, column) for column in polyline.T])
 
@@ -83,7 +83,7 @@ class Bezier:
     """Control points P0 to P3 [m], shape (4, 3)."""
 
     def at(self, u: np.ndarray) -> np.ndarray:
-        """Return the points at parameters u (n,) from 0 to 1, shape (n, 3)."""
+        """Return the points at n parameters u from 0 to 1, shape (n, 3)."""
         return bezier(self.control, np.asarray(u, dtype=float))
 
     def arc_lengths(self) -> tuple[np.ndarray, np.ndarray]:
@@ -92,7 +92,10 @@ class Bezier:
         return u, arc_lengths(self.at(u))
 
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the parameters (n,) of the curve's points nearest to `points`, and their distances [m], shape (n,)."""
+        """Return the parameters of the curve's points nearest to n points, and their distances [m].
+
+        Both results have the shape (n,).
+        """
         u = np.linspace(0, 1, FINE // 2 + 1)
         curve = self.at(u)
         best = np.array([np.argmin(((curve - point) ** 2).sum(axis=1)) for point in points])

@@ -1,4 +1,4 @@
-"""The errors that tatamu raises on purpose, and how they inherit from each other.
+"""The errors that tatamu raises on purpose, as a tree of classes and subclasses.
 
 TatamuError
 ├── InputError              a file, an option or a scene is wrong; the command line exits with 2

@@ -218,7 +218,7 @@ def _check_fields(fields: Mapping[str, Any]) -> None:
 
 
 def _integer(text: str) -> int:
-    """Return an integer that a floating point number can also represent. No formula or message expects larger ones."""
+    """Return an integer that a floating point number can also represent. Larger integers are refused."""
     if len(text) > MOST_DIGITS:
         raise InputError(f"(whole file): must have integers of at most {MOST_DIGITS} digits, given {len(text)}")
     return int(text)

@@ -50,12 +50,13 @@ FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
 """Elements of the friction of bending, as pairs of numbers.
 
-The first number is a fraction of the frictional stiffness. The second is the yield curvature of the element in units of
-a curvature k_y. The products of the pairs sum to 1. HB is the frictional moment of bending. When a sheet is bent for
-the first time to the curvature k, the moment is HB (1 - exp(-k / k_y)). The error of this formula is at most 0.09 HB.
+The first number is a fraction of the frictional stiffness. The second is the yield curvature of the element, divided by
+the material's curvature k_y. The products of the pairs sum to 1. HB is the frictional moment of bending. When a sheet
+is bent for the first time to the curvature k, the moment is HB (1 - exp(-k / k_y)). The error of this formula is at
+most 0.09 HB.
 """
 STEEPER = 4.0
-"""Default ratio of two slopes of the bending moment: directly after a reversal of bending, and later."""
+"""Default ratio of the slope of the bending moment directly after a reversal of bending to its later slope."""
 UNSAID = (
     "blender",
     "compression",
@@ -98,8 +99,8 @@ class Material(BaseModel):
     bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
     """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m].
 
-    It is at least a quarter of the sum of the rigidities along warp and weft. None for (B + B_weft + 2 sqrt(B B_weft))
-    / 4, the value of an isotropic sheet."""
+    It is at least a quarter of the sum of the rigidities along warp and weft. None for the value of an isotropic sheet,
+    (B + B_weft + 2 sqrt(B B_weft)) / 4."""
     bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
     """Frictional moment of bending per width, HB [N].
 

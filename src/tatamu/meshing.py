@@ -32,7 +32,8 @@ def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np
     """Return a nearly equilateral mesh of a rectangle. Rows are along y and follow each other along x.
 
     Returns:
-        Vertices [m], shape (n, 3), centred and with z = 0; triangles, shape (m, 3), with upward normals.
+        The n vertices [m], shape (n, 3), centred and with z = 0, and the m triangles, shape (m, 3), with upward
+        normals.
     """
     columns = max(3, round(width / spacing))
     rows = max(4, round(length / (width / columns * np.sqrt(0.75))))
@@ -57,7 +58,8 @@ def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, 
     Rows are along y. Every other row is shifted by half a cell.
 
     Returns:
-        Points of the rectangle 0..length x 0..width [m], shape (n, 2); counter-clockwise triangles, shape (m, 3).
+        The n points of the rectangle 0..length x 0..width [m], shape (n, 2), and the m counter-clockwise triangles,
+        shape (m, 3).
     """
     rows = max(2, 2 * round(length / (np.sqrt(3) * spacing)))
     cells = max(1, round(width / spacing))
@@ -87,7 +89,7 @@ def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
 
 
 def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray:
-    """Return the Delaunay triangles of points (n, 2), shape (m, 3). They are counter-clockwise.
+    """Return the m Delaunay triangles of n points, shape (m, 3). They are counter-clockwise.
 
     Args:
         points: Points of the mesh, shape (n, 2).

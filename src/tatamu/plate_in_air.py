@@ -37,7 +37,7 @@ def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSI
     """Return the added mass per area of a thin rectangle that moves along its normal [kg/m^2].
 
     The added mass of a rectangle with sides a <= b is C pi/4 density a^2 b. Without the factor C, this is the mass of
-    an infinite strip. C depends on b / a. Its values are those of rectangular plates in table D-2 of DNV-RP-C205,
+    an infinite strip. C depends on b / a. Its values come from the table D-2 for rectangular plates in DNV-RP-C205,
     Environmental Conditions and Environmental Loads. The added mass per area is C pi/4 density a.
 
     Args:
@@ -66,15 +66,16 @@ GRAHAM = 8.0
 SHARE = 27.0 / 20.0
 """Mean of s^(-1/3) over a half swing, weighted by the work of drag (docs/theory/air.md).
 
-s goes from 0 at the start to 1 at the end of the half swing."""
+The variable s is 0 at the start of the half swing and 1 at its end."""
 
 
 def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) -> float:
     """Return the drag per area and square of the speed of a plate that swings along its normal [kg/m^3].
 
-    A plate that moves to and fro over less than its width meets its own vortices, so it has more drag than in a steady
-    flow. Its drag coefficient is C_D = 8 KC^(-1/3), with the Keulegan-Carpenter number KC = 2 pi amplitude / width
-    (Graham 1980, J. Fluid Mech. 97, 331 to 346; between KC 1 and 30). The result is at least the drag in a steady flow.
+    A plate that moves to and fro over less than its width meets its own vortices. It therefore has more drag than in a
+    steady flow. Its drag coefficient is C_D = 8 KC^(-1/3), with the Keulegan-Carpenter number KC = 2 pi amplitude /
+    width (Graham 1980, J. Fluid Mech. 97, 331 to 346; between KC 1 and 30). The result is at least the drag in a steady
+    flow.
 
     Args:
         amplitude: Amplitude of the swing, which is half of the peak-to-peak motion [m].
@@ -91,8 +92,8 @@ def turning_drag(width: float, density: float = AIR_DENSITY) -> float:
     It is the field `Material.air_drag_turning`.
 
     After a path s since the reversal, the drag is density C_D / 2, with C_D = 8 / 1.35 (pi s / width)^(-1/3). Over a
-    harmonic swing, this drag takes as much energy as the constant C_D of `swinging_drag`. KC there is pi s / width,
-    with the path s at the end of a half swing.
+    harmonic swing, this drag takes as much energy as the constant C_D of `swinging_drag`. In that constant, KC is pi s
+    / width, where s is the path at the end of a half swing.
 
     Args:
         width: Width of the plate across the edges at which vortices form [m].

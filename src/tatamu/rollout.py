@@ -17,11 +17,11 @@ class Rollout:
     """Positions of the cloth over time. Frame 0 is the start."""
 
     times: np.ndarray
-    """Time of each frame [s], shape (f,)."""
+    """Time of each of the f frames [s], shape (f,)."""
     positions: np.ndarray
-    """Position of each vertex in each frame [m], shape (f, n, 3)."""
+    """Position of each of the n vertices in each frame [m], shape (f, n, 3)."""
     faces: np.ndarray
-    """Triangles, shape (m, 3)."""
+    """The m triangles, shape (m, 3)."""
     info: dict[str, Any]
     """Metadata with the keys simulator, version, wall_seconds, setup_seconds, steps, warnings."""
     extra: dict[str, np.ndarray] = field(default_factory=dict)

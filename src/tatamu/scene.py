@@ -28,7 +28,9 @@ LEAST_IN_PLANE = 1e-3
 """Least length of the part of a fibre's direction that lies in the plane of its triangle [-]."""
 
 MOST_VERTICES = 150_000
-"""Largest number of vertices of a cloth. So many vertices take ten seconds to prepare. Garments have about 2,000."""
+"""Largest number of vertices of a cloth. A cloth with this number takes ten seconds to prepare.
+
+Garments have about 2,000 vertices."""
 MOST_GRIPPERS = 1000
 """Largest number of grippers of a scene. A hand that pinches layers together consists of several grippers."""
 MOST_BODIES = 100
@@ -61,7 +63,7 @@ class Cloth(Record):
     rest_vertices: Points | None = None
     """Positions in the unstrained shape [m], shape (n, 3); None if it is the shape of `vertices`."""
     seams: Edges = Field(default_factory=lambda: edges([]))
-    """Edges of the mesh that hinge freely, shape (s, 2)."""
+    """The s edges of the mesh that hinge freely, shape (s, 2)."""
     fibre: Points | None = None
     """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles.
 
@@ -138,9 +140,9 @@ class Gripper(Record):
         return self
 
     def path(self, times: np.ndarray) -> np.ndarray:
-        """Return the displacements from where the gripper closed [m], shape (k, 3), at times [s], shape (k,).
+        """Return the displacements from where the gripper closed [m], shape (k, 3), at k times [s], shape (k,).
 
-        They are zero before the first knot.
+        They are zero before the first knot of the motion.
         """
         path = np.column_stack([np.interp(times, self.times, column) for column in self.displacements.T])
         path[times < self.times[0] - SAME_TIME] = 0.0

@@ -56,7 +56,7 @@ def _with_middles(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def _middles(pairs: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices of the vertices in the middle of edges, which are given as pairs (k, 2).
+    """Return the indices of the vertices in the middle of k edges, which are given as pairs of vertices, shape (k, 2).
 
     `edges` must be in lexical order.
     """

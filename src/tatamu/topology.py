@@ -14,7 +14,7 @@ MOST_AROUND = 1000
 def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return whether the normal of each triangle points down, as in the lower layer of a garment.
 
-    The triangles have the shape (m, 3), and the flat positions the shape (n, 3).
+    The m triangles have the shape (m, 3), and the n flat positions the shape (n, 3).
     """
     a, b, c = (flat[faces[:, k], :2] for k in range(3))
     return np.asarray((b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0])
@@ -53,7 +53,7 @@ class Topology:
 
     @cached_property
     def border(self) -> np.ndarray:
-        """Edges that belong to only one triangle, shape (b, 2)."""
+        """The b edges that belong to only one triangle, shape (b, 2)."""
         return self.edges[self.faces_per_edge == 1]
 
     @cached_property
@@ -63,7 +63,7 @@ class Topology:
 
     @cached_property
     def hinges(self) -> np.ndarray:
-        """Inner edges (x0, x1) with their two opposite vertices x2 and x3, shape (h, 4), in the order of `edges`.
+        """The h inner edges (x0, x1) with their two opposite vertices x2 and x3, shape (h, 4), in the order of `edges`.
 
         The triangle (x0, x1, x2) has the same orientation as in `faces`.
         """
@@ -74,7 +74,7 @@ class Topology:
         return np.column_stack([first, opposite[inner[:, 0]], opposite[inner[:, 1]]])
 
     def _corner_order(self, sides: np.ndarray) -> np.ndarray:
-        """Return the two ends of each side in the order of its own triangle, shape (s, 2)."""
+        """Return the two ends of each of s sides in the order of its own triangle, shape (s, 2)."""
         count = len(self.faces)
         corner = sides // count
         face = sides % count
@@ -82,16 +82,16 @@ class Topology:
 
 
 def among(pairs: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return whether each pair of vertices is among other pairs, in either order, shape (k,).
+    """Return whether each of k pairs of vertices is among other pairs, in either order, shape (k,).
 
-    The pairs have the shape (k, 2), and the other pairs the shape (o, 2).
+    The k pairs have the shape (k, 2), and the o other pairs the shape (o, 2).
     """
     count = max(pairs.max(initial=0), others.max(initial=0)) + 1
     return np.isin(np.sort(pairs, axis=1) @ [count, 1], np.sort(others, axis=1) @ [count, 1])
 
 
 def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the area of each triangle, shape (m,), from points of shape (n, 3)."""
+    """Return the area of each of m triangles, shape (m,), from n points of shape (n, 3)."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
@@ -113,36 +113,48 @@ def principal_stretches(points: np.ndarray, rest: np.ndarray, faces: np.ndarray)
 
 
 def _metric(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return s.s, s.t and t.t, each of shape (m,). s and t are the two sides of each triangle at its first corner."""
+    """Return s.s, s.t and t.t for each of m triangles, where s and t are its two sides at its first corner.
+
+    Each result has the shape (m,).
+    """
     s, t = (points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))
     return (s * s).sum(axis=1), (s * t).sum(axis=1), (t * t).sum(axis=1)
 
 
 def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return the length of each edge, shape (e,).
+    """Return the length of each of e edges, shape (e,).
 
-    The points have the shape (n, 2) or (n, 3), and the edges the shape (e, 2).
+    The n points have the shape (n, 2) or (n, 3), and the edges the shape (e, 2).
     """
     return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
 
 
 def longest_sides(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the length of the longest side of each triangle, shape (m,), from points of shape (n, 3)."""
+    """Return the length of the longest side of each of m triangles, shape (m,), from n points of shape (n, 3)."""
     return np.max([edge_lengths(points, faces[:, [i - 1, i]]) for i in range(3)], axis=0)
 
 
 def lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    """Return a weight for each vertex, shape (count,). Each triangle's weight (m,) is shared equally by its corners."""
+    """Return a weight for each of `count` vertices. Each triangle's weight is shared equally by its corners.
+
+    The weights of the m triangles have the shape (m,).
+    """
     return np.bincount(faces.ravel(), np.repeat(weight / 3.0, 3), minlength=count)
 
 
 def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     """Check that a mesh can be a cloth.
 
+    It must meet these conditions:
+
+    - There is at least one triangle, and no index is out of range.
+    - Every triangle has an area.
+    - Every vertex is in at least one triangle, and not in too many triangles.
+    - Every edge is in at most two triangles.
+    - Every seam is an inner edge.
+
     Raises:
-        ValueError: If there are no triangles, an index is out of range, or a triangle has no area. Also if a vertex is
-            in no triangle or in too many triangles, or an edge is in more than two. Also if a seam is not an inner
-            edge.
+        ValueError: If a condition is not met.
     """
     count = len(rest)
     if not len(faces):

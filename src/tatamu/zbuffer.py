@@ -45,7 +45,10 @@ def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slac
 
 
 def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Return which pixels are covered by a triangle, shape (columns, rows). Points have the shape (n, 2) [pixels]."""
+    """Return which pixels are covered by a triangle, shape (columns, rows).
+
+    The n points have the shape (n, 2) [pixels].
+    """
     covered = np.zeros(shape, dtype=np.bool_)
     _cover(np.ascontiguousarray(points, dtype=float), faces, covered)
     return covered
@@ -62,9 +65,9 @@ def _range(a, b, c, size):  # type: ignore[no-untyped-def]
 
 @njit(inline="always")
 def _sides(ax, ay, bx, by, cx, cy, x, y):  # type: ignore[no-untyped-def]
-    """Return twice the signed areas that the point (x, y) forms with each side of a triangle.
+    """Return twice the signed area of each triangle that the point (x, y) forms with a side of a triangle.
 
-    All three have the same sign if the point is inside the triangle.
+    The three areas have the same sign if the point is inside the triangle.
     """
     ab = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
     bc = (cx - bx) * (y - by) - (cy - by) * (x - bx)

@@ -50,7 +50,7 @@ class Channel:
         return self.unit == "1"
 
     def shown(self, value: float) -> float:
-        """Return a value for readers: in its unit, or as a relative change if it is the logarithm of a factor."""
+        """Return a value for readers: a relative change instead of a logarithm, other values as they are."""
         return float(np.expm1(value)) if self.relative else value
 
 
@@ -70,8 +70,9 @@ CHANNELS = (
     Channel("table.height", "m"),
     *(Channel(f"material.{name}", "1") for name in FIELDS),
 )
-"""All disturbances, in the order of their random numbers. New disturbances must be appended, because otherwise all
-random draws change."""
+"""All disturbances, in the order of their random numbers.
+
+New disturbances must be appended, because otherwise all random draws change."""
 PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 

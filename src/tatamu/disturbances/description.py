@@ -81,7 +81,7 @@ class HandErrors(Record):
     difference: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
     """Position of the left hand relative to the right hand, along the fold, across it, and up [m].
 
-    Each hand has half of this error."""
+    The left hand has half of this error, and the right hand has the opposite half."""
     yaw: Angle = 0.0
     """Rotation of both hands about the middle between them [rad]."""
     opening_delay: Time = 0.0
@@ -91,7 +91,10 @@ class HandErrors(Record):
 
 
 class GraspErrors(Record):
-    """Errors of the grasps, independent for each hand. They do not change where the hands lay the cloth down."""
+    """Errors of the grasps, independent for each hand.
+
+    They do not change the place where the hands lay the cloth down.
+    """
 
     along: LengthOfHands = 0.0
     """Error of a grasp along the edge of the cloth [m]."""
@@ -118,7 +121,7 @@ class TableErrors(Record):
 class Correlation(Record):
     """Correlations between disturbances.
 
-    For fields of the material, as in a calibrated material, they are correlations of the logarithms.
+    For fields of the material, these are correlations of the logarithms, as in the file of a calibrated material.
     """
 
     parameters: list[str]
@@ -155,13 +158,13 @@ class Disturbances(Record):
 
     None if all disturbances are independent."""
     mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Means that are not zero, by the names of `CHANNELS`. For relative disturbances, these are means of the
-    logarithm."""
-    systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Fraction of each variance that is equal in every fold of a set-up. Keys are names of `CHANNELS` or their
-    beginnings.
+    """Means that are not zero, by the names of `CHANNELS`.
 
-    The file `systematic.toml` contains the defaults.
+    The mean of a relative disturbance is the mean of its logarithm."""
+    systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
+    """Fraction of each variance that is equal in every fold of a set-up, which is one robot, garment and table.
+
+    The keys are names of `CHANNELS` or their beginnings. The file `systematic.toml` contains the defaults.
     """
     fingers: Fingers = Fingers()
     """Fingers of the hands. They are not disturbed."""
@@ -271,7 +274,7 @@ def _table(path: Path, value: Any) -> list[tuple[str, Any]]:
 
 
 def _relative(path: Path, name: str, given: Any, material: Material) -> float:
-    """Return a standard uncertainty divided by the value [-], but at most `MOST_RELATIVE`."""
+    """Return a standard uncertainty divided by the value of its field [-], but at most `MOST_RELATIVE`."""
     if name not in FIELDS:
         raise InputError(f"{path}: uncertainty.{name}: must be one of {', '.join(FIELDS)}")
     if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 <= given < np.inf:

@@ -1,7 +1,7 @@
 """The scene of a manipulation in a world, which is one random draw of all disturbances.
 
-Positions are relative to the cloth. A table that is too high is therefore simulated as hands that are too low, and
-displaced cloth as displaced hands. The target shape is thus the same in all worlds.
+Positions are relative to the cloth. A table that is too high is therefore simulated as hands that are too low. In the
+same way, displaced cloth is simulated as displaced hands. The target shape is thus the same in all worlds.
 """
 
 from __future__ import annotations
@@ -25,15 +25,19 @@ from tatamu.scene import Scene
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Stiffnesses along the warp. Their error factors also apply to the stiffnesses in other directions."""
 NEAR = 0.02
-"""Distance from the fold line, and from the release, over which the layers below a finger come into effect [m]."""
+"""Distance from the fold line, and from the release, over which the layers below a finger come into effect [m].
+
+Within this distance, a finger gradually comes to lie on the layers."""
 PRESSES = 0.25
 """Depth to which a finger presses into layers before its arm yields, in thicknesses. It then drags the layers."""
 LEAST_HELD = 0.2
-"""Least fraction of the planned cloth area that must be under a hand's pad [-]. With less, the hand holds nothing."""
+"""Least fraction of the planned cloth area that must be under a hand's pad [-].
+
+With less cloth, the hand holds nothing."""
 PAD_POINTS = (12, 8)
 """Number of points along the edge, and across it, at which a pad is checked for cloth."""
 SIDES = (("left", 1.0), ("right", -1.0))
-"""Names of the hands, and the sign with which each hand has its half of the difference between the hands."""
+"""Names of the hands, each with the sign of its half of the difference between the hands."""
 
 
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
@@ -119,13 +123,13 @@ class _Grasp:
     """The point at which a hand grasps the cloth, seen from above, in the directions along the fold and across it."""
 
     vertex: int
-    """The vertex nearest to the point. It represents the point."""
+    """The vertex nearest to the point of the grasp. It represents the point in the simulation."""
     place: np.ndarray
-    """The point in the scene [m], shape (2,)."""
+    """The point of the grasp in the scene [m], shape (2,)."""
     slip: np.ndarray
     """Displacement from the intended to the actual point of the grasp [m], shape (2,)."""
     rest: float
-    """Distance from the actual point to the vertex, along the fold [m]."""
+    """Distance along the fold from the actual point of the grasp to the vertex [m]."""
     misses: bool
     """Whether the fingers close next to the cloth and hold nothing."""
 
@@ -165,10 +169,10 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
 
 
 def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the errors of each hand along the fold, across it and up [m]. A correction of the hand can undo them.
+    """Return the errors of each hand along the fold, across it and up [m], which a correction of the hand can undo.
 
-    For each hand, the first array is the error of its grasp, shape (2,). The second array is the error of its own
-    position, shape (3,). A displacement of the cloth counts as a displacement of the hands.
+    The result contains two arrays for each hand. The first is the error of its grasp, shape (2,). The second is the
+    error of its position, shape (3,). A displacement of the cloth counts as a displacement of the hands.
     """
     lies = np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0])
     found = []
@@ -183,7 +187,7 @@ def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tu
 def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
     """Return the offset of each hand from its vertex at the grasp [m], shape (hands, 3).
 
-    It is 0 without a correction.
+    The offset is 0 without a correction.
     """
     return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
@@ -191,7 +195,7 @@ def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
 def _delay(world: World, number: int) -> float:
     """Return the delay of a hand's opening [s].
 
-    A positive disturbance delays the left hand, a negative one the right.
+    If the disturbance is positive, the left hand opens later. If it is negative, the right hand opens later.
     """
     return max(0.0, SIDES[number][1] * world["hands.opening_delay"])
 
@@ -199,8 +203,8 @@ def _delay(world: World, number: int) -> float:
 def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> np.ndarray:
     """Return the error of a hand's position [m], shape (3,).
 
-    The grasp has its own error. The horizontal error of a hand therefore acts while the hand carries the cloth and lays
-    it down.
+    The grasp has an error of its own. The horizontal error therefore does not act at the grasp. It acts while the hand
+    carries the cloth and lays it down.
     """
     error = world.vector("hands.offset") - [0.0, 0.0, world["table.height"]]
     if len(manipulation.grasps) > 1:
@@ -247,12 +251,12 @@ def _covered(fold: Fold, place: np.ndarray) -> float:
 
 
 def _side_of(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return on which side of edges points lie, shape (k, m). Values are positive on the left side.
+    """Return on which side of m edges k points lie, shape (k, m). Values are positive on the left side.
 
     Args:
-        start: Starts of the edges, shape (m, 2).
-        end: Ends of the edges, shape (m, 2).
-        points: The points, shape (k, 2).
+        start: Starts of the m edges, shape (m, 2).
+        end: Ends of the m edges, shape (m, 2).
+        points: The k points, shape (k, 2).
     """
     edge = end - start
     away = points[:, None] - start[None]
@@ -271,12 +275,12 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 
 
 def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
-    """Return the lowest possible vertical displacement of a hand [m], shape (k,).
+    """Return the lowest possible vertical displacement of a hand at each of k instants [m], shape (k,).
 
     A hand that is lower meets the table and stops there.
 
-    Cloth below a hand does not stop it. The hand presses on the cloth and drags it along. Fingers are rigid bodies, so
-    their arm must yield before they crush the cloth.
+    Cloth below a hand does not stop the hand. The hand presses on the cloth and drags it along. Fingers are rigid
+    bodies. Therefore the arm must yield before its fingers crush the cloth.
     """
     thickness = fold.garment.material.thickness
     table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))
@@ -296,7 +300,7 @@ def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:
 
 
 def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
-    """Return vectors of shape (k, 3) after a rotation about the vertical by `angle` [rad]."""
+    """Return k vectors, shape (k, 3), after a rotation about the vertical by `angle` [rad]."""
     if not angle:
         return vectors
     cos, sin = np.cos(angle), np.sin(angle)

@@ -2,9 +2,10 @@
 
 The systematic part is equal in every fold of a set-up. The random part is new in each fold.
 
-Let a disturbance have the variance v and the systematic share a. It is the sum of two independent normal numbers. The
-number with the variance a v is constant for a set-up. The number with the variance (1 - a) v is drawn for each fold.
-Random parts of different disturbances are independent, so all correlations in a file are between systematic parts.
+Let a disturbance have the variance v and the systematic share a. The disturbance is the sum of two independent normal
+numbers. The first number has the variance a v, and is constant for a set-up (one robot, garment and table). The second
+number has the variance (1 - a) v, and is drawn for each fold. The second numbers of different disturbances are
+independent. Therefore all correlations in a file are correlations of the systematic parts.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ class Split:
 
     @property
     def root(self) -> np.ndarray:
-        """A matrix whose product with its transpose is `systematic`, shape (k, k)."""
+        """A matrix B with B B' = `systematic`, shape (k, k)."""
         values, vectors = np.linalg.eigh(self.systematic)
         return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
 
     @property
     def deviations(self) -> np.ndarray:
-        """Standard deviations of the sums of both parts, shape (k,)."""
+        """Standard deviations of the k disturbances, each the sum of its systematic and its random part, shape (k,)."""
         return np.asarray(np.sqrt(np.diag(self.systematic) + self.random))
 
 
@@ -117,7 +118,7 @@ def join(parts: Split, others: Disturbances) -> Disturbances:
 
 
 def _correlation(parts: Split) -> Correlation | None:
-    """Return the correlations of the sums of both parts; None if the sums are not correlated."""
+    """Return the correlations of the disturbances; None if they are not correlated."""
     whole = parts.systematic + np.diag(parts.random)
     scale = np.sqrt(np.diag(whole))
     used = np.flatnonzero(scale)

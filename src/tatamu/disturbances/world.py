@@ -1,6 +1,7 @@
 """A world: one random draw of all disturbances.
 
-The nominal world has no disturbances. Folds that are compared are simulated in the same worlds, drawn with one seed.
+The nominal world has no disturbances. Folds that are compared are simulated in the same worlds, drawn with the same
+seed.
 """
 
 from __future__ import annotations
@@ -16,20 +17,22 @@ from tatamu.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
 from tatamu.disturbances.description import Disturbances, LengthOfHands
 
 DIMENSIONS = 64
-"""Number of dimensions of the Sobol sequence. It must be at least the number of channels. Another number would change
-all worlds (random draws of the disturbances)."""
+"""Number of dimensions of the Sobol sequence. It must be at least the number of channels.
+
+Another number would change all worlds (random draws of the disturbances)."""
 
 
 class Stream(IntEnum):
     """Purposes of worlds (random draws of the disturbances).
 
-    Each purpose has its own random numbers, so validation uses other worlds than learning.
+    Each purpose has its own random numbers. Therefore the worlds of validation differ from the worlds of learning.
     """
 
     LEARNING = 0
     JUDGING = 1
-    """Validation of the best fold at the end of a study. Its worlds (draws of the disturbances) were not used to learn
-    it."""
+    """Validation of the best fold at the end of a study.
+
+    The fold was not learned in these worlds."""
     MARGINS = 2
     OBSERVATION = 3
 
@@ -54,7 +57,7 @@ class World:
         return not any(self.values.values())
 
     def vector(self, prefix: str) -> np.ndarray:
-        """Return a displacement as a vector along the fold, across it and up [m], shape (3,)."""
+        """Return the displacement whose names begin with `prefix`, along the fold, across it and up [m], shape (3,)."""
         return np.array([self[f"{prefix}.{direction}"] for direction in DIRECTIONS])
 
 
@@ -99,7 +102,7 @@ def mean_world(disturbances: Disturbances) -> World:
 def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
     """Draw independent worlds, which are values of all disturbances.
 
-    Each world has its own random numbers, so the first worlds do not depend on `count`.
+    Each world has its own random numbers. Therefore the first worlds stay the same for a larger `count`.
 
     Args:
         disturbances: Standard deviations and correlations of the disturbances.
@@ -119,7 +122,7 @@ def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stre
 
     The sequence is more even than random numbers. Therefore fewer worlds suffice for a mean or a quantile.
 
-    The first worlds do not depend on `count`. The arguments are those of `sample_worlds`.
+    The first worlds stay the same for a larger `count`. The arguments are explained in `sample_worlds`.
     """
     from scipy.stats import qmc  # this import takes half a second
 
@@ -130,9 +133,9 @@ def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stre
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
-    """Return worlds (values of all disturbances) from standard normal numbers, shape (n, k).
+    """Return n worlds (values of all disturbances) from standard normal numbers, shape (n, k).
 
-    Each disturbance has a column.
+    Each of the k disturbances has a column.
     """
     scales = deviations(disturbances)
     means = mean_world(disturbances).values
@@ -144,7 +147,7 @@ def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarra
 
 
 def correlations_root(disturbances: Disturbances) -> np.ndarray:
-    """Return a root of the correlation matrix of all channels, shape (k, k)."""
+    """Return a root of the correlation matrix of the k channels, shape (k, k)."""
     mixing = np.eye(len(CHANNELS))
     correlation = disturbances.correlation
     if correlation is not None and correlation.parameters:

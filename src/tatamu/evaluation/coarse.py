@@ -1,11 +1,12 @@
-"""Two fidelities: most trials simulate a coarser mesh, because this takes a fraction of the time.
+"""Two fidelities: most trials simulate a coarser mesh, which takes a fraction of the time.
 
-A manipulation keeps its parameters on the coarser mesh: the hands move along the same curves, from the nearest
-vertices. D of Eq. (11) is a sum over vertices, so it is scaled to the number of vertices of the finer mesh.
+A manipulation keeps its parameters on the coarser mesh: the hands move along the same curves, and they grasp the
+nearest vertices. The shape distance D of Eq. (11) is a sum over vertices. Therefore D of the coarser mesh is multiplied
+by the ratio of the numbers of vertices.
 
-Large triangles lock: where the cloth curves in two directions, they must stretch instead of bend, so the cloth appears
-too stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B. The
-cloth of the coarser mesh is therefore softer to stretch, with Y proportional to h^-2. Both meshes then lock equally.
+Large triangles lock: if the cloth curves in two directions, the triangles must stretch instead of bend. The cloth then
+appears too stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity
+B. The cloth of the coarser mesh is therefore softer: its Y is proportional to h^-2. Then both meshes lock equally.
 """
 
 from __future__ import annotations
@@ -31,22 +32,27 @@ from tatamu.simulators import capabilities
 
 @dataclass(frozen=True)
 class CoarseMesh:
-    """The spacing of the coarser mesh, and which folds are simulated on a coarser mesh (docs/notes/learning.md)."""
+    """Settings of the coarser mesh: its spacing, and the folds that are simulated on it (docs/notes/learning.md)."""
 
     one_layer: float = 2.0
     """Ratio of the spacings of the coarser and the finer mesh, for a garment of one layer."""
     two_layers: float = 1.7
-    """The same ratio for a garment of two layers."""
+    """Ratio of the spacings of the coarser and the finer mesh, for a garment of two layers."""
     several_steps: float = 1.5
-    """The same ratio for a plan of several steps, because loops of earlier folds spring open on larger triangles."""
+    """Ratio of the spacings of the coarser and the finer mesh, for a plan of several steps.
+
+    Loops of earlier folds spring open on larger triangles, so this ratio is smaller."""
     fewest: int = 250
-    """Least number of vertices of a coarser mesh; smaller folds take little time anyway."""
+    """Least number of vertices of a coarser mesh. Smaller meshes take little time anyway."""
     settle: float = 0.15
-    """Time from the opening of the hands until a fold on the coarser mesh is scored [s]; later the cloth moves
-    little."""
+    """Time from the opening of the hands until a fold on the coarser mesh is scored [s].
+
+    After this time, the cloth moves little."""
     steps: int = 2
-    """Number of first steps of a plan that are simulated on a coarser mesh. In later steps the cloth has many layers.
-    There the coarser mesh ranks manipulations poorly, and takes most of the finer mesh's time."""
+    """Number of first steps of a plan that are simulated on a coarser mesh.
+
+    In later steps the cloth has many layers. There the coarser mesh ranks manipulations poorly, and takes nearly as
+    much time as the finer mesh."""
 
     def ratio(self, garment: Garment, steps: int) -> float:
         """Return the ratio of the spacings of the coarser and the finer mesh."""
@@ -56,15 +62,15 @@ class CoarseMesh:
 
 
 def coarsened(garment: Garment, larger: float, softer: float) -> Garment:
-    """Return a garment on larger cells, of cloth that is softer to stretch.
+    """Return a garment on a mesh with larger cells, of cloth that is softer to stretch.
 
     Args:
-        garment: Made by `make_garment`.
-        larger: Ratio of the new spacing to that of `garment`.
-        softer: Ratio of the stretch stiffness of `garment` to that of the result.
+        garment: A garment that was made by `make_garment`.
+        larger: Ratio of the new spacing to the spacing of `garment`.
+        softer: Ratio of the stretch stiffness of `garment` to the new stretch stiffness.
 
     Raises:
-        InputError: If the garment cannot be meshed so, or was not made by `make_garment`.
+        InputError: If the garment cannot be meshed with these cells, or was not made by `make_garment`.
     """
     source = garment.source
     if source is None:
@@ -74,7 +80,7 @@ def coarsened(garment: Garment, larger: float, softer: float) -> Garment:
 
 
 def _soften(material: Material, times: float) -> Material:
-    """Return a material that is softer to stretch and to shear."""
+    """Return the same material with stiffnesses to stretch and to shear that are `times` smaller."""
     known = {name: getattr(material, name) for name in ("stretch_stiffness", *ORTHOTROPIC_MEMBRANE)}
     return material.model_copy(update={name: value / times for name, value in known.items() if value is not None})
 
@@ -82,9 +88,12 @@ def _soften(material: Material, times: float) -> Material:
 def coarser_task(task: Task, settings: CoarseMesh | None = None) -> Task | None:
     """Return the same task on a coarser mesh; None if the task has no coarser mesh.
 
-    A task has no coarser mesh if the simulator folds differently on coarser cells, if the mesh is small already, or if
-    the step is a late one of its plan. It has no coarser mesh either if the garment cannot be meshed or grasped with
-    larger cells.
+    A task has no coarser mesh in these cases:
+
+    - The simulator folds differently on coarser cells.
+    - The mesh is already small.
+    - The step is a late step of its plan.
+    - The garment cannot be meshed or grasped with larger cells.
     """
     settings = settings or CoarseMesh()
     if task.number >= settings.steps:
@@ -114,10 +123,10 @@ def _coarser_garment(task: Task, settings: CoarseMesh) -> Garment | None:
 
 
 def ends_early(task: Task, settings: CoarseMesh | None = None) -> bool:
-    """Return whether a trial that cannot become the best ends when its hands arrive: true in late steps of plans.
+    """Return whether a trial that cannot become the best ends when its hands arrive.
 
-    Late steps have no coarser mesh. Their many layers only come undone after the hands have arrived. Trials on small
-    meshes, and on meshes whose spacing the user chose, run to their end.
+    The result is true in late steps of plans. Late steps have no coarser mesh, and after the arrival their many layers
+    can only come undone. Trials on small meshes run to their end. So do trials on meshes whose spacing the user chose.
     """
     settings = settings or CoarseMesh()
     late = task.number >= settings.steps and not task.garment.spacing_given
@@ -125,10 +134,12 @@ def ends_early(task: Task, settings: CoarseMesh | None = None) -> bool:
 
 
 def on_coarser_mesh(fine: Task, coarse: Task, parameters: Mapping[str, int | float]) -> Parameters:
-    """Return the parameters of the same manipulation on the coarser mesh: the same curve, from the nearest grasps.
+    """Return the parameters of the same manipulation on the coarser mesh.
+
+    The curve stays the same, and the hands grasp the nearest vertices.
 
     Args:
-        fine: The task.
+        fine: The task on the finer mesh.
         coarse: The same task on the coarser mesh.
         parameters: Parameters on the finer mesh.
     """
@@ -140,7 +151,7 @@ def on_coarser_mesh(fine: Task, coarse: Task, parameters: Mapping[str, int | flo
 
 
 def _nearest(point: np.ndarray, points: np.ndarray) -> int:
-    """Return the number of the point (n, 3) that lies nearest to another, seen from above."""
+    """Return the number of the nearest of n points, shape (n, 3), to another point, seen from above."""
     return int(np.linalg.norm(points[:, :2] - point[:2], axis=1).argmin())
 
 
@@ -161,7 +172,7 @@ class CoarseFirst(Wrapper):
 
     @property
     def fidelities(self) -> int:
-        """2 if there is a coarser mesh, otherwise 1."""
+        """Number of fidelities: 2 if the task has a coarser mesh, otherwise 1."""
         return 1 if self.coarse is None else 2
 
     @property
@@ -170,25 +181,31 @@ class CoarseFirst(Wrapper):
         return self.inner.contains_length
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
-        """Return the evaluator of the coarser mesh, and the same manipulation's parameters there; None without one."""
+        """Return the evaluator of the coarser mesh, and the parameters of the same manipulation on this mesh.
+
+        The result is None if the task has no coarser mesh.
+        """
         if self.coarse is None:
             return None
         return self.coarse, on_coarser_mesh(self.task, self.coarse.task, parameters)
 
     @property
     def ratio(self) -> float:
-        """D on the finer mesh over D on the coarser one: the ratio of their numbers of vertices."""
+        """Ratio of D on the finer mesh to D on the coarser mesh, which is the ratio of their numbers of vertices."""
         assert self.coarse is not None
         return len(self.task.fold.start) / len(self.coarse.task.fold.start)
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the best evaluation of the same fidelity, with the hardest worlds of both."""
+        """Return the best known evaluation of the same fidelity, with the hardest worlds of both fidelities.
+
+        A world is one random draw of all disturbances.
+        """
         fidelity = getattr(parameters, "fidelity", HIGH)
         here = self.inner.incumbent([each for each in known if each.fidelity == fidelity], parameters)
         return replace(here, hardest=self.inner.incumbent(known, parameters).hardest)
 
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
-        """Evaluate a manipulation; proposals of low fidelity on the coarser mesh."""
+        """Evaluate a manipulation. A proposal of low fidelity is evaluated on the coarser mesh."""
         if self.coarse is None:
             return self.inner(parameters, beat)
         if getattr(parameters, "fidelity", HIGH) == LOW:
@@ -196,7 +213,10 @@ class CoarseFirst(Wrapper):
         return self.inner(parameters, beat)
 
     def _low(self, coarse: Evaluator, parameters: Mapping[str, int | float], beat: Incumbent) -> Evaluation:
-        """Evaluate on the coarser mesh, with l_x of the finer mesh, and with D multiplied by `ratio`."""
+        """Evaluate a manipulation on the coarser mesh, and convert the result to the finer mesh.
+
+        The trajectory length l_x is measured on the finer mesh, and the shape distance D is multiplied by `ratio`.
+        """
         there = on_coarser_mesh(self.task, coarse.task, parameters)
         length = self.task.manipulation(parameters).trajectory_length
         coarse_length = coarse.task.manipulation(there).trajectory_length
@@ -221,12 +241,15 @@ class CoarseFirst(Wrapper):
         return replace(self.inner.fail(parameters, error), fidelity=getattr(parameters, "fidelity", HIGH))
 
     def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
-        """Return an evaluation that needs no simulation, since the manipulation is not allowed; None if it is."""
+        """Return the failed evaluation of a manipulation that is not allowed; None if the manipulation is allowed."""
         refused = self.inner.refuse(parameters)
         return None if refused is None else replace(refused, fidelity=getattr(parameters, "fidelity", HIGH))
 
     def errors(self, evaluation: Evaluation) -> np.ndarray:
-        """Return e_i of Eq. (12) [m] on the task's mesh, shape (n,); of low fidelity interpolated to its vertices."""
+        """Return the vertex distances e_i of Eq. (12) for the n vertices of the task's mesh [m], shape (n,).
+
+        For an evaluation of low fidelity, they are interpolated from the coarser mesh.
+        """
         if evaluation.fidelity == HIGH or self.coarse is None or evaluation.rollout is None:
             return self.inner.errors(evaluation)
         final = interpolated(self.coarse.task.garment, evaluation.rollout.positions[-1], self.task.garment)

@@ -1,21 +1,25 @@
 """The objective under disturbances: C of folds that hold, or the mean of C over disturbed worlds.
 
-A world is one random draw of the disturbances; the nominal world has no disturbances. A fold holds in a world if it
-succeeds there, within the limits of `folding.score.Limits`.
+A world is one random draw of the disturbances. The nominal world has no disturbances. A fold holds in a world if it
+succeeds there, within the limits of `folding.score.Limits`. The objective of Eq. (10) is C = l_x + alpha D, with the
+trajectory length l_x and the shape distance D.
 
-By default the search minimises C subject to a chance constraint (Charnes and Cooper 1959): the fold is to hold in 97.5
-% of the disturbed worlds. In a world where the fold holds, the objective is the nominal C; in another world it is l_x +
-2 alpha D. The quantile (value at risk) of this objective over all worlds is minimised. So folds that hold are compared
-by C alone, because the displacement by errors of the hands depends on the world and hardly on the manipulation.
+By default, the search minimises C under a chance constraint (Charnes and Cooper 1959). The fold must hold in 97.5 % of
+the disturbed worlds. Each world gets a value. If the fold holds in the world, the value is the nominal C, without
+disturbances. If it does not hold, the value is l_x + 2 alpha D of this world. The search minimises a quantile (value at
+risk) of these values over all worlds. Folds that hold are thus compared by the nominal C alone. Their C in the world is
+not used, because errors of the hands displace every fold by about the same distance.
 
-In some worlds no path helps: where hands release the cloth 20 mm from its target, or hit the table. So a fold needs to
-hold only in worlds in which a yardstick holds: the arched curve with which every search starts.
+In some worlds no path helps. For example, the hands release the cloth 20 mm from its target, or hit the table. To
+recognise such worlds, one fixed fold serves as a yardstick: the arched curve with which every search starts. A fold
+needs to hold only in worlds in which the yardstick holds.
 
-The same worlds serve all trials (common random numbers). Trials are raced to save simulations: a trial ends as soon as
-it cannot beat the incumbent, the best trial so far. If its nominal fold is worse than the incumbent, it ends at once.
-Otherwise it is simulated in the hardest worlds: those in which known trials ended worst. To find the hardest worlds,
-the first two trials are simulated in all worlds. A world that is not simulated counts as the nominal world. This bounds
-the objective from below, so a trial ends as soon as its bound exceeds the incumbent.
+All trials are simulated in the same worlds (common random numbers). Trials are raced to save simulations: a trial ends
+as soon as it cannot beat the incumbent, the best trial so far. If the nominal fold of a trial is worse than the
+incumbent, the trial ends at once. Otherwise it is simulated in the hardest worlds, in which known trials had the
+largest values. To find the hardest worlds, the first two trials are simulated in all worlds. In a world that is not
+simulated, a trial gets its nominal value. This gives a lower bound of the objective. The trial ends as soon as this
+bound exceeds the objective of the incumbent.
 """
 
 from __future__ import annotations
@@ -34,22 +38,27 @@ from tatamu.folding.score import ALPHA, Limits
 from tatamu.search import Parameters
 
 SCOUTS = 2
-"""Number of first trials, which are simulated in all worlds to find the hardest ones."""
+"""Number of first trials. They are simulated in all worlds (draws of the disturbances) to find the hardest worlds."""
 
 
 @dataclass(frozen=True)
 class Disturbed(Wrapper):
-    """Evaluates C of a fold that is to hold in most disturbed worlds, or the mean of C over them."""
+    """Evaluates the objective C of a fold that must hold in most disturbed worlds, or the mean of C over these worlds.
+
+    A world is one random draw of all disturbances.
+    """
 
     disturbances: Disturbances
     quantile: float | None = 0.975
-    """Share of the worlds in which the fold is to hold: this quantile is minimised. None to minimise the mean of C."""
+    """Fraction of the worlds in which the fold must hold. None to minimise the mean of C instead.
+
+    The quantile of the objective at this fraction is minimised."""
     worlds: int = 40
-    """Number of worlds."""
+    """Number of worlds (random draws of the disturbances)."""
     seed: int = 0
     """Random seed of the worlds."""
     limits: Limits = field(default_factory=Limits)
-    """Limits of success; beyond them, alpha D counts twice."""
+    """Limits of success. If a fold exceeds them, alpha D counts twice."""
 
     def __post_init__(self) -> None:
         if self.quantile is not None and not 0.0 < self.quantile < 1.0:
@@ -64,21 +73,21 @@ class Disturbed(Wrapper):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations, which are simulated in all worlds; later evaluations wait for them."""
+        """Number of first evaluations that are simulated in all worlds. Later evaluations wait for them."""
         return SCOUTS
 
     def without_disturbances(self) -> Evaluator:
-        """Return the inner evaluator."""
+        """Return the inner evaluator, which has no disturbances."""
         return self.inner.without_disturbances()
 
     @cached_property
     def sample(self) -> tuple[World, ...]:
-        """The disturbed worlds."""
+        """The disturbed worlds, which are random draws of all disturbances."""
         return tuple(sample_sobol(self.disturbances, self.worlds, self.seed, Stream.LEARNING))
 
     @property
     def n_tail_worlds(self) -> int:
-        """Number of worst worlds that determine the objective; all for the mean."""
+        """Number of worst worlds that determine the objective. All worlds determine the mean."""
         if self.quantile is None:
             return self.worlds
         below = int(self.quantile * (self.worlds + 1)) - 1
@@ -86,20 +95,27 @@ class Disturbed(Wrapper):
 
     @property
     def n_shared_worlds(self) -> int:
-        """Number of a trial's hardest worlds in which other trials are simulated: twice the tail, all for the mean."""
+        """Number of a trial's hardest worlds in which other trials are simulated: twice the number of worst worlds.
+
+        For the mean, it is the number of all worlds.
+        """
         return self.worlds if self.quantile is None else min(self.worlds, 2 * self.n_tail_worlds)
 
     @property
     def n_raced_worlds(self) -> int:
-        """Largest number of worlds of a raced trial: three times the tail, or all for the mean."""
+        """Largest number of worlds in which a raced trial is simulated: three times the number of worst worlds.
+
+        For the mean, it is the number of all worlds. A raced trial ends as soon as it cannot beat the best trial.
+        """
         return self.worlds if self.quantile is None else min(self.worlds, 3 * self.n_tail_worlds)
 
     def aggregate(self, objectives: Sequence[float]) -> float:
         """Return the mean or the quantile of objectives.
 
-        The quantile of n worlds is their order statistic of rank q (n + 1) (Weibull 1939), interpolated: a further
-        world exceeds it with a probability of 1 - q. The default of numpy, rank 1 + q (n - 1), is lower: 2 of 21
-        further worlds exceed its 95 % quantile of 20.
+        A further world should exceed the quantile with the probability 1 - q, where q is the fraction of the quantile.
+        The quantile of n worlds is therefore their order statistic of rank q (n + 1), interpolated (Weibull 1939). The
+        default of numpy, the rank 1 + q (n - 1), is lower. With 20 worlds and q = 0.95, a further world exceeds it with
+        the probability 2/21.
         """
         if self.quantile is None:
             return float(np.mean(objectives))
@@ -107,23 +123,27 @@ class Disturbed(Wrapper):
 
     @cached_property
     def yardstick(self) -> Parameters:
-        """The arched curve. If its fold fails in a world, that world counts as too hard for all folds."""
+        """The parameters of the arched curve.
+
+        If its fold fails in a world, this world counts as too hard for all folds.
+        """
         return arched_inwards(self.task.fold)
 
     @cached_property
     def _yardstick_serves(self) -> bool:
-        """Whether the yardstick's fold holds without disturbances; if not, it is not used."""
+        """Whether the arched curve's fold holds without disturbances. If it does not, no world counts as too hard."""
         return self._holds(self.inner(self.yardstick))
 
     @cached_property
     def _yardstick_holds(self) -> dict[int, bool]:
-        """Whether the yardstick's fold holds, by number of world."""
+        """Whether the arched curve's fold holds in each world that is known, by the number of the world."""
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
         """Return the best complete evaluation, with the hardest worlds of all complete evaluations.
 
-        While fewer than `SCOUTS` evaluations are complete, it returns `NOTHING`, so trials are simulated in all worlds.
+        If fewer than `SCOUTS` evaluations are complete, return `NOTHING`. The next trial is then simulated in all
+        worlds.
         """
         able = sorted((each for each in known if each.hardest), key=lambda each: each.objective)
         if len(able) < SCOUTS:
@@ -135,8 +155,8 @@ class Disturbed(Wrapper):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.
 
-        If a trial is stopped early because it cannot beat the incumbent, its objective is at least its nominal value
-        plus the incumbent's cost of disturbances.
+        A trial that cannot beat the incumbent (the best trial so far) is stopped early. Its objective is then a lower
+        bound. It is at least the nominal value of the trial plus the incumbent's cost of disturbances.
         """
         nominal = self.inner(parameters)
         floor = self._penalise(nominal)
@@ -160,13 +180,16 @@ class Disturbed(Wrapper):
         return replace(nominal, objective=least, simulations=1 + len(counted), hardest=_worst_first(errors))
 
     def _in_world(self, parameters: Mapping[str, int | float], number: int) -> Evaluation:
-        """Evaluate a manipulation in a world. It fails without a simulation if a hand misses the cloth or must stop."""
+        """Evaluate a manipulation in a world (draw of the disturbances).
+
+        The evaluation fails without a simulation if a hand misses the cloth or must stop.
+        """
         world = self.sample[number]
         failure = hand_failure(self.task.fold, self.task.manipulation(parameters), world)
         return self.inner.in_world(parameters, world) if failure is None else self.inner.fail(parameters, failure)
 
     def _is_lost_to_all(self, number: int) -> bool:
-        """Return whether the yardstick's fold fails in a world; it is simulated there at the first call."""
+        """Return whether the arched curve's fold fails in a world. At the first call, this fold is simulated there."""
         if not self._yardstick_serves:
             return False
         if number not in self._yardstick_holds:
@@ -174,14 +197,17 @@ class Disturbed(Wrapper):
         return not self._yardstick_holds[number]
 
     def _bound(self, known: Mapping[int, float], floor: float) -> float:
-        """Return a lower bound of the objective: worlds that are not known count as the nominal one."""
+        """Return a lower bound of the objective. A world that is not known gets the nominal value `floor`."""
         return self.aggregate([known.get(number, floor) for number in range(self.worlds)])
 
     def _holds(self, found: Evaluation) -> bool:
         return found.score is not None and self.limits.hold(found.score)
 
     def _penalise(self, found: Evaluation) -> float:
-        """Return l_x + alpha D if the fold holds; otherwise l_x + 2 alpha D, with at least the D of the limit."""
+        """Return the value of a fold in a world: l_x + alpha D if the fold holds there, otherwise l_x + 2 alpha D.
+
+        If the fold does not hold, D is at least the D of the limit of success.
+        """
         if found.score is None or self._holds(found):
             return found.nominal
         limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
@@ -189,5 +215,5 @@ class Disturbed(Wrapper):
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:
-    """Return the numbers of worlds, the largest objective first."""
+    """Return the numbers of the worlds, starting with the world that has the largest objective."""
     return tuple(sorted(objectives, key=lambda each: (-objectives[each], each)))

@@ -50,7 +50,7 @@ class Evaluation:
     error: str | None = None
     """Reason why the fold failed; None if it did not fail."""
     rollout: Rollout | None = None
-    """Motion without disturbances; None if the simulation ended early or the motion was not kept."""
+    """Motion without disturbances; None if the simulation ended early or the motion was deleted to save memory."""
     simulations: int = 1
     """Number of simulations."""
     hardest: tuple[int, ...] = ()
@@ -66,7 +66,7 @@ class Evaluation:
     seconds: float = 0.0
     """Wall time [s]."""
     errors: np.ndarray | None = None
-    """Vertex distances e_i of Eq. (12) [m], shape (n,); None if they were not requested."""
+    """Vertex distances e_i of Eq. (12) for the n vertices [m], shape (n,); None if they were not requested."""
 
     @property
     def failed(self) -> bool:
@@ -80,7 +80,7 @@ class Evaluation:
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """Vector whose squares sum to alpha D of Eq. (10), shape (n,).
+        """Vector whose squares sum to alpha D of Eq. (10), shape (n,), with one number for each vertex.
 
         It has single precision, as in stored studies.
         """
@@ -89,9 +89,10 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Incumbent:
-    """The best known evaluation.
+    """The incumbent, which is the best known evaluation.
 
-    Another evaluation may end early if it cannot beat the incumbent. Its objective is then worse than the incumbent's.
+    Another evaluation may end early if it cannot beat the incumbent. Its objective is then worse than the incumbent's
+    objective.
     """
 
     objective: float = np.inf
@@ -99,9 +100,9 @@ class Incumbent:
     cost: float = 0.0
     """Part of the objective that is due to disturbances."""
     hardest: tuple[int, ...] = ()
-    """Numbers of the disturbed worlds in which other evaluations are simulated, hardest first; empty for all worlds.
+    """Numbers of the disturbed worlds in which other evaluations are simulated, hardest first.
 
-    A disturbed world is one random draw of all disturbances."""
+    It is empty if they are simulated in all worlds. A disturbed world is one random draw of all disturbances."""
 
 
 NOTHING = Incumbent()
@@ -163,7 +164,7 @@ class Evaluator(ABC):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations that determine the disturbances of later ones.
+        """Number of first evaluations, which find the hardest disturbances for later evaluations.
 
         Later evaluations wait for them.
         """
@@ -186,7 +187,7 @@ class Evaluator(ABC):
         return Incumbent(min((each.objective for each in known if not each.failed), default=np.inf))
 
     def errors(self, evaluation: Evaluation) -> np.ndarray:
-        """Return the vertex distances e_i of Eq. (12) on the task's mesh [m], shape (n,).
+        """Return the vertex distances e_i of Eq. (12) for the n vertices of the task's mesh [m], shape (n,).
 
         The evaluation must have a rollout.
         """
@@ -281,7 +282,7 @@ class Wrapper(Evaluator):
         return self.inner.incumbent(known, parameters)
 
     def errors(self, evaluation: Evaluation) -> np.ndarray:
-        """Return the vertex distances e_i of Eq. (12) on the task's mesh [m], shape (n,).
+        """Return the vertex distances e_i of Eq. (12) for the n vertices of the task's mesh [m], shape (n,).
 
         The evaluation must have a rollout.
         """

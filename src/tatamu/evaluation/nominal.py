@@ -33,7 +33,7 @@ class Nominal(Evaluator):
 
     After the arrival, the layers of a fold can only come undone."""
     centre: World = NOMINAL
-    """The simulated values of the disturbances: zero, or their means if these are not zero."""
+    """The simulated values of the disturbances: their means. By default all means are zero."""
 
     @property
     def task(self) -> Task:
@@ -56,7 +56,10 @@ class Nominal(Evaluator):
 
     @property
     def contains_length(self) -> bool:
-        """Whether l_x of Eq. (10) is a part of the objective. It is, because the objective is C."""
+        """Whether l_x of Eq. (10) is a part of the objective.
+
+        The result is True, because the objective is C = l_x + alpha D.
+        """
         return True
 
     def on(self, task: Task) -> Nominal:
@@ -99,7 +102,10 @@ class Nominal(Evaluator):
 
 
 def penalty(fold: Fold, trajectory_length: float) -> float:
-    """Return the objective of a failed trial. Its shape distance D of Eq. (11) is twice that of untouched cloth."""
+    """Return the objective of a failed trial.
+
+    The shape distance D of Eq. (11) in this objective is twice the D of untouched cloth.
+    """
     untouched = shape_distance(vertex_distances(fold.target, fold.start))
     return trajectory_length + 2.0 * ALPHA * untouched
 

@@ -1,4 +1,7 @@
-"""An estimate of the time of one simulation. It uses the start of a simulation, before any trial has ended."""
+"""An estimate of the time of one simulation, which is made before any trial has ended.
+
+Only the start of a simulation is measured.
+"""
 
 from __future__ import annotations
 

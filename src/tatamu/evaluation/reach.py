@@ -1,6 +1,7 @@
 """An evaluator that only allows manipulations within a robot's reach.
 
-A manipulation out of reach fails without a simulation. The farther it is out of reach, the larger is its objective.
+A manipulation out of reach fails without a simulation. Its objective grows with the distance by which it is out of
+reach.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from tatamu.folding.task import Reach
 class WithinReach(Wrapper):
     """Evaluator that refuses manipulations out of a robot's reach.
 
-    The robot reuses its placements from earlier manipulations. Reach is therefore checked in the order of the trials,
-    in the process that proposes them.
+    A robot places its arms for a manipulation, and reuses these placements for later manipulations. Therefore reach is
+    checked in the order of the trials, in the process that proposes them.
     """
 
     reach: Reach

@@ -120,7 +120,7 @@ def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
 
 
 def _reflex(outline: shapely.Polygon) -> np.ndarray:
-    """Return the corners where the outline turns inwards [m], shape (k, 2)."""
+    """Return the k corners where the outline turns inwards [m], shape (k, 2)."""
     coarse = shapely.orient_polygons(shapely.simplify(outline, COARSE))
     points = np.array(coarse.exterior.coords[:-1])
     before = points - np.roll(points, 1, axis=0)

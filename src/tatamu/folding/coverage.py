@@ -47,7 +47,9 @@ Hands do not turn, so this cloth is laid under the cloth that they carry."""
 ROOT = 0.03
 """Overhang at which a part begins if it is not carried [m]."""
 BESIDE = 1.0
-"""Cloth next to the hands is held up to this many times their distance from the line."""
+"""Largest distance along the line from the hands at which cloth is held.
+
+It is a multiple of the hands' distance from the line."""
 LEAST_SHARE = 0.01
 """Smallest part that is reported, as a fraction of the area of the moving cloth."""
 SAME_PLACE = 0.7
@@ -73,7 +75,7 @@ class Part:
     overhang: float
     """Largest distance through the cloth from the part to held cloth [m]; infinite if no cloth joins them."""
     vertices: np.ndarray
-    """Vertices of the part, shape (k,)."""
+    """Indices of the k vertices of the part, shape (k,)."""
 
     @property
     def text(self) -> str:
@@ -96,8 +98,9 @@ class Coverage:
     limit: np.ndarray
     """Largest overhang at which each vertex is still carried [m], shape (n,)."""
     missed: np.ndarray
-    """Whether each vertex is farther out than the root of a part, and would be wrong if it stayed behind, shape
-    (n,)."""
+    """Whether each vertex would miss its target if it stayed behind, and is farther out than the root of a part.
+
+    The shape is (n,)."""
 
     @property
     def lost(self) -> np.ndarray:
@@ -117,7 +120,7 @@ def uncarried(
         garment: The garment to fold.
         state: The cloth before the fold [m], shape (n, 3).
         line: The fold line and its moving side.
-        hands: Grasp candidates of each hand, from the corner inwards, shapes (m,).
+        hands: Grasp candidates: an array of m vertices for each hand, from the corner inwards.
     """
     hold = best_coverage(garment, state, line, hands)
     return parts_of(garment, state, line, hold)
@@ -227,7 +230,7 @@ class _Cloth:
         return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
 
     def _farthest(self, grasps: tuple[int, ...]) -> float:
-        """Return the distance from the line of the hand that is farther from it [m]. The distance is negative."""
+        """Return the distance from the line of the farther one of the hands [m]. On the moving side, it is negative."""
         return float(self.places[list(grasps), 0].min())
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
@@ -280,7 +283,7 @@ class _Cloth:
 
 
 def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndarray:
-    """Return pairs of vertices of which the second lies on top of the first, shape (k, 2)."""
+    """Return k pairs of vertices, shape (k, 2), in each of which the second vertex lies on top of the first."""
     if not len(vertices):
         return np.empty((0, 2), dtype=np.int64)
     tree = cKDTree(state[vertices, :2])
@@ -291,9 +294,10 @@ def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndar
 
 
 def _name(garment: Garment, vertices: np.ndarray, plan: np.ndarray) -> str:
-    """Return the named edges that lie in a part, those with the largest share of their vertices in the part first.
+    """Return the named edges that lie in a part.
 
-    If no named edge lies in the part, describe where the part is.
+    The edge with the largest fraction of its vertices in the part comes first. If no named edge lies in the part,
+    describe where the part is.
     """
     inside = set(vertices.tolist())
     shares = {name: np.mean([int(v) in inside for v in path]) for name, path in garment.edges.items()}

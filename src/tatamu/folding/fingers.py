@@ -108,7 +108,10 @@ class Fingers(FingerSize):
 
     @property
     def setback(self) -> float:
-        """Length of the cloth that goes around the tip of the lower finger [m]. The hand stops this much earlier."""
+        """Length of the cloth that goes around the tip of the lower finger [m].
+
+        The cloth needs this length to go around the tip, so the hand moves less far by this length.
+        """
         return float(self.thickness * (1.0 - np.sin(self.tilt)))
 
     def axes(self, normal: np.ndarray) -> np.ndarray:

@@ -89,7 +89,10 @@ class Fold:
 
     @cached_property
     def releases(self) -> tuple[np.ndarray, ...]:
-        """For each hand, span and height of the release over the grasp of its M candidates [m], shape (M, 2)."""
+        """Two numbers for each of the M candidates of each hand [m], shape (M, 2).
+
+        They are the span, and the height of the release above the grasp.
+        """
         hands = (self.left, self.right)[: self.hands]
         return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)
 
@@ -106,7 +109,7 @@ class Fold:
     def _patches(self) -> dict[int, list[int]]:
         """Held vertices of the grasps that were used so far.
 
-        They are kept, because all trials use the same few grasps.
+        They are stored, because all trials use the same few grasps.
         """
         return {}
 
@@ -122,7 +125,7 @@ class Fold:
         return under[held | (under == vertex)].tolist()
 
     def _links(self, vertices: np.ndarray) -> np.ndarray:
-        """Return the edges of the mesh between some vertices, as indices into `vertices`, shape (e, 2)."""
+        """Return the e edges of the mesh between some vertices, as indices into `vertices`, shape (e, 2)."""
         place = np.full(len(self.start), -1)
         place[vertices] = np.arange(len(vertices))
         links = place[self._edges]

@@ -14,12 +14,13 @@ HAND_CLEARANCE = 0.06
 NEAREST = 0.5
 """Least distance of a grasp from the line, as a fraction of the distance of the edge's farthest vertex."""
 SAME_PLACE = 0.4
-"""Largest horizontal distance between vertices that lie over each other [cells]. A pinch takes all of these
-vertices."""
+"""Largest horizontal distance between vertices that lie over each other [cells].
+
+A pinch takes all of these vertices."""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
-    """Return the grasp candidates of the left hand and of the right hand, each of shape (M,).
+    """Return the grasp candidates of the left hand and of the right hand: M vertices for each, shape (M,).
 
     The two arrays are equal if one hand folds.
 

@@ -21,7 +21,7 @@ from tatamu.folding.manipulation import Hand
 AWAY = 0.05
 """Distance from the hem at which a hand starts, and to which it draws back [m]."""
 OPENING, LEAVING = 0.1, 0.3
-"""Time in which a hand opens, and then draws back [s]."""
+"""Time in which a hand opens, and time in which it then draws back [s]."""
 FRAME = 1.0 / 60.0
 """Approximate time between the knots of a motion [s]."""
 
@@ -36,7 +36,7 @@ class HandPath:
     """Path of the point at the fingertips of a hand."""
 
     times: np.ndarray
-    """Times of the knots of the path [s], shape (k,), from 0."""
+    """Times of the k knots of the path [s], shape (k,). The first time is 0."""
     points: np.ndarray
     """Position of the point at each knot [m], shape (k, 3)."""
     closed: float
@@ -94,5 +94,5 @@ def _knots(path: HandPath) -> np.ndarray:
 
 
 def _passed(times: np.ndarray, begins: float, ends: float) -> np.ndarray:
-    """Return which fraction of a motion from rest to rest is complete at given times [s], from 0 to 1, shape (k,)."""
+    """Return the fraction of a motion from rest to rest that is complete at each of k times [s], shape (k,)."""
     return np.asarray(curves.minimum_jerk(np.clip((times - begins) / (ends - begins), 0.0, 1.0)))

@@ -45,7 +45,7 @@ class FoldLine:
         return np.array([-self.normal[1], self.normal[0]])
 
     def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return two coordinates of points: distance from the line and coordinate along the line [m], shapes (n,).
+        """Return two coordinates of n points, each of shape (n,): distance from the line, and coordinate along it [m].
 
         The distance is negative on the moving side.
         """
@@ -53,12 +53,12 @@ class FoldLine:
         return offset @ self.normal, offset @ self.along
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
-        """Return the mirror images of points over the line, shape (n, 2)."""
+        """Return the mirror images of n points over the line, shape (n, 2)."""
         across, along = self.split(points)
         return self.join(-across, along)
 
     def join(self, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return points from their distances from the line and their coordinates along the line, shape (n, 2)."""
+        """Return n points, shape (n, 2), from their distances from the line and their coordinates along the line."""
         return self.origin + across[:, None] * self.normal + along[:, None] * self.along
 
 
@@ -74,7 +74,7 @@ class Stack:
     under: np.ndarray
     """Height of the upper surface at the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
     mean: np.ndarray
-    """H: half the summed height of the stacks at each vertex and at its mirror image [m], shape (n,)."""
+    """H: half of the sum of two stack heights, at each vertex and at its mirror image [m], shape (n,)."""
     creased: np.ndarray
     """Factor of the crease at each vertex, shape (n,).
 
@@ -120,7 +120,10 @@ def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -
 
 
 def pressed(z: np.ndarray, flat: float) -> np.ndarray:
-    """Return heights [m] of which the part above `flat` is reduced. The order of heights is kept, so no layers meet."""
+    """Return heights [m] whose part above `flat` is reduced.
+
+    The order of heights does not change, so no layers meet.
+    """
     return np.where(z <= flat, z, flat + KEPT * (z - flat))
 
 
@@ -143,7 +146,7 @@ def crease_of(garment: Garment, height: float) -> Crease:
 
 
 def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and z of points in bent stacks of `height` [m], shapes (n,).
+    """Return x and z of n points in bent stacks of `height` [m], each of shape (n,).
 
     The points are given by their arc lengths u and their distances d from the middle of the stack.
     """

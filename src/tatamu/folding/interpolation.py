@@ -12,7 +12,7 @@ CANDIDATES = 12
 
 
 def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndarray:
-    """Return a state of a garment at the vertices of another mesh of this garment [m], shape (m, 3).
+    """Return a state of a garment at the m vertices of another mesh of this garment [m], shape (m, 3).
 
     The position of every vertex is looked up on the flat garment, in the layer of this vertex.
 
@@ -31,9 +31,9 @@ def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndar
 
 
 def _in_triangles(flat: np.ndarray, faces: np.ndarray, points: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the values of a mesh at points (p, 2), shape (p, 3).
+    """Return the values of a mesh at p points, shape (p, 3). The points have the shape (p, 2).
 
-    The flat vertices of the mesh have the shape (n, 2), and their values (n, 3). A point outside the mesh has the
+    The n flat vertices of the mesh have the shape (n, 2), and their values (n, 3). A point outside the mesh has the
     values of a nearby triangle.
     """
     corners = flat[faces]

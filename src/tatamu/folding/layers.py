@@ -48,7 +48,10 @@ class Surface:
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
 
     def height(self, points: np.ndarray) -> np.ndarray:
-        """Return the height of the surface at points of shape (k, 2) [m], shape (k,). It is 0 on the bare table."""
+        """Return the height of the surface at k points, shape (k, 2) [m].
+
+        It has the shape (k,), and is 0 on the bare table.
+        """
         column, row = np.floor((points - self._low) / PIXEL).astype(int).T
         inside = (column >= 0) & (row >= 0) & (column < self._heights.shape[0]) & (row < self._heights.shape[1])
         heights = np.zeros(len(points))
@@ -56,9 +59,9 @@ class Surface:
         return heights
 
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
-        """Return the surface with the given heights at the pixels' centres (k, 2).
+        """Return the surface with other heights, raised where it is steeper than `slope`.
 
-        The surface is raised where it is steeper than `slope`.
+        `height` is a function from the centres of k pixels, shape (k, 2), to their heights, shape (k,).
         """
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)

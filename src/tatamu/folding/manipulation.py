@@ -22,8 +22,9 @@ from tatamu.scene import Index, Points
 TOP_SPEED = 0.6
 """Top speed of a hand [m/s]. At twice this speed, the results of folds change (De Gusseme and wyffels 2022)."""
 WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
-"""Three times [s]: until the hands move, from their arrival until they open, and from there until the fold is scored.
-"""
+"""Three times [s]: WAIT is the time until the hands move. HOLD is the time from their arrival until they open.
+
+SETTLE is the time from their opening until the fold is scored."""
 FRAME_RATE = 60.0
 """Frames per second [1/s]."""
 
@@ -150,7 +151,9 @@ class Manipulation:
     positions: tuple[np.ndarray, ...]
     """Position of each hand's grasp [m], shape (3,)."""
     paths: tuple[np.ndarray, ...]
-    """Path of each hand relative to its grasp [m], shape (s, 3). The path starts at 0 and ends at the release."""
+    """Path of each hand relative to its grasp [m], s points, shape (s, 3).
+
+    The path starts at 0 and ends at the release."""
     control_points: tuple[np.ndarray, ...] | None
     """P0 to P3 of each hand relative to its grasp [m], shape (4, 3); None if the paths are not cubic Bezier curves."""
     lift: float = 0.0
@@ -301,7 +304,7 @@ class Manipulation:
         """Return the motion with one knot per frame.
 
         Returns:
-            Times of the knots [s], shape (k,), and the displacements of each hand [m], shapes (k, 3).
+            Times of the k knots [s], shape (k,), and for each hand its displacements at the knots [m], shape (k, 3).
         """
         count = round(self.move_seconds * FRAME_RATE)
         fraction = curves.minimum_jerk(np.arange(count + 1) / count)
@@ -332,11 +335,11 @@ def bezier_manipulation(
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the trajectory lengths l_x of Eq. (10) of many manipulations [m], shape (p,). Paths are not sampled.
+    """Return the trajectory lengths l_x of Eq. (10) of p manipulations [m], shape (p,). Paths are not sampled.
 
     Args:
         fold: The fold of all manipulations.
-        parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9), each of shape (p,).
+        parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9). Each is an array of shape (p,).
     """
     x1, z1, x2, z2 = (parameters[name] for name in ("x1", "z1", "x2", "z2"))
     zero = np.zeros_like(x1)
@@ -352,7 +355,10 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
-    """Return a manipulation whose hands follow polylines. Each is relative to the hand's grasp [m], shape (s, 3)."""
+    """Return a manipulation whose hands follow polylines.
+
+    A polyline consists of s points relative to the hand's grasp [m], shape (s, 3).
+    """
     return Manipulation(grasps, _places(fold, grasps), tuple(paths), None, fold.fingers.lift)
 
 

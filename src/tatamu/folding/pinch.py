@@ -27,9 +27,9 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
     turned up. The flap would jump when the hands open.
 
     Args:
-        across: Distances of the vertices from the fold line [m], shape (k,). Outer vertices have lower values.
+        across: Distances of the k vertices from the fold line [m], shape (k,). Outer vertices have lower values.
         along: Coordinates of the vertices along the fold line [m], shape (k,).
-        links: Edges of the mesh between these vertices, shape (e, 2). Connected vertices form one layer.
+        links: The e edges of the mesh between these vertices, shape (e, 2). Connected vertices form one layer.
         spacing: Distance between neighbouring vertices of the mesh [m].
 
     Returns:
@@ -50,7 +50,7 @@ def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
     lowest vertex. Layers that already lie flat on each other do not move.
 
     Args:
-        points: The vertices under the finger pad [m], shape (k, 3).
+        points: The k vertices under the finger pad [m], shape (k, 3).
         thickness: Thickness of the cloth [m].
         spacing: Distance between neighbouring vertices of the cloth's mesh [m].
 

@@ -2,10 +2,10 @@
 
 A plate flattens the crease, or a hand slides along the crease. Then the plate or the hand leaves.
 
-A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. Between parallel
-plates, a bent strip is an elastica whose ends lie flat on both plates. B is the bending rigidity of the cloth [N m],
-and P the force per length of the crease [N/m]. phi is the angle between strip and plates, and s the arc length [m]. The
-two formulas below give the angle and then the distance D between the mid-surfaces of the layers:
+A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. For this, the strip
+between two parallel plates is an elastica whose ends lie flat on both plates. B is the bending rigidity of the cloth [N
+m], and P the force per length of the crease [N/m]. phi is the angle between strip and plates, and s the arc length [m].
+The first formula gives the angle phi. The second gives the distance D between the mid-surfaces of the layers:
 
     B/2 (d phi/ds)^2 = P sin phi
     D = sqrt(B / 2P) c,   c = integral of sqrt(sin phi) from 0 to pi = 2.396
@@ -51,7 +51,9 @@ class Press(Record):
     tool: Literal["plate", "hand"] = "plate"
     """Tool: a plate that covers the whole crease, or a hand that slides along the crease."""
     size: tuple[Side, Side] | None = None
-    """Size across the fold line and along it [m]. None for 0.06 x 0.4 (a plate) or 0.02 x 0.03 (a hand)."""
+    """Size across the fold line and along it [m].
+
+    None for the default, 0.06 x 0.4 (a plate) or 0.02 x 0.03 (a hand)."""
     gap: Annotated[Number, Field(gt=0.0, le=0.1)] | None = None
     """Distance between the table and the plate or the hand [m]."""
     weight: Annotated[Number, Field(gt=0.0, le=1000.0)] | None = None

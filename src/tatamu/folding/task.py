@@ -28,7 +28,7 @@ from tatamu.simulators import named
 
 
 def _no_refusal(manipulation: Manipulation) -> None:
-    """Do nothing, because no manipulation is refused. A lambda could not be pickled."""
+    """Do nothing, because no manipulation is refused. This is not a lambda, because a lambda cannot be pickled."""
 
 
 def _forget_nothing() -> None:

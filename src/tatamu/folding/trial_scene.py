@@ -29,11 +29,11 @@ class Carry:
     vertex: int
     """Index of the grasped vertex."""
     times: np.ndarray
-    """Times of the knots of the motion [s], shape (k,). The hand starts to move at the first knot."""
+    """Times of the k knots of the motion [s], shape (k,). The hand starts to move at the first knot."""
     displacements: np.ndarray
     """Displacement from the grasp at each knot [m], shape (k, 3).
 
-    The first displacement is the one after the hand has closed and before it moves."""
+    At the first knot, the hand has closed and has not moved yet."""
     opens: float
     """Time at which the hand opens [s]."""
     beside: np.ndarray | None = None

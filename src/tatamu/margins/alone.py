@@ -1,6 +1,7 @@
 """The range of a single disturbance within which a fold succeeds.
 
-The range ends at `FARTHEST` if the fold still succeeds there. Otherwise its end is found by bisection.
+The farthest tried value is `FARTHEST`. If the fold succeeds there, the range ends there. Otherwise the end of the range
+is found by bisection.
 """
 
 from __future__ import annotations
@@ -15,17 +16,18 @@ from tatamu.robustness import Verdict, WorldSearch
 FARTHEST = 6.0
 """Farthest value that is tried, in standard deviations.
 
-A normal variable is farther from its mean in two of a thousand million draws."""
+A normal variable is farther from its mean than this with a probability of 2e-9."""
 NEAR = 2.0
-"""Value that is tried next if the fold fails at `FARTHEST`, in standard deviations. Most ranges end below this
-value."""
+"""Value that is tried next if the fold fails at `FARTHEST`, in standard deviations.
+
+Most ranges end below this value."""
 HALVINGS = 3
 """Number of bisections of the remaining interval."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """One disturbance in one direction, without the other disturbances."""
+    """One disturbance in one direction (below or above its mean), without the other disturbances."""
 
     channel: Channel
     deviation: float
@@ -41,7 +43,7 @@ class Side:
         return World({**self.centre.values, self.channel.name: self._value(deviations)})
 
     def shown(self, deviations: float) -> float:
-        """Return the value of the disturbance in the unit for readers."""
+        """Return the value of the disturbance, in the unit for readers, that is `deviations` from the mean."""
         return self.channel.shown(self._value(deviations))
 
     def _value(self, deviations: float) -> float:

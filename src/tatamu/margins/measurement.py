@@ -54,8 +54,8 @@ class Draw:
     distance: float
     """Mean vertex distance on the fine mesh [m].
 
-    If only the coarse mesh was simulated, the distance is estimated from draws that were simulated on both meshes. If
-    the simulation failed, it is twice the distance of untouched cloth."""
+    If only the coarse mesh was simulated, the distance is estimated. The estimate uses draws that were simulated on
+    both meshes. If the simulation failed, the distance is twice the distance of untouched cloth."""
     own: bool
     """Whether the draw was simulated on the fine mesh."""
 
@@ -164,7 +164,7 @@ def check_draws(draws: int, seed: int) -> None:
 
 
 def _sides(disturbances: Disturbances) -> list[Side]:
-    """Return every disturbance in both directions, first below zero and then above zero."""
+    """Return every disturbance in both directions: first below zero, then above zero."""
     known = deviations(disturbances)
     channels = [channel for channel in CHANNELS if channel.name in known]
     centre = mean_world(disturbances)

@@ -74,7 +74,7 @@ def page(measured: Measured) -> str:
 
 
 def sureness(margin: AloneMargin) -> float:
-    """Return the range of a disturbance in its worse direction, in standard deviations.
+    """Return the smaller of the two ranges of a disturbance, below and above its mean, in standard deviations.
 
     The result is infinite if the fold succeeds at all tried values.
     """
@@ -217,7 +217,10 @@ def _starts(shown: Sequence[Replayed]) -> list[float]:
 
 
 def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
-    """Return the tracks of both hands through all draws. A hand that missed the cloth is shown at the other hand."""
+    """Return the tracks of both hands through all draws.
+
+    If a hand missed the cloth, its track is the track of the other hand.
+    """
     tracks = []
     starts = _starts(shown)
     for hand, colour in zip(HANDS, HAND_COLOURS, strict=True):

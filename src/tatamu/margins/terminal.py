@@ -18,7 +18,10 @@ EVERY = 50
 
 
 def table(margins: MarginsResult) -> Table:
-    """Return a table with the range of each disturbance alone. The smallest range in standard deviations is first."""
+    """Return a table with the range of each disturbance alone.
+
+    The smallest range, in standard deviations, comes first.
+    """
     out = Table(title="Range tolerated, one disturbance at a time", title_justify="left", title_style="bold")
     out.add_column("disturbance", ratio=1)
     for name in ("σ", "from", "to"):
@@ -31,7 +34,10 @@ def table(margins: MarginsResult) -> Table:
 
 
 def summary(margins: MarginsResult) -> str:
-    """Return a summary in lines: the result of the joint draws, reasons of failures, and the simulated meshes."""
+    """Return a summary in lines: the result of the joint draws, reasons of failures, and the simulated meshes.
+
+    In a joint draw, all disturbances have random values.
+    """
     lines = [f"{margins.joint.headline}: mean distance {_spread(margins.joint.mean_vertex_distance)}"]
     if margins.moving_vertex_distance is not None:
         lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")

@@ -1,7 +1,7 @@
 """After a real fold: its measurement, the inferred errors of the set-up, and the correction of the next fold.
 
-A set-up is one robot with one garment on one table: its systematic errors are the same in every fold. The prior and the
-posterior are the distributions of these errors before and after folds were observed.
+A set-up is one robot with one garment on one table. Its systematic errors are the same in every fold. The prior is the
+distribution of these errors before folds were observed. The posterior is their distribution after folds were observed.
 """
 
 from tatamu.observation.corrected import CorrectionRecord, corrected, keep, kept, write_corrected, write_kept

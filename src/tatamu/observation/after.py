@@ -1,6 +1,7 @@
 """Learning after observed folds.
 
-The study uses the posterior as its disturbances, corrects the mean of the posterior, and starts from the last fold.
+The posterior is the distribution of a set-up's errors after observed folds. The study uses it as its disturbances, and
+corrects its mean. The search starts from the last observed fold.
 """
 
 from __future__ import annotations
@@ -22,31 +23,31 @@ from tatamu.search import Parameters
 from tatamu.study import Result
 
 TRIALS = 20
-"""Default number of trials: the search starts from a fold that is nearly right."""
+"""Default number of trials. Few trials suffice, because the search starts from a fold that is nearly right."""
 
 
 @dataclass(frozen=True)
 class Known:
-    """The inputs of a study from observed folds."""
+    """The inputs of a study that follow from observed folds."""
 
     disturbances: Disturbances
-    """Disturbances of the posterior."""
+    """Disturbances of the set-up after the observed folds (the posterior)."""
     shift: tuple[HandShift, ...]
-    """The correction of every manipulation of the study."""
+    """The shift of each hand that corrects every manipulation of the study."""
     first: list[Parameters]
     """The observed folds, as parameters of the study's task."""
 
 
 def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> Known:
-    """Return the inputs of a study from observed folds of one set-up.
+    """Return the inputs of a study from observed folds of one set-up, which is one robot, garment and table.
 
     Args:
-        runs: Learned folds that were observed; the search starts from the last.
+        runs: Learned folds that were observed. The search starts from the last of them.
         task: The task of the study.
-        grasps: Search of the study's grasps.
+        grasps: The way in which the study searches the grasps.
 
     Raises:
-        InputError: If a fold was not observed, the folds are not of one set-up, or the task has several steps.
+        InputError: If a fold was not observed, the folds do not belong to one set-up, or the task has several steps.
     """
     if len(task.plan.steps) > 1:
         raise InputError(f"after: is for a single fold, and {task.plan.name} has {len(task.plan.steps)}")
@@ -57,7 +58,11 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
 
 
 def _posterior(runs: Sequence[Result]) -> Disturbances:
-    """Return the posterior of one fold from its file, or of several from all their observations."""
+    """Return the disturbances after observed folds (the posterior).
+
+    The posterior of one fold is read from its file. The posterior of several folds is computed from all their
+    observations.
+    """
     folders = [_folder(run) for run in runs]
     if len(runs) == 1:
         return read_disturbances(folders[0].posterior_file)

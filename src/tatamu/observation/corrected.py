@@ -1,6 +1,6 @@
-"""The corrected fold: the record of a correction, and the folder that robot plans take.
+"""The corrected fold: the record of its correction, and its folder, from which robot plans are made.
 
-`tatamu observe` keeps the record of the next correction, so `tatamu correct` need not infer it again.
+`tatamu observe` saves the record of the next correction, so `tatamu correct` need not compute the correction again.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ FILE = "correction.json"
 
 
 class End(OpenRecord):
-    """The expected end of the next fold."""
+    """The expected outcome of the next fold."""
 
     mean_vertex_distance: Number
     """Mean vertex distance [m]."""
     interval: Annotated[list[Number], Field(min_length=2, max_length=2)]
     """90 % interval of the mean vertex distance [m]."""
     marks: dict[str, Number]
-    """Means of the six marks [m]."""
+    """Means of the six marks, the lengths that are measured after a fold [m]."""
 
     @classmethod
     def of(cls, expected: Expected) -> End:
-        """Return the record of what is expected."""
+        """Return the record of an expected outcome."""
         return cls.model_validate(expected.plain())
 
 
@@ -50,15 +50,15 @@ class CorrectionRecord(OpenRecord):
     observed: int
     """Number of observed folds."""
     hands: list[HandShift]
-    """Shift of each hand, left before right; empty if none is expected to help."""
+    """Shift of each hand, left before right; empty if no shift is expected to help."""
     expected: dict[Literal["before", "after"], End]
     """Expected outcomes of the next fold, without the correction and with it."""
     after: str = ""
-    """Digest of the observations from which the correction follows."""
+    """Digest of the observations from which the correction was computed."""
 
     @classmethod
     def of(cls, observed: Observed) -> CorrectionRecord:
-        """Return the record of the correction after observed folds."""
+        """Return the record of the correction that follows from observed folds."""
         correction = observed.correction
         return cls(
             observed=observed.number,
@@ -75,7 +75,7 @@ def keep(observed: Observed) -> None:
 
 
 def kept(folder: ObservedFolder) -> CorrectionRecord | None:
-    """Return the record of the next correction; None if none is kept for exactly these observations."""
+    """Return the saved record of the next correction; None if no record was saved for exactly these observations."""
     try:
         record = CorrectionRecord.model_validate(read_json(folder.correction_file))
     except (InputError, ValueError):
@@ -89,7 +89,7 @@ def corrected(learned: Result, record: CorrectionRecord, disturbances: Disturban
     Args:
         learned: The fold as it was learned.
         record: The correction.
-        disturbances: The posterior.
+        disturbances: The posterior, which is the distribution of the errors after the observed folds.
     """
     task = replace(learned.task, shift=added(learned.task.shift, tuple(record.hands)))
     manipulation = task.manipulation(learned.best.parameters)
@@ -102,29 +102,29 @@ def corrected(learned: Result, record: CorrectionRecord, disturbances: Disturban
 
 
 def write_corrected(observed: Observed, out: Path | None = None) -> Result:
-    """Write the folder of the fold that is corrected after observed folds: see `write`."""
+    """Write the folder of the fold that is corrected after observed folds, and return the fold. See `write`."""
     return write(observed.learned, CorrectionRecord.of(observed), observed.posterior.disturbances, out)
 
 
 def write_kept(folder: ObservedFolder, record: CorrectionRecord, out: Path | None = None) -> Result:
-    """Write the folder of the fold with a correction that was kept: see `write`."""
+    """Write the folder of the fold with a saved correction, and return the fold. See `write`."""
     return write(Result.load(folder.path), record, read_disturbances(folder.posterior_file), out)
 
 
 def write(learned: Result, record: CorrectionRecord, disturbances: Disturbances, out: Path | None = None) -> Result:
-    """Write the folder of a corrected fold, which robot plans take, and return the fold.
+    """Write the folder of a corrected fold, from which robot plans are made, and return the fold.
 
-    The rollout in the folder is that of the learned fold, which the correction shall bring about. The scene has the
-    corrected hands with their expected errors.
+    The corrected real fold should end like the learned fold in the simulation. Therefore the folder contains the
+    rollout of the learned fold. The scene in the folder contains the corrected hands with their expected errors.
 
     Args:
         learned: The fold as it was learned.
         record: The correction.
-        disturbances: The posterior.
+        disturbances: The posterior, which is the distribution of the errors after the observed folds.
         out: The folder; None for `corrected-N` in the folder of the learned fold.
 
     Raises:
-        InputError: If the learned fold has no folder and none is given, or the folder cannot be written.
+        InputError: If the learned fold has no folder and `out` is None, or the folder cannot be written.
     """
     if out is None and learned.folder is None:
         raise InputError("out: must be given, as the learned fold has no folder")

@@ -1,7 +1,8 @@
 """Simulated draws with which observations are compared: the draws of `tatamu margins`, and wider draws.
 
-A draw is one world: one random value of each disturbance. `tatamu margins` and `tatamu observe` keep simulations in the
-same file, so neither repeats a world that the other has simulated.
+A draw is one random value of each disturbance. It gives a world, in which the fold is simulated. `tatamu margins` and
+`tatamu observe` save their simulations in the same file. Therefore a world that one of the commands has simulated is
+not simulated again by the other.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from tatamu.simulators.many import executor_of, processors
 from tatamu.study import Result
 
 USUAL = 100
-"""Number of draws from the stated disturbances; they are the first draws of `tatamu margins`."""
+"""Number of draws from the given disturbances. They are equal to the first draws of `tatamu margins`."""
 WIDE = 100
-"""Number of draws that are twice as wide, so that they also cover a set-up with larger errors than stated."""
+"""Number of draws with larger deviations. They also cover a set-up whose errors are larger than the user stated."""
 WIDER = 2.0
-"""Ratio of the deviations of the wider draws to the stated ones."""
+"""Ratio of the deviations of the wider draws to the given deviations."""
 
 Progress = Callable[[int, int], None]
 """Callback with the number of finished simulations, and their total."""
@@ -35,15 +36,17 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Draws:
-    """Worlds, and how a fold ended in them."""
+    """Worlds (random draws of the disturbances), and the results of a fold in them."""
 
     mesh: FoldOnMesh
     """The fold on the mesh of the draws."""
     worlds: list[tuple[World, Verdict]]
     nominal: Verdict
-    """Verdict in the world of the means, on the fine mesh."""
+    """Result of the fold on the fine mesh, in the world in which every disturbance has its mean."""
     difference: np.ndarray
-    """Marks in the world of the means: those on the fine mesh minus those on the mesh of the draws [m], shape (m,)."""
+    """Marks on the fine mesh minus marks on the mesh of the draws [m], shape (m,).
+
+    Marks are the m lengths that are measured after a fold. Here every disturbance has its mean."""
     simulated: int
     """Number of new simulations."""
 
@@ -55,14 +58,14 @@ def draw(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Draws:
-    """Simulate a fold in disturbed worlds; kept simulations are not repeated.
+    """Simulate a fold in disturbed worlds. Simulations that were saved are not repeated.
 
     Args:
         learned: The fold.
-        disturbances: Disturbances of the set-up before anything was observed.
-        out: Folder that keeps simulations; None to keep none.
-        executor: Executor of the simulations; None for threads on every processor, if the simulator can.
-        progress: Called after every simulation.
+        disturbances: Disturbances of the set-up before any fold was observed.
+        out: Folder in which simulations are saved; None if they are not saved.
+        executor: Executor of the simulations. None for threads on all processors, if the simulator supports threads.
+        progress: Function that is called after every simulation.
     """
     task = replace(learned.task, reach=None)
     fine = FoldOnMesh(Nominal(task), learned.best.parameters)
@@ -91,7 +94,7 @@ def draw(
 
 
 def sample(disturbances: Disturbances) -> list[World]:
-    """Return the worlds of the draws."""
+    """Return the worlds of all draws."""
     usual = sample_worlds(disturbances, USUAL, 0, Stream.MARGINS)
     wide = sample_worlds(disturbances, WIDE, 0, Stream.OBSERVATION)
     centre = mean_world(disturbances)
@@ -99,12 +102,15 @@ def sample(disturbances: Disturbances) -> list[World]:
 
 
 def widened(world: World, centre: World) -> World:
-    """Return a world `WIDER` times as far from the means."""
+    """Return a world whose disturbances are `WIDER` times as far from their means."""
     return World({name: centre[name] + WIDER * (value - centre[name]) for name, value in world.values.items()})
 
 
 def _is_complete(verdict: Verdict | None) -> bool:
-    """Return whether a verdict has its marks, or cannot have any. Verdicts of older versions lack marks."""
+    """Return whether a verdict (the result of a fold) needs no new simulation.
+
+    It needs none if it has its marks, or if its simulation failed. Verdicts of older versions lack marks.
+    """
     return verdict is not None and (verdict.marks is not None or verdict.mean_vertex_distance is None)
 
 

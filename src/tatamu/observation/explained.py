@@ -1,4 +1,7 @@
-"""The cloth as the posterior explains it: simulated, and drawn over the photograph from which it was observed."""
+"""The cloth as the posterior explains it: simulated, and drawn over the photograph from which it was observed.
+
+The posterior is the distribution of a set-up's errors after folds were observed.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,13 @@ from tatamu.photographs.shape import silhouette
 
 
 def simulated(observed: Observed, correction: np.ndarray) -> np.ndarray | None:
-    """Return the cloth after a fold with the inferred errors [m], shape (n, 3); None if the simulation fails.
+    """Return the positions of the n vertices after a fold with the inferred errors [m], shape (n, 3).
+
+    The result is None if the simulation fails.
 
     Args:
         observed: The observed folds.
-        correction: Correction of the fold, as a change of disturbances, shape (k,).
+        correction: Correction of the fold, as a change of each of the k disturbances, shape (k,).
     """
     posterior, mesh = observed.posterior, observed.draws.mesh
     values = (posterior.mean + correction).tolist()
@@ -31,7 +36,7 @@ def simulated(observed: Observed, correction: np.ndarray) -> np.ndarray | None:
 
 
 def draw_explained(observed: Observed, reading: FoldReading) -> Image.Image:
-    """Return the photograph of the newest fold, with its reading and the outline that the posterior gives."""
+    """Return the photograph of the newest fold with two outlines: as read from it, and from the inferred errors."""
     final = simulated(observed, observed.folds[observed.newest].correction) if observed.posterior.used else None
     if final is None:
         return draw_reading(reading)

@@ -1,7 +1,8 @@
 """The files of observed folds in the folder of a learned fold: `observed/N.json`, `posterior.toml`, `corrected-N`.
 
-docs/reference/observation.md describes them. A folder `corrected-N` is also the folder of a learned fold: that with the
-correction after N observed folds. Its `observed/` has the folds that were carried out with this correction.
+docs/reference/observation.md describes these files. A folder `corrected-N` contains the fold with the correction after
+N observed folds. It has the form of the folder of a learned fold. Its subfolder `observed/` contains the observations
+of folds that were carried out with this correction.
 """
 
 from __future__ import annotations
@@ -37,30 +38,30 @@ class ObservedFolder:
 
     @classmethod
     def of(cls, path: Path) -> ObservedFolder:
-        """Return the folder of the learned fold that a folder belongs to: itself, or that of the uncorrected fold."""
+        """Return the folder of the learned fold, given this folder or the folder of a corrected fold in it."""
         inner = path.resolve()
         if not inner.name.startswith(CORRECTED):
             return cls(path)
-        return cls(path.parent if path.name == inner.name else inner.parent)  # "." has no parent of its own
+        return cls(path.parent if path.name == inner.name else inner.parent)  # ".", as a relative path, has no parent
 
     @property
     def posterior_file(self) -> Path:
-        """The posterior: `posterior.toml`."""
+        """Path of the file with the distribution of the errors after observed folds, `posterior.toml`."""
         return self.path / POSTERIOR
 
     @property
     def page_file(self) -> Path:
-        """The page: `observed/observation.html`."""
+        """Path of the page `observed/observation.html`."""
         return self.path / OBSERVED / "observation.html"
 
     @property
     def correction_file(self) -> Path:
-        """The next correction: `observed/correction.json`."""
+        """Path of the file with the next correction, `observed/correction.json`."""
         return self.path / OBSERVED / "correction.json"
 
     @property
     def digest(self) -> str:
-        """A digest of the fold, its observations and the posterior, which determine the next correction."""
+        """A digest of the fold, its observations and the posterior. They determine the next correction."""
         files = [file for variant in self.variants() for file in self.files(variant)]
         digest = sha256(VERSION.encode())
         for file in (self.path / "result.json", self.posterior_file, *files):
@@ -73,36 +74,36 @@ class ObservedFolder:
         return (ResultFolder(self.path).margins_folder / KEPT).exists()
 
     def corrected(self, number: int) -> Path:
-        """Return the folder of the fold as corrected after some observed folds."""
+        """Return the folder of the fold with the correction after `number` observed folds."""
         return self.path / f"{CORRECTED}{number}"
 
     def variants(self) -> list[Path]:
-        """Return the folders of the fold as it was carried out: as learned, then as corrected."""
+        """Return the folders of all variants that were carried out: the learned fold, then the corrected folds."""
         numbered = [path for path in self.path.glob(f"{CORRECTED}*") if path.name.removeprefix(CORRECTED).isdecimal()]
         return [self.path, *sorted(numbered, key=lambda path: int(path.name.removeprefix(CORRECTED)))]
 
     @staticmethod
     def files(variant: Path) -> list[Path]:
-        """Return the observations of one of `variants`, in order."""
+        """Return the files of the observations of one of `variants`, in order."""
         found = [path for path in (variant / OBSERVED).glob("*.json") if path.stem.isdecimal()]
         return sorted(found, key=lambda path: int(path.stem))
 
     def observations(self) -> list[tuple[Path, Observation]]:
-        """Return all observations with the folder of the fold that was carried out.
+        """Return all observations, each with the folder of the fold that was carried out.
 
         Raises:
-            InputError: If a file cannot be read, or a field is wrong; the message names both.
+            InputError: If a file cannot be read, or a field is wrong. The message names the file and the field.
         """
         return [(variant, Observation.load(file)) for variant in self.variants() for file in self.files(variant)]
 
     def place_of_next(self, variant: Path) -> int:
-        """Return the place among all observations that the next one of a variant will have."""
+        """Return the index that the next observation of a variant will have among all observations."""
         known = [each.resolve() for each in self.variants()]
         until = known.index(variant.resolve()) + 1 if variant.resolve() in known else len(known)
         return sum(len(self.files(each)) for each in known[:until])
 
     def photos(self) -> list[Path]:
-        """Return where the photographs of all observations are kept, if they were observed by photograph."""
+        """Return the path of the photograph of each observation. The file exists only if there was a photograph."""
         return [file.with_suffix(".jpg") for variant in self.variants() for file in self.files(variant)]
 
     @classmethod

@@ -17,9 +17,9 @@ from tatamu.records import OpenRecord, Record
 RULER = 0.0015
 """Standard deviation of a number that was read from a ruler [m]."""
 FARTHEST = 2.0
-"""Largest deviation that is accepted as a measurement [m]; a larger one has a wrong unit."""
+"""Largest deviation that is accepted as a measurement [m]. A larger number probably has a wrong unit."""
 PLACES = ("left", "right", "slip")
-"""Places that a person measures, each along the fold and across it."""
+"""Places that a person measures. Each has two numbers: along the fold and across it."""
 RULER_SOURCE = "ruler"
 
 Side = Literal["left", "right"]
@@ -30,7 +30,7 @@ class MeasuredNumber(OpenRecord):
     """One measured number."""
 
     name: str
-    """A name of `folding.marks.MARKS`."""
+    """Name of the number, from `folding.marks.MARKS`."""
     value: Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
     """Deviation from the target [m]."""
     deviation: Annotated[Number, Field(gt=0.0, le=FARTHEST)]
@@ -44,7 +44,7 @@ class MeasuredNumber(OpenRecord):
 
 
 class Observation(OpenRecord):
-    """The file `observed/N.json`: one real fold."""
+    """The contents of the file `observed/N.json`: the measurement of one real fold."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"turned_in"})
 
@@ -53,9 +53,9 @@ class Observation(OpenRecord):
     held: bool
     """Whether the fold succeeded."""
     source: str
-    """"ruler", or the digest of the photograph."""
+    """"ruler", or the digest of the photograph from which the numbers were read."""
     turned_in: list[Side] = Field(default_factory=list)
-    """Corners that are turned in and therefore not measured."""
+    """Corners of the hem that are turned in. They are not measured."""
 
     @model_validator(mode="after")
     def _check(self) -> Observation:
@@ -74,13 +74,13 @@ class Observation(OpenRecord):
         """Read `observed/N.json`.
 
         Raises:
-            InputError: If the file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
         return validated(cls, read_json(path), path)
 
 
 class Template(Record):
-    """The form that a person fills in, as TOML; lengths in millimetres."""
+    """The form that a person fills in, as TOML. Lengths are in millimetres."""
 
     left: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
     """Deviation of the left corner of the moved hem, along the fold and across it [mm]."""
@@ -89,9 +89,9 @@ class Template(Record):
     slip: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
     """Displacement of the lower hem, along the fold and across it [mm]."""
     deviation: Annotated[Number, Field(gt=0.0, le=100.0)] = 1e3 * RULER
-    """Standard deviation of a number [mm]."""
+    """Standard deviation of each measured number [mm]."""
     turned_in: list[Side] = Field(default_factory=list)
-    """Corners that lie turned in."""
+    """Corners of the hem that are turned in."""
     failed: Annotated[bool, Field(strict=True)] = False
     """Whether the fold failed."""
 
@@ -114,7 +114,7 @@ def read_template(path: Path) -> Observation:
     """Read a form that was filled in.
 
     Raises:
-        InputError: If the file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
     """
     form = validated(Template, read_toml(path), path)
     given = {place: getattr(form, place) for place in PLACES}
@@ -132,16 +132,16 @@ def ruler(
     failed: bool = False,
     turned_in: Sequence[str] = (),
 ) -> Observation:
-    """Return the observation of a person with a ruler.
+    """Return the observation of a fold that a person measured with a ruler.
 
     Args:
-        pairs: Deviations [m] along the fold and across it, by `PLACES`.
+        pairs: For each name in `PLACES`, the deviations along the fold and across it [m].
         deviation: Standard deviation of each number [m].
         failed: Whether the fold failed.
-        turned_in: Corners that lie turned in.
+        turned_in: Corners of the hem that are turned in.
 
     Raises:
-        InputError: If a number is out of range, or nothing was measured of a fold that did not fail.
+        InputError: If a number is out of range, or a fold did not fail and has no measured number.
     """
     for place, pair in pairs.items():
         if len(pair) != 2:
@@ -157,13 +157,13 @@ def ruler(
 def from_numbers(
     numbers: Mapping[str, tuple[float, float]], *, source: str, failed: bool = False, turned_in: Sequence[str] = ()
 ) -> Observation:
-    """Return the observation of measured numbers, as a photograph's reader gives them.
+    """Return the observation that consists of measured numbers, for example from a photograph.
 
     Args:
-        numbers: Value and standard deviation [m] by the names of `folding.marks.MARKS`.
+        numbers: For each measured name in `folding.marks.MARKS`, the value and its standard deviation [m].
         source: "ruler", or the digest of the photograph.
         failed: Whether the fold failed.
-        turned_in: Corners that lie turned in.
+        turned_in: Corners of the hem that are turned in.
 
     Raises:
         InputError: If a name is unknown, or a number is out of range.

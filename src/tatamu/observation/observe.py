@@ -1,4 +1,4 @@
-"""Observing a fold: draws of the simulator, the posterior given all observed folds, and the correction of the next."""
+"""Observation of a real fold: simulated draws, inferred errors of the set-up, and correction of the next fold."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ BEYOND = "beyond everything that was drawn: check the grasp or the scale, look a
 
 @dataclass(frozen=True)
 class Observed:
-    """All observed folds of a set-up, their posterior, and the next correction."""
+    """All observed folds of a set-up, the posterior of its errors, and the next correction.
+
+    The posterior is the distribution of the errors after the folds were observed.
+    """
 
     learned: Result
     """The fold as it was learned."""
@@ -37,7 +40,7 @@ class Observed:
     correction: Correction
     """Correction of the next fold."""
     newest: int
-    """Place in `folds` of the fold that was observed last."""
+    """Index in `folds` of the fold that was observed last."""
 
     @property
     def number(self) -> int:
@@ -46,13 +49,19 @@ class Observed:
 
     @property
     def implausible(self) -> list[int]:
-        """Numbers of the implausible observed folds, from 1: they deviate more than nearly all draws."""
+        """Numbers of the implausible observed folds, counted from 1.
+
+        They deviate more than nearly all simulated draws.
+        """
         chances = enumerate(self.posterior.chances, start=1)
         return [number for number, chance in chances if chance < IMPLAUSIBLE]
 
 
 def disturbances_of(learned: Result) -> Disturbances:
-    """Return the disturbances in which a fold was learned, or the default ones."""
+    """Return the disturbances in which a fold was learned.
+
+    If it was learned without, return the default disturbances.
+    """
     held = learned.record.disturbances
     return default_disturbances() if held is None else Disturbances.model_validate(held)
 
@@ -66,17 +75,18 @@ def observe(
 ) -> Observed:
     """Observe a real fold, and return the posterior of all observed folds of the set-up.
 
-    With a folder, simulations are kept, the observation is added to earlier ones, and `posterior.toml` is written.
-    Without a folder, it is the only observation.
+    The posterior is the distribution of the set-up's errors after these folds. If the fold has a folder, simulations
+    are saved there, the observation is added to earlier observations, and `posterior.toml` is written. Without a
+    folder, the given observation is the only one.
 
     Args:
-        learned: The fold as it was carried out, with its correction if it had one.
-        observation: The measurement; None to use earlier ones only.
-        executor: Executor of the simulations; None for threads on every processor.
-        progress: Called after every simulation.
+        learned: The fold as it was carried out. It contains its correction, if it had one.
+        observation: The measurement; None to use only earlier observations.
+        executor: Executor of the simulations; None for threads on all processors.
+        progress: Function that is called after every simulation.
 
     Raises:
-        InputError: If nothing was observed, or the fold cannot be learned from.
+        InputError: If nothing was observed, or the method does not support this fold.
     """
     folder = None if learned.folder is None else ObservedFolder.of(learned.folder)
     base = learned if folder is None or folder.path == learned.folder else Result.load(folder.path)
@@ -99,7 +109,7 @@ def observe(
 
 @dataclass(frozen=True)
 class Evidence:
-    """The emulator of a learned fold, and its observed folds."""
+    """The emulator (statistical model) of a learned fold, and the observed folds."""
 
     base: Result
     disturbances: Disturbances
@@ -109,7 +119,7 @@ class Evidence:
     folds: list[Fold]
 
     def fold(self, shift: Sequence[HandShift], observation: Observation) -> Fold:
-        """Return an observed fold that was carried out with a shift of its hands."""
+        """Return an observed fold that was carried out with a shift of each hand."""
         change = as_disturbances(shift, self.base.task.shift)
         return Fold(observation, self.emulator, self.emulator.moved(change))
 
@@ -120,13 +130,13 @@ def evidence_of(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Evidence:
-    """Return the evidence on a learned fold; missing draws are simulated.
+    """Return the emulator and the observations of a learned fold. Missing draws are simulated.
 
     Args:
-        base: The fold as it was learned.
-        folder: Its folder; None if it is in memory only.
-        executor: Executor of the simulations; None for threads on every processor.
-        progress: Called after every simulation.
+        base: The fold as it was learned, without a correction.
+        folder: Folder of the fold; None if the fold is only in memory.
+        executor: Executor of the simulations; None for threads on all processors.
+        progress: Function that is called after every simulation.
     """
     disturbances = disturbances_of(base)
     kept = None if folder is None else ResultFolder(folder.path).margins_folder
@@ -137,7 +147,7 @@ def evidence_of(
 
 
 def emulator_of(base: Result, disturbances: Disturbances, draws: Draws) -> Emulator:
-    """Return the emulator of a fold, fitted to its draws."""
+    """Return the emulator (statistical model) of a fold, fitted to its draws."""
     parts = split(disturbances)
     scale = np.where(parts.deviations > 0.0, parts.deviations, 1.0)
     laid = np.array([_laid(base, name) for name in parts.names])
@@ -145,14 +155,14 @@ def emulator_of(base: Result, disturbances: Disturbances, draws: Draws) -> Emula
 
 
 def _laid(base: Result, name: str) -> np.ndarray:
-    """Return the error of the place where each hand alone lays the hem, per unit of a disturbance, shape (hands, 2)."""
+    """Return the place at which each hand alone would lay the hem down, per unit of a disturbance, shape (hands, 2)."""
     small = 1e-4
     errors = hand_errors(base.task.fold, base.manipulation, World({name: small}))
     return np.array([hand[:2] - [0.0, grasp[1]] for grasp, hand in errors]) / small
 
 
 def shift_of(path: Path, base: Result) -> tuple[HandShift, ...]:
-    """Return the correction with which the fold of a folder was carried out."""
+    """Return the correction of each hand with which the fold of a folder was carried out."""
     if path == base.folder:
         return base.task.shift
     return tuple(ResultFolder(path).record.task.shift or ())

@@ -30,7 +30,7 @@ from tatamu.topology import facing_down
 
 @dataclass(frozen=True)
 class _Cloth:
-    """The cloth on the mesh of the draws."""
+    """The cloth on the mesh on which the draws were simulated."""
 
     fold: TargetFold
 
@@ -55,7 +55,7 @@ def write_page(observed: Observed) -> Path:
 
 
 def page(observed: Observed) -> str:
-    """Return the whole page; the same observations give the same bytes."""
+    """Return the whole page. The same observations give the same bytes."""
     posterior, correction = observed.posterior, observed.correction
     return render(
         "observation/page.html",
@@ -94,12 +94,15 @@ def _headline(observed: Observed) -> str:
 
 
 def _predicted(observed: Observed, fold: Fold) -> np.ndarray:
-    """Return the marks that the posterior expects of an observed fold [m], shape (m,)."""
+    """Return the m marks (measured lengths) that the inferred errors predict for an observed fold [m], shape (m,)."""
     return fold.emulator.marks(observed.posterior.mean + fold.correction)
 
 
 def _rows(observed: Observed, fold: Fold) -> list[tuple[str, list[str]]]:
-    """Return each mark of an observed fold: measured, its deviation, the prior mean and the posterior mean."""
+    """Return a table row for each mark (measured length) of an observed fold.
+
+    A row has the measured value, its deviation, and the means before and after all observations.
+    """
     measured = {number.name: number for number in fold.observation.measured}
     prior = fold.emulator.marks(observed.posterior.prior.mean + fold.correction)
     known = _predicted(observed, fold)
@@ -112,7 +115,7 @@ def _rows(observed: Observed, fold: Fold) -> list[tuple[str, list[str]]]:
 
 
 def _expected(observed: Observed) -> list[tuple[str, list[str]]]:
-    """Return the expected outcome of the next fold, without and with the correction."""
+    """Return table rows for the expected outcome of the next fold, without and with the correction."""
     both = (observed.correction.before, observed.correction.after)
     rows = [
         (
@@ -136,7 +139,10 @@ def _mm(value: float) -> str:
 
 
 def _told(observed: Observed) -> Plot:
-    """Return bars of the prior and of the posterior deviation, as fractions of the prior deviation, and the mean."""
+    """Return a chart of each error of the set-up before and after the observations.
+
+    The bars are standard deviations, as fractions of the deviation before the observations, and the points are means.
+    """
     rows = learned_most(observed)[::-1]
     names = [title(name) for name, *_ in rows]
     means = [mean / before for _, mean, before, _ in rows]
@@ -174,7 +180,7 @@ def _points(
 
 
 def _gain(observed: Observed) -> Plot:
-    """Return histograms of the mean distance of the next fold, without and with the correction."""
+    """Return histograms of the mean vertex distance of the next fold, without and with the correction."""
     posterior, correction = observed.posterior, observed.correction
     emulator = observed.emulator
     nothing = np.zeros(len(posterior.names))
@@ -204,7 +210,7 @@ def _gain(observed: Observed) -> Plot:
 
 
 def _views(observed: Observed) -> list[TopView]:
-    """Return the fold from above as the posterior explains it, and as it is expected after the correction."""
+    """Return two views of the fold from above: with the inferred errors, and as expected after the correction."""
     if not observed.posterior.used:
         return []
     corrections = [
@@ -221,7 +227,7 @@ def _views(observed: Observed) -> list[TopView]:
 
 
 def _photos(observed: Observed) -> dict[int, str]:
-    """Return the photographs that are kept, as addresses inside a page, by the number of the fold, from 1."""
+    """Return the saved photographs, each as an address inside the page, by the number of the fold, counted from 1."""
     if observed.learned.folder is None:
         return {}
     files = enumerate(ObservedFolder(observed.learned.folder).photos(), start=1)

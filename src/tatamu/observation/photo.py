@@ -1,4 +1,7 @@
-"""A fold that is observed by a photograph: the same numbers as a ruler's, with the photograph's deviations."""
+"""Observation of a fold by a photograph.
+
+It gives the same numbers as a ruler, with the deviations of the photograph.
+"""
 
 from __future__ import annotations
 
@@ -37,16 +40,17 @@ def read_photo(
     Args:
         learned: The learned fold that was carried out.
         photo: Photograph after the fold.
-        scale: File of the board in it, or "a4" or "letter" for a sheet; it lies where it lay before the fold.
+        scale: File of the board in the photograph, or "a4" or "letter" for a sheet of paper. The board must not move
+            between both photographs.
         before: Photograph of the cloth before the fold, with the same board; None if `frame` is given.
-        frame: Pose of the fold's frame on the board; None to find it in `before`.
+        frame: Pose of the fold's frame on the board; None if it is found in `before`.
         lens: File of the camera's lens; None if it is not known.
-        corners: Pixels of corners by name, shape (2,), that replace those found.
+        corners: Pixels of corners by their names, shape (2,). They replace the corners that were found.
         failed: Whether the fold failed.
-        turned_in: Corners that are turned in; their values are dropped.
+        turned_in: Corners of the hem that are turned in. Their values are dropped.
 
     Raises:
-        InputError: If a file or a corner is wrong, or no corner of the hem is seen.
+        InputError: If a file or a corner is wrong, or no corner of the hem is visible.
     """
     if (before is None) == (frame is None):
         given = 0 if before is None else 2

@@ -1,13 +1,13 @@
-"""The posterior of the systematic disturbances of a set-up, given all its observed folds.
+"""The posterior of the systematic errors of a set-up: their distribution, given all its observed folds.
 
-An observed fold n of a set-up measured the marks
+In the observed fold number n of a set-up, these marks (lengths) were measured:
 
     y_n = marks(s + r_n + c_n) + e_n
 
-s are the systematic disturbances, which are the same in every fold. r_n are the random disturbances of this fold, c_n
-is its correction, and e_n are the errors of the ruler and of the emulator. The prior of s and r_n is that of the
-disturbance file, but its deviations are known only up to a factor. s, this factor and all r_n are sampled together,
-given all y_n.
+s are the systematic disturbances, which are the same in every fold. r_n are the random disturbances of fold n, and c_n
+is its correction. e_n are the errors of the ruler and of the emulator. The prior of s and r_n comes from the
+disturbance file. However, its deviations are known only up to a factor. s, this factor and all r_n are sampled
+together, given all y_n.
 """
 
 from __future__ import annotations
@@ -29,13 +29,15 @@ from tatamu.observation.measured import Observation
 from tatamu.observation.sampling import sample
 
 WIDTH = 0.7
-"""Standard deviation of the logarithm of the factor by which the deviations of a file may be wrong: a factor of two."""
+"""Uncertainty of the deviations in a file: standard deviation of the logarithm of their error factor.
+
+It corresponds to a factor of two."""
 UNSURE_DISTANCE = 0.003
-"""Standard deviation of an emulated mean distance when a fold is observed as failed [m]."""
+"""Standard deviation of an emulated mean vertex distance [m]. It is used if a fold was observed as failed."""
 SET_UPS = 10_000
-"""Number of set-ups with which an observation is compared, to determine whether it is plausible."""
+"""Number of simulated set-ups with which an observation is compared, to decide whether it is plausible."""
 IMPLAUSIBLE = 1e-3
-"""Share of set-ups, with twice the stated deviations, below which an observation is implausible."""
+"""Probability below which an observation is implausible. It refers to set-ups with twice the given deviations."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +47,11 @@ class Fold:
     observation: Observation
     emulator: Emulator
     correction: np.ndarray
-    """The correction with which it was carried out, as a change of disturbances, shape (k,)."""
+    """The correction with which the fold was carried out, as a change of each of the k disturbances, shape (k,)."""
 
     @property
     def places(self) -> list[int]:
-        """Indices of the measured marks."""
+        """Indices of the measured marks (lengths)."""
         return [MARKS.index(number.name) for number in self.observation.measured]
 
     @property
@@ -64,13 +66,19 @@ class Fold:
 
     @cached_property
     def _whitened(self) -> tuple[np.ndarray, np.ndarray]:
-        """Axes along which errors of the emulator are independent, and their variances, in units of the ruler's."""
+        """Axes along which errors of the emulator are independent, and the variances of the errors along these axes.
+
+        The unit of each variance is the variance of the ruler.
+        """
         own = self.emulator.residual[np.ix_(self.places, self.places)] / np.outer(self._ruler, self._ruler)
         variances, axes = np.linalg.eigh(own)
         return axes / self._ruler[:, None], np.clip(variances, 0.0, None)
 
     def likelihood(self, values: np.ndarray) -> np.ndarray:
-        """Return logarithms of likelihoods, shape (members,), of the disturbances of this fold (members, k)."""
+        """Return the logarithm of the likelihood of each member, shape (members,).
+
+        A member is one set of the k disturbances of this fold. `values` has the shape (members, k).
+        """
         corrected = values + self.correction
         marks = self.emulator.marks(corrected)
         total = np.zeros(len(values))
@@ -86,7 +94,10 @@ class Fold:
         return total
 
     def chance(self, prior: Split) -> float:
-        """Return the probability that a set-up with `WIDER` times the stated deviations ends at least as far off."""
+        """Return the probability that a random set-up gives at least as large a deviation as this fold.
+
+        The deviations of the random set-up are `WIDER` times the given deviations.
+        """
         if not self.places:
             return 1.0
         generator = np.random.default_rng(0)
@@ -111,17 +122,20 @@ class Alike:
 
 @dataclass(frozen=True)
 class Posterior:
-    """The systematic disturbances of a set-up, given its observed folds; k disturbances."""
+    """The k systematic disturbances of a set-up, given its observed folds.
+
+    A member is one of many equally probable sets of values.
+    """
 
     prior: Split
     members: np.ndarray
-    """Equally probable values of the systematic disturbances, shape (members, k)."""
+    """Equally probable sets of values of the systematic disturbances, shape (members, k)."""
     effective: float
     """Effective number of members."""
     chances: tuple[float, ...]
-    """Probability of each observed fold, see `Fold.chance`; those below `IMPLAUSIBLE` were left out."""
+    """Probability of each observed fold, see `Fold.chance`. Folds with less than `IMPLAUSIBLE` were left out."""
     source: Disturbances
-    """The disturbances before anything was observed."""
+    """The disturbances before any fold was observed."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -130,7 +144,7 @@ class Posterior:
 
     @property
     def used(self) -> int:
-        """Number of observed folds on which it depends."""
+        """Number of observed folds from which the posterior was computed."""
         return sum(chance >= IMPLAUSIBLE for chance in self.chances)
 
     @property
@@ -145,28 +159,34 @@ class Posterior:
 
     @property
     def world(self) -> World:
-        """The world of the posterior means."""
+        """The world in which every disturbance has its posterior mean."""
         return World({name: float(value) for name, value in zip(self.names, self.mean, strict=True) if value})
 
     @property
     def disturbances(self) -> Disturbances:
-        """The posterior as a file of disturbances; the random parts are unchanged."""
+        """The posterior in the form of a file of disturbances. Its random parts are those of the prior."""
         return join(Split(self.names, self.mean, self.covariance, self.prior.random), self.source)
 
     @property
     def deviations(self) -> list[tuple[str, float, float]]:
-        """Name, prior and posterior deviation of each systematic part; the prior's with the unknown width."""
+        """Name, prior deviation and posterior deviation of each systematic part.
+
+        The prior deviation contains the uncertainty of the deviations in the file.
+        """
         before, after = (
             np.sqrt(np.diag(each)) for each in (np.exp(2.0 * WIDTH**2) * self.prior.systematic, self.covariance)
         )
         return [(name, float(b), float(a)) for name, b, a in zip(self.names, before, after, strict=True) if b]
 
     def untold(self, share: float = 0.9) -> list[str]:
-        """Return the disturbances whose deviation the observations leave at this share of the prior's, or more."""
+        """Return the disturbances about which the observations tell little.
+
+        Their posterior deviation is at least the fraction `share` of their prior deviation.
+        """
         return [name for name, before, after in self.deviations if after >= share * before]
 
     def alike(self, least: float = 0.4) -> list[Alike]:
-        """Return pairs that cannot be distinguished, the most correlated first."""
+        """Return pairs of disturbances that cannot be distinguished. The most correlated pair comes first."""
         if not self.used:
             return []
         scale = np.sqrt(np.clip(np.diag(self.covariance), 1e-30, None))
@@ -182,11 +202,13 @@ class Posterior:
         return sorted(pairs, key=lambda pair: -abs(pair.correlation))
 
     def ends(self, emulator: Emulator, correction: np.ndarray) -> np.ndarray:
-        """Return the marks at which the next fold may end [m], shape (members, m), with random parts and errors.
+        """Return the m marks (lengths) with which the next fold may end [m], shape (members, m).
+
+        They include random disturbances and errors of the emulator.
 
         Args:
             emulator: Emulator of the learned fold.
-            correction: Correction of the next fold, as a change of disturbances, shape (k,).
+            correction: Correction of the next fold, as a change of each of the k disturbances, shape (k,).
         """
         generator = np.random.default_rng(0)
         random = generator.standard_normal(self.members.shape) * np.sqrt(self.prior.random)
@@ -194,9 +216,9 @@ class Posterior:
 
 
 def posterior(disturbances: Disturbances, folds: Sequence[Fold], seed: int = 0) -> Posterior:
-    """Return the posterior of a set-up's systematic disturbances.
+    """Return the posterior of a set-up's systematic disturbances: their distribution after the observed folds.
 
-    Implausible observed folds are left out, because the emulator would have to extrapolate beyond the draws.
+    Implausible observed folds are left out, because the emulator would have to extrapolate outside the simulated draws.
 
     Args:
         disturbances: The disturbances before any observation.
@@ -204,7 +226,7 @@ def posterior(disturbances: Disturbances, folds: Sequence[Fold], seed: int = 0) 
         seed: Random seed.
 
     Raises:
-        InputError: If nothing in the disturbances is systematic.
+        InputError: If no disturbance has a systematic part.
     """
     prior = split(disturbances)
     if not np.diag(prior.systematic).any():
@@ -217,7 +239,11 @@ def posterior(disturbances: Disturbances, folds: Sequence[Fold], seed: int = 0) 
 
 
 class _Model:
-    """The likelihood of standard normal numbers: those of s, of the factor of its width, and of each r_n."""
+    """The likelihood as a function of standard normal numbers.
+
+    The numbers represent the systematic disturbances s, the factor of their deviations, and the random
+    disturbances r_n.
+    """
 
     def __init__(self, prior: Split, folds: Sequence[Fold]) -> None:
         self._prior = prior
@@ -228,16 +254,16 @@ class _Model:
         self.dimensions = self._count + 1 + len(folds) * len(self._new)
 
     def systematic(self, members: np.ndarray) -> np.ndarray:
-        """Return the systematic disturbances of members, shape (members, k)."""
+        """Return the k systematic disturbances of each member (one sample of all numbers), shape (members, k)."""
         drawn = members[:, : self._count] @ self._root.T
         return np.asarray(self._prior.mean + self._factor(members) * drawn)
 
     def _factor(self, members: np.ndarray) -> np.ndarray:
-        """Return the factor of the deviations, shape (members, 1)."""
+        """Return the factor of the deviations for each member (one sample of all numbers), shape (members, 1)."""
         return np.asarray(np.exp(WIDTH * members[:, [self._count]]))
 
     def likelihood(self, members: np.ndarray) -> np.ndarray:
-        """Return logarithms of likelihoods, shape (members,)."""
+        """Return the logarithm of the likelihood of each member (one sample of all numbers), shape (members,)."""
         same = self.systematic(members)
         deviations = self._factor(members) * np.sqrt(self._prior.random[self._new])
         total = np.zeros(len(members))

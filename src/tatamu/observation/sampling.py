@@ -1,11 +1,13 @@
 """Tempered sampling of a posterior whose prior is standard normal: sequential Monte Carlo with pCN moves.
 
-Members of an ensemble are drawn from the prior. The likelihood is introduced in steps. Each step raises its exponent as
-far as the effective sample size of the importance weights allows, and resamples the members. Then it moves them by the
-preconditioned Crank-Nicolson proposal z' = sqrt(1 - r^2) z + r xi, which keeps the prior.
+A member is one point of an ensemble. All members are drawn from the prior. The likelihood is then introduced in steps.
+Each step raises the exponent of the likelihood. It raises it as far as the effective sample size of the importance
+weights allows. Then the members are resampled and moved by the preconditioned Crank-Nicolson proposal z' = sqrt(1 -
+r^2) z + r xi. This proposal does not change the prior distribution. z is a member, xi a standard normal vector, and r
+the size of the move.
 
-Del Moral, Doucet and Jasra 2006, J. Royal Statistical Society B 68; Cotter, Roberts, Stuart and White 2013, Statistical
-Science 28; Kantas, Beskos and Jasra 2014, SIAM/ASA J. Uncertainty Quantification 2.
+Sources: Del Moral, Doucet and Jasra 2006, J. Royal Statistical Society B 68; Cotter, Roberts, Stuart and White 2013,
+Statistical Science 28; Kantas, Beskos and Jasra 2014, SIAM/ASA J. Uncertainty Quantification 2.
 """
 
 from __future__ import annotations
@@ -16,25 +18,25 @@ from dataclasses import dataclass
 import numpy as np
 
 MEMBERS = 4000
-"""Number of members."""
+"""Number of members, the points of the ensemble."""
 KEPT = 0.5
-"""Effective sample size of one step, as a fraction of the members."""
+"""Effective sample size that each step keeps, as a fraction of the members."""
 MOVES = 20
-"""Moves of each member in each step."""
+"""Number of moves of each member in each step."""
 ACCEPTED = 0.3
-"""Intended share of accepted moves."""
+"""Intended fraction of accepted moves."""
 MOST_STEPS = 60
-"""Largest number of steps; if more are needed, the observation is impossible."""
+"""Largest number of steps. If more steps are needed, the observation counts as impossible."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Members of a posterior, equally probable."""
+    """Equally probable members (points) of a posterior."""
 
     members: np.ndarray
-    """Standard normal numbers, shape (members, dimensions)."""
+    """The members, each a vector of standard normal numbers, shape (members, dimensions)."""
     effective: float
-    """Effective number of members of the prior that they come from."""
+    """Effective number of members of the prior from which these members come."""
     evidence: float
     """Logarithm of the mean likelihood under the prior."""
     steps: int
@@ -45,7 +47,8 @@ def sample(likelihood: Callable[[np.ndarray], np.ndarray], dimensions: int, seed
     """Return members of a posterior.
 
     Args:
-        likelihood: Logarithms of likelihoods, shape (members,), of members (members, dimensions).
+        likelihood: Function that returns the logarithm of each member's likelihood, shape (members,). Its argument has
+            the shape (members, dimensions).
         dimensions: Number of dimensions.
         seed: Random seed.
     """
@@ -72,7 +75,7 @@ def sample(likelihood: Callable[[np.ndarray], np.ndarray], dimensions: int, seed
 
 
 def _step(values: np.ndarray, left: float) -> float:
-    """Return the largest step of the exponent that keeps the effective sample size, found by bisection."""
+    """Return the largest step of the exponent that keeps the effective sample size. Bisection finds it."""
     if _effective(left * values) >= KEPT * len(values):
         return left
     low, high = 0.0, left

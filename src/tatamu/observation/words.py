@@ -37,22 +37,25 @@ NAMED = 4
 
 
 def shown(name: str, value: float) -> str:
-    """Return a value of a disturbance with its sign and unit; relative ones to first order."""
+    """Return the value of a disturbance as text, with its sign and unit. Relative values are to first order."""
     return amount(value, UNITS[name])
 
 
 def deviation(name: str, value: float) -> str:
-    """Return a standard deviation of a disturbance with its unit."""
+    """Return the standard deviation of a disturbance as text, with its unit."""
     return amount(value, UNITS[name]).lstrip("+")
 
 
 def title(name: str) -> str:
-    """Return the meaning of a positive value of a disturbance."""
+    """Return a text that says what a positive value of a disturbance means."""
     return TITLES.get(name, name)
 
 
 def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
-    """Return name, mean, prior and posterior deviation of the inferred disturbances, the most certain first."""
+    """Return the name, mean, prior deviation and posterior deviation of the inferred disturbances.
+
+    The most certain disturbance comes first.
+    """
     posterior = observed.posterior
     means = dict(zip(posterior.names, posterior.mean, strict=True))
     rows = [(name, float(means[name]), before, after) for name, before, after in posterior.deviations]
@@ -60,7 +63,7 @@ def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
 
 
 def posterior_lines(observed: Observed) -> Iterator[str]:
-    """Yield the lines on the posterior for the console."""
+    """Yield the lines for the console on the posterior, the errors that were inferred from observed folds."""
     posterior = observed.posterior
     count = observed.number
     yield (

@@ -101,16 +101,18 @@ class Judge:
         searches: Callable[[], list[WorldSearch]] = list,
         nominal: World = NOMINAL,
     ) -> Judged:
-        """Simulate the fold in the given worlds, in the nominal world, and in the worlds for which the searches ask.
+        """Simulate the fold in the given worlds, in the nominal world, and in the worlds that the searches request.
 
-        A world is one random draw of all disturbances. Every world is simulated on the mesh that its verdict needs.
+        A world is one random draw of all disturbances. A verdict is the result of the fold in one world. Every world is
+        simulated on the coarse mesh. If its verdict is not final, it is also simulated on the fine mesh.
 
         Args:
             worlds: Worlds in which the fold is simulated.
             limits: Limits of a successful fold.
-            searches: Function that starts the searches. It is called again whenever more is known about the meshes.
-            nominal: World without disturbances. If their means are not zero, the world in which disturbances have their
-                means.
+            searches: Function that starts the searches. It is called again whenever more is known about the differences
+                between the meshes.
+            nominal: World without disturbances. If the disturbances have means that are not zero, it is the world in
+                which every disturbance has its mean.
         """
         everything = [nominal, *worlds]
         slack = SlackRange(limits)
@@ -211,7 +213,7 @@ def simulate_missing(
 def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
     """Simulate a manipulation in a world, which is one draw of the disturbances.
 
-    There is no simulation if a hand misses the cloth in this world, or must stop because it is too low.
+    There is no simulation if a hand misses the cloth in this world, or if a hand must stop because it is too low.
     """
     task = evaluator.task
     failure = hand_failure(task.fold, task.manipulation(parameters), world)

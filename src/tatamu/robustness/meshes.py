@@ -1,9 +1,9 @@
 """Decides which verdicts of a coarse mesh are final, and estimates distances on the fine mesh from the coarse mesh.
 
 A world is one random draw of all disturbances. The nominal world has no disturbances. All worlds are simulated on the
-coarse mesh. The nominal world and a sample of the other worlds are also simulated on the fine mesh. The two verdicts of
-such a world are a pair. The slack of a fold (`Limits.slack`) is its distance from failure, and differs between the two
-meshes of a pair.
+coarse mesh. The nominal world and a sample of the other worlds are also simulated on the fine mesh. A verdict is the
+result of the fold in one world. If a world was simulated on both meshes, its two verdicts are a pair. The slack of a
+fold (`Limits.slack`) is its distance from failure, and differs between the two meshes of a pair.
 
 In another world, a difference as large as in the pairs could turn success into failure, or failure into success. That
 world is then simulated on the fine mesh too, and becomes a pair. This is repeated until the coarse verdicts of all
@@ -123,9 +123,8 @@ def fit_distances(
 ) -> Callable[[float], float]:
     """Fit a line that predicts mean distances on the fine mesh [m] from mean distances on the coarse mesh.
 
-    The line goes through the verdicts on both meshes. Return a function of the coarse distance.
-
-    Distances of more than twice the limit count as twice the limit.
+    The line is fitted to the draws that were simulated on both meshes. Distances of more than twice the limit count as
+    twice the limit. The result is a function of the distance on the coarse mesh.
     """
     known = [(distance_of(one.pair[1]), distance_of(one.pair[0])) for one in judged if one.pair is not None]
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)

@@ -97,7 +97,10 @@ class SuccessRate(OpenRecord):
 
     @property
     def tone(self) -> str:
-        """The grade of the success rate on the page."""
+        """The grade of the success rate: "near-perfect", "fair" or "failed".
+
+        It sets the colour of the rate on the page.
+        """
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
 
 
@@ -140,8 +143,8 @@ CONFIDENCE = 0.95
 SURE, LIKELY = 0.9, 0.8
 """Limits of the grades of a success rate.
 
-A fold is graded sure if the interval of its success rate is above the first limit. It is graded likely if the success
-rate is above the second limit."""
+The grade is "near-perfect" if the lower end of the interval is not below the first limit. Otherwise it is "fair" if the
+success rate is not below the second limit. Otherwise it is "failed"."""
 
 
 class MeshUsed(OpenRecord):
@@ -159,9 +162,9 @@ class MeshUsed(OpenRecord):
     checked: int = 0
     """Number of draws of the disturbances that were simulated on both meshes."""
     same: int = 0
-    """Number of draws that were simulated on both meshes, with the same verdict: success or failure."""
+    """Number of these draws that had the same verdict, success or failure, on both meshes."""
     apart: float = 0.0
-    """Largest difference of the mean vertex distance between both meshes [m], over draws simulated on both meshes."""
+    """Largest difference of the mean vertex distance between both meshes [m], over these draws."""
 
 
 class MarginsResult(OpenRecord):

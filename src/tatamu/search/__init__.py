@@ -1,8 +1,7 @@
 """Searches for the best parameters of trials.
 
-`ask` returns the parameters of the next trial, and `tell` reports the result of a trial.
-
-A search uses only vectors of numbers. It does not depend on cloth or on a simulator.
+The method `ask` returns the parameters of the next trial, and `tell` reports the result of a trial. A search uses only
+vectors of numbers. It does not depend on cloth or on a simulator.
 """
 
 from tatamu.search.registry import check_search, find_search, register_search, search_names

@@ -1,9 +1,11 @@
 """The logarithm of expected improvement (Jones et al. 1998).
 
-The logarithm is used because far from the best point, expected improvement is below the smallest floating-point number.
+Far from the best point, expected improvement is below the smallest floating-point number. Therefore the logarithm is
+used.
 
-Let b be the lowest objective so far, and C the objective at a point. Phi and phi are the distribution and the density
-of the standard normal variable. C is either a normal variable Y, or a known part l plus a log-normal variable e^Y:
+Let b be the lowest objective so far, and C the objective at a point. Phi is the distribution function of the standard
+normal variable, and phi is its density. C is either a normal variable Y, or a known part l plus a log-normal variable
+e^Y:
 
     C = Y,          Y ~ N(m, s^2):      EI = s (z Phi(z) + phi(z)),                      z = (b - m) / s
     C = l + e^Y,    Y ~ N(m, s^2):      EI = (b - l) Phi(d) - e^(m + s^2/2) Phi(d - s),  d = (log(b - l) - m) / s
@@ -19,12 +21,17 @@ from scipy.special import erfcx, log_ndtr, ndtr
 
 LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 FAR = -1.0
-"""Value of z below which another formula is used, because the two terms of expected improvement nearly cancel."""
+"""Value of z below which another formula is used.
+
+There the two terms of expected improvement nearly cancel."""
 TINY = 1e-300
 
 
 def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the expected improvement of normal objectives. All arrays have the shape (p,)."""
+    """Return the logarithm of the expected improvement at p points with normal objectives.
+
+    All arrays have the shape (p,).
+    """
     z = (best - mean) / deviation
     near = z > FAR
     found = np.empty_like(z)
@@ -45,7 +52,7 @@ def log_expected_improvement_beyond(
 
     Args:
         best: Lowest objective so far.
-        known: Known part of the objective, shape (p,).
+        known: Known part of the objective at each of p points, shape (p,).
         mean: Mean of the logarithm of the log-normal part, shape (p,).
         deviation: Standard deviation of this logarithm, shape (p,).
     """

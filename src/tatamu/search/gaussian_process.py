@@ -3,11 +3,11 @@
     k(x, x') = s^2 (1 + sqrt(5) r + 5/3 r^2) exp(-sqrt(5) r),   r^2 = sum_k ((x_k - x'_k) / l_k)^2      Matern 5/2
     f(x)     ~ GP(mu, k)
 
-The function f has the mean mu and the covariance k with the variance s^2. The lengths l_k have the largest posterior
-density under a log-normal prior. log l_k has the mean m and the standard deviation v in this prior. For given lengths,
-mu (generalised least squares) and s^2 have closed forms, so only the lengths are searched. The prior of s^2 counts like
-n0 = PRIOR_OBSERVATIONS observations of unit variance. y are the n observations, and R is k / s^2. From here on, r
-stands for y - mu:
+The function f has the mean mu and the covariance k with the variance s^2. The lengths l_k are chosen so that their
+posterior density is largest. Their prior is log-normal: log l_k has the mean m and the standard deviation v. For given
+lengths, mu (generalised least squares) and s^2 have closed forms, so only the lengths are searched. The prior of s^2
+counts like n0 = PRIOR_OBSERVATIONS observations of unit variance. y are the n observations, R is the matrix k / s^2 of
+their points, and p is the posterior density. In this formula, r stands for y - mu:
 
     -log p = (n + n0)/2 log s^2 + 1/2 log |R| + sum_k (log l_k - m)^2 / (2 v^2),    s^2 = (r' R^-1 r + n0) / (n + n0)
 
@@ -89,10 +89,10 @@ class GaussianProcess:
         """Return the mean and the standard deviation of the function at other points.
 
         Args:
-            points: Points of the unit cube, shape (p, d).
+            points: Points of the unit cube, p of them with d coordinates, shape (p, d).
 
         Returns:
-            Two arrays of shape (p,).
+            The means and the standard deviations at the points, two arrays of shape (p,).
         """
         correlation = _correlation(points, self.points, self.lengths)
         mean = self.mean + correlation @ self._weights
@@ -101,7 +101,7 @@ class GaussianProcess:
         return mean, np.sqrt(self.variance * np.maximum(1.0 + JITTER - explained, 1e-12))
 
     def believing(self, points: np.ndarray) -> GaussianProcess:
-        """Return the process that results if its own mean is observed at some points, shape (p, d).
+        """Return the process that results if its own mean is observed at p points with d coordinates, shape (p, d).
 
         This is the "kriging believer" (Ginsbourger et al. 2010). The mean does not change, and the standard deviation
         near the points becomes smaller. A search therefore avoids points near trials that are still running.
@@ -123,8 +123,9 @@ class _Posterior:
         self._squares = np.ascontiguousarray(squares.reshape(count * count, dimensions).T)  # (d, n n)
         self._values = values
         self._centre = np.sqrt(2.0) + 0.5 * np.log(dimensions) - 1.0
-        """The mean m of the prior. Lengths are longer in more dimensions, where points are farther apart (Hvarfner et
-        al. 2024)."""
+        """The mean m of the prior of log l_k.
+
+        Lengths are longer in more dimensions, because points are farther apart there (Hvarfner et al. 2024)."""
 
     def loss(self, log_lengths: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the negative logarithm of the density, up to a constant, and its gradient, shape (d,)."""
@@ -149,7 +150,7 @@ class _Posterior:
 
 
 def _correlation(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return the correlations R between points of shapes (p, d) and (q, d), shape (p, q)."""
+    """Return the correlations R between p points and q other points, shape (p, q)."""
     a = a / lengths
     b = b / lengths
     square = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2.0 * a @ b.T

@@ -92,7 +92,11 @@ class GPSearch(Search):
 def _acquisition(
     space: Space, points: np.ndarray, objectives: np.ndarray, pending: np.ndarray
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a function that gives log expected improvement over the best trial at points (p, d), shape (p,)."""
+    """Return a function that gives log expected improvement over the best trial.
+
+    The argument of this function is an array of p points with d coordinates, shape (p, d). The result has the shape
+    (p,).
+    """
     best = float(objectives.min())
     if space.known_part is None:
         process, centre, spread = fit_standardised(points, objectives, pending)
@@ -111,7 +115,7 @@ def _acquisition(
 
 
 def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return an acquisition function that is lowered within `APART` of taken points, shape (n, d)."""
+    """Return an acquisition function that is lowered within `APART` of the n taken points, shape (n, d)."""
 
     def lowered(at: np.ndarray) -> np.ndarray:
         near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)
@@ -121,7 +125,7 @@ def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]
 
 
 def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the objectives minus their known part, shape (n,).
+    """Return the logarithm of each of the n objectives minus its known part, shape (n,).
 
     If no part is known, return the objectives themselves.
     """
@@ -131,7 +135,7 @@ def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.
 
 
 def leading(points: np.ndarray, objectives: np.ndarray, count: int) -> np.ndarray:
-    """Return the points with the lowest objectives, best first, shape (count, d). `points` has the shape (n, d)."""
+    """Return the `count` points with the lowest objectives, best first, shape (count, d)."""
     return points[np.argsort(objectives, kind="stable")[:count]]
 
 
@@ -141,9 +145,9 @@ def fit_standardised(
     """Fit a process to standardised values, and add its own mean as an observation at pending points.
 
     Args:
-        points: Points of the unit cube whose values were observed, shape (n, d).
+        points: The n points of the unit cube whose values were observed, shape (n, d).
         values: Observed values, shape (n,).
-        pending: Points of trials that are still running, shape (p, d).
+        pending: Points of the p trials that are still running, shape (p, d).
         least: Least standard deviation by which values are divided. Without it, small differences would be enlarged.
 
     Returns:
@@ -161,14 +165,14 @@ def maximise(
     random: np.random.Generator,
     settings: Maximisation,
 ) -> tuple[np.ndarray, float]:
-    """Find the point of largest acquisition, shape (d,), and return it with its acquisition.
+    """Find the point of largest acquisition, and return its d coordinates and its acquisition.
 
     Gradients would save little time, because a thousand points are evaluated in a millisecond.
 
     Args:
-        acquisition: Function of points, shape (p, d), that returns their acquisition, shape (p,).
+        acquisition: Function of p points, shape (p, d), that returns their acquisition, shape (p,).
         space: The search space.
-        best: Points of the best trials, shape (b, d).
+        best: Points of the b best trials, shape (b, d).
         random: Random number generator for the points.
         settings: Numbers of points that are tried, and their spreads.
     """

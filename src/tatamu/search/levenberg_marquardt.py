@@ -23,34 +23,34 @@ FIRST_DAMPING = 0.01
 LESS, MORE = 0.2, 5.0
 """Factors of the damping lambda: after a step that lowered the sum of squares, and after any other step."""
 MOST_DAMPING = 1e3
-"""Largest damping. If no step with less damping lowers the sum of squares, the search ends."""
+"""Largest damping. If no step lowers the sum of squares with this damping or less, the search ends."""
 SHORTEST_STEP = 1e-3
-"""Length of a step below which the search ends: its largest coordinate, in sides of the cube."""
+"""Length of a step below which the search ends, in sides of the cube. The length is the largest coordinate."""
 LEAST_GAIN = 1e-3
 """Relative decrease of the sum of squares below which the search ends."""
 DIGITS = 9
 """Number of decimals to which coordinates are rounded to compare points."""
 
 Residuals = np.ndarray | None
-"""Residuals at a point, shape (n,); None if the evaluation failed."""
+"""Vector of residuals at a point; None if the evaluation failed."""
 Key = tuple[float, ...]
 """Rounded coordinates of a point, with which residuals are looked up."""
 
 
 def key_of(point: np.ndarray) -> Key:
-    """Return the key of a point, shape (d,): its rounded coordinates."""
+    """Return the key of a point: its rounded coordinates."""
     return tuple(np.round(point, DIGITS).tolist())
 
 
 def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pending: Set[Key]) -> np.ndarray:
-    """Return the next point at which the searches need residuals, shape (d,).
+    """Return the next point at which the searches need residuals.
 
-    The searches are run one after the other. If all points that a search needs are pending, the neighbours of its trial
-    step are returned. The search needs these points if the step succeeds. After that, the next search starts.
+    The searches are run one after the other. If all points that a search needs are pending, the function returns
+    neighbours of the search's trial step. The search needs these neighbours if the step succeeds. If they are pending
+    too, the next search starts.
 
     Args:
-        starts: Starting points of the searches in the unit cube, each of shape (d,). There must be enough for all
-            searches.
+        starts: Starting points of the searches in the unit cube. There must be enough points for all searches.
         known: Residuals at evaluated points.
         pending: Points that are being evaluated.
     """

@@ -32,7 +32,7 @@ class OptunaSearch(Search):
     """
 
     def __init__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> None:
-        """Start a search. The arguments are those of `Search`."""
+        """Start a search. The arguments are explained in `Search`."""
         super().__init__(space, seed, first)
         self._distributions = distributions(space)
         self._study = optuna.create_study(direction="minimize")

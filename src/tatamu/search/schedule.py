@@ -28,10 +28,10 @@ class Schedule:
     least_high: int = 5
     """Least number of trials at high fidelity."""
     least_gain: float = 0.001
-    """Expected gain below which a search has converged, as a fraction of the best objective. It is only used with
-    "auto".
+    """Expected gain below which a search with "auto" converges, as a fraction of the best objective.
 
-    The search converges when `in_a_row` proposals in a row stay below this gain."""
+    The search converges when `in_a_row` successive proposals stay below this gain. If the number of trials is given,
+    the field has no effect."""
     in_a_row: int = 3
     """Number of successive proposals with a low expected gain after which a search with "auto" has converged."""
     most_auto: int = 100

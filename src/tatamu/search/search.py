@@ -6,8 +6,8 @@ A search uses only vectors of numbers. It does not depend on cloth or simulators
     x = search.ask()
     search.tell(x, objective(x))
 
-A proposal depends only on the observations, the pending proposals, the seed and its number. Given equal observations, a
-search makes equal proposals. An interrupted study therefore continues as if it had not been interrupted.
+A proposal depends only on the observations, the pending proposals, the seed and its own number. If the observations are
+equal, a search makes equal proposals. An interrupted study therefore continues as if it had not been interrupted.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Observation:
     parameters: Parameters
     objective: float
     residuals: np.ndarray | None = None
-    """Vector whose squares sum to the unknown part of the objective, shape (n,); None if it is not known."""
+    """Vector whose squares sum to the unknown part of the objective; None if it is not known."""
 
 
 class Evaluated(Protocol):
@@ -66,7 +66,7 @@ class Evaluated(Protocol):
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """Vector whose squares sum to the unknown part of the objective, shape (n,); None if it is not known."""
+        """Vector whose squares sum to the unknown part of the objective; None if it is not known."""
         ...
 
 
@@ -82,9 +82,9 @@ class Search(ABC):
         Args:
             space: Bounds of the parameters.
             seed: Random seed of the search.
-            first: Parameters of the first proposals. Repeated parameters are proposed once. The proposal after these is
-                random, because all given points may fail. Failed points teach the search only the known part of the
-                objective.
+            first: Parameters of the first proposals. Parameters that occur twice are proposed once. The proposal after
+                these is random, because all given points may fail. From a failed point, the search only learns the
+                known part of the objective.
         """
         self.space = space
         self.seed = seed
@@ -113,7 +113,8 @@ class Search(ABC):
         """Return the next proposal. It stays pending until its result is reported with `tell`.
 
         Args:
-            fidelity: Fidelity of the model that will be evaluated. Searches with one fidelity copy it to the proposal.
+            fidelity: Fidelity of the model that will be evaluated. A search with only one fidelity does not use this
+                number, but the proposal contains it.
         """
         given = self.number < len(self.first)
         parameters, gain = (self.first[self.number], None) if given else self.propose()

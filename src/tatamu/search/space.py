@@ -17,7 +17,7 @@ Parameters = dict[str, int | float]
 KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 """Function that computes the part of an objective for which no simulation is needed.
 
-Its argument maps the name of each parameter to values of shape (p,). Its result has the shape (p,)."""
+Its argument maps the name of each parameter to p values, shape (p,). Its result has the shape (p,)."""
 ROUNDING = 1e-9
 """Distance outside a bound that counts as a rounding error, as a fraction of the range."""
 
@@ -58,8 +58,8 @@ class Bounds:
 class Space:
     """Named parameters with bounds, and the unit cube that represents them.
 
-    Each parameter with more than one value has one side of the cube. For whole numbers, the side is divided into equal
-    parts, and the middle of each part represents a number.
+    Each parameter with more than one value has its own axis of the cube. For whole numbers, the side of the cube is
+    divided into equal parts, and the middle of each part represents a number.
     """
 
     bounds: Mapping[str, Bounds]
@@ -71,7 +71,10 @@ class Space:
         return {name: each.nearest(0.5 * (each.low + each.high)) for name, each in self.bounds.items()}
 
     def random(self, seed: int) -> Parameters:
-        """Return random parameters, evenly distributed. Optuna's `RandomSampler` returns the same for this seed."""
+        """Return random parameters, evenly distributed.
+
+        Optuna's `RandomSampler` returns the same parameters for this seed.
+        """
         generator = np.random.RandomState(seed)
         drawn: Parameters = {}
         for name, each in self.bounds.items():
@@ -118,19 +121,19 @@ class Space:
         return len(self._names)
 
     def points(self, parameters: Sequence[Mapping[str, Any]]) -> np.ndarray:
-        """Return the points of the unit cube that represent parameters, shape (n, d)."""
+        """Return the points of the unit cube that represent n sets of parameters, shape (n, d)."""
         rows = np.array([[float(each[name]) for name in self._names] for each in parameters])
         rows = rows.reshape(len(parameters), self.dimensions)
         return np.asarray((rows - self._low + 0.5 * self._whole) / self._size)
 
     def snap(self, points: np.ndarray) -> np.ndarray:
-        """Return the nearest points that represent allowed parameters, shape (p, d)."""
+        """Return, for each of p points, the nearest point that represents allowed parameters, shape (p, d)."""
         inside = np.clip(points, 0.0, 1.0)
         middles = (np.minimum(np.floor(inside * self._size), self._size - 1.0) + 0.5) / self._size
         return np.where(self._whole, middles, inside)
 
     def values(self, points: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the parameters that snapped points (p, d) represent, by name, each of shape (p,)."""
+        """Return the parameters that p snapped points, shape (p, d), represent: p values for each name, shape (p,)."""
         values = self._low + points * self._size - 0.5 * self._whole
         values[:, self._whole] = np.round(values[:, self._whole])
         values = np.clip(values, self._low, self._high)  # low + (high - low) may be rounded to a number above high
@@ -138,7 +141,7 @@ class Space:
         return {**dict(zip(self._names, values.T, strict=True)), **single}
 
     def parameters(self, point: np.ndarray) -> Parameters:
-        """Return the parameters that one snapped point represents, shape (d,)."""
+        """Return the parameters that one snapped point of the unit cube represents."""
         values = self.values(point[None])
         searched = {
             name: int(values[name][0]) if whole else float(values[name][0])

@@ -6,9 +6,9 @@ is the objective itself. The two fidelities are related by
     y_high(x) = y_low(x) + d(x)                    co-kriging (Kennedy and O'Hagan 2000)
 
 y_low is the value of the cheap model, y_high the value of the model itself, and d their difference. y_low and d are
-Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity, with a least distance from
-each other. When a few of these trials are known, the next proposals are the points with the largest expected
-improvement over the best of them.
+Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity. Trials that differ too
+little from a better trial are left out. When a few of these trials are known, the model proposes points. It proposes
+the points with the largest expected improvement over the best trial of high fidelity.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class CoKriging:
     handful: int = 3
     """Least number of trials at high fidelity from which the difference d is modelled."""
     different: float = 0.1
-    """Least difference in one parameter by which two trials count as different, as a fraction of the range."""
+    """Difference in one parameter, as a fraction of its range, from which two trials count as different."""
     least_difference: float = 1.0
     """Least standard deviation of the difference d. With 1.0, alpha D may differ by a factor of about three."""
 
@@ -130,7 +130,7 @@ class TwoFidelitySearch(Search):
     def _acquisition(
         self, low: tuple[np.ndarray, np.ndarray], high: tuple[np.ndarray, np.ndarray]
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """Return a function that gives log expected improvement at points (p, d), shape (p,).
+        """Return a function of p points, shape (p, d), that gives log expected improvement, shape (p,).
 
         The improvement is relative to the best trial of high fidelity.
         """
@@ -155,6 +155,6 @@ class TwoFidelitySearch(Search):
 
 
 def _arrays(space: Space, observations: Sequence[Observation]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points (n, d) and the objectives (n,) of observations."""
+    """Return the points of n observations in the unit cube, shape (n, d), and their objectives, shape (n,)."""
     points = space.points([each.parameters for each in observations])
     return points, np.array([each.objective for each in observations])

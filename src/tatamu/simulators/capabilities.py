@@ -16,9 +16,11 @@ class Capabilities:
     parallel: bool = False
     """Whether `simulate` may be called in several threads of one process. The results must not depend on this."""
     coarse_search: bool = False
-    """Whether folds have nearly the same order by quality on a coarser mesh, so that a search may start on it."""
+    """Whether a search may start on a coarser mesh, because folds have nearly the same order by quality there."""
     compression: bool = False
-    """Whether cloth may resist compression less than tension (`Material.compression`). Otherwise it resists equally."""
+    """Whether cloth may resist compression less than tension (`Material.compression`).
+
+    Otherwise it resists both equally."""
     orthotropy: bool = False
     """Whether warp, weft, shear and bias may have separate stiffnesses. Otherwise cloth is isotropic."""
     hysteresis: bool = False
@@ -32,11 +34,13 @@ class Capabilities:
     usable_cell: float | None = None
     """Largest mean edge of the mesh with which two folds may be compared, in bending lengths; None if not limited."""
     friction_table: float | None = None
-    """Largest Coulomb coefficient between cloth and table; None if not limited. Larger coefficients are reduced to
-    it."""
+    """Largest Coulomb coefficient between cloth and table; None if not limited.
+
+    Larger coefficients are reduced to this limit."""
     friction_cloth: float | None = None
-    """Largest Coulomb coefficient between layers of cloth; None if not limited. Larger coefficients are reduced to
-    it."""
+    """Largest Coulomb coefficient between layers of cloth; None if not limited.
+
+    Larger coefficients are reduced to this limit."""
 
     def refuse(self, scene: Scene, name: str) -> None:
         """Raise an error if the simulator with this name cannot simulate a scene at all.

@@ -41,7 +41,7 @@ SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp
 LOST_STATES = ("08", "57P", "53300")
 """SQLSTATE codes, or their beginnings, of a connection that is not available at the moment.
 
-The connection was lost, the server shuts down, or the server has too many clients."""
+They mean that the connection was lost, the server shuts down, or the server has too many clients."""
 PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
 """SQLSTATE codes of temporary errors. They include conflicts, and tables that another client creates."""
 PASSING_WORDS = (

@@ -117,10 +117,10 @@ class Study:
     def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
         """Run the remaining trials, and then the fixed trajectories.
 
-        A proposal uses the results of all earlier trials except the last `parallel` - 1 trials. These are not used,
-        whether they have ended or not. As an exception, the first proposal after the scouts (the first trials, see
-        `Evaluator.scouts`) uses all of their results. A study therefore does not depend on the number of processors,
-        and a resumed study repeats the same proposals.
+        A proposal uses the results of all earlier trials except the last `parallel` - 1 trials. The results of these
+        are not used, whether the trials have ended or not. There is one exception. The first trials (scouts, see
+        `Evaluator.scouts`) find the hardest disturbances. The first proposal after them uses all of their results. A
+        study therefore does not depend on the number of processors, and a resumed study repeats the same proposals.
 
         Args:
             schedule: Number of trials and their fidelities.
@@ -261,9 +261,10 @@ class Study:
         return self._kept[number]
 
     def moments(self) -> dict[str, np.ndarray]:
-        """Return the vertex distances e_i of Eq. (12) of the best of the first trials [m], shape (n,).
+        """Return the vertex distances e_i of Eq. (12) at several moments of the study [m], each of shape (n,).
 
-        The keys are the names in `MOMENTS`, which states how many first trials are compared.
+        They belong to the best trial among the first trials. The keys are the names in `MOMENTS`, which states how many
+        first trials are compared.
         """
         counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.trials)}
         numbers = {name: self.best(count) for name, count in counts.items()}

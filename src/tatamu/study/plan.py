@@ -132,7 +132,10 @@ def _step(number: int, task: Task, result: Result, whole: FromFlat) -> StepRecor
 
 
 def from_flat(faces: np.ndarray, ideal: np.ndarray, state: np.ndarray) -> FromFlat:
-    """Return the deviation of a state from the ideally folded garment, both with positions of shape (n, 3) [m]."""
+    """Return the deviation of a state from the ideally folded garment.
+
+    Both are positions of n vertices [m], shape (n, 3).
+    """
     reached, wanted = top_views(faces, state, ideal)
     return FromFlat(
         mean_vertex_distance=float(vertex_distances(ideal, state).mean()),

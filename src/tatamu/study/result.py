@@ -29,7 +29,8 @@ MOMENTS = {
 }
 """Arrays of `rollout.npz` with the vertex distances e_i [m], shape (n,), of early trials.
 
-Each array belongs to the best of the first trials. The value is the number of these trials, and a title."""
+Each array belongs to the best trial among the first trials. The value contains the number of these trials, and a
+title."""
 SAME = 1e-6
 """Largest difference between the target in the folder and the target that another version computes [m].
 
@@ -113,7 +114,7 @@ class Result:
 
     @property
     def moments(self) -> list[tuple[str, np.ndarray]]:
-        """Titles and vertex distances e_i [m], shape (n,), at several moments of the search.
+        """Titles and vertex distances e_i [m], shape (n,) for n vertices, at several moments of the search.
 
         The last entry is the learned fold.
         """
@@ -134,7 +135,7 @@ class Result:
         return self.manipulation.describe()
 
     def hand(self, arm: ArmPath) -> np.ndarray:
-        """Return the positions of a hand at each frame [m], shape (f, 3)."""
+        """Return the positions of a hand in each of the f frames [m], shape (f, 3)."""
         return np.array(arm.grasp.position) + self._gripper(arm).path(self.rollout.times)
 
     def _gripper(self, arm: ArmPath) -> Gripper:
@@ -179,7 +180,10 @@ class Result:
         return self.rate(self.final)
 
     def rate(self, final: np.ndarray) -> Score:
-        """Return the score of another outcome of the same manipulation, given as positions of shape (n, 3) [m]."""
+        """Return the score of another outcome of the same manipulation.
+
+        `final` contains the final positions of the n vertices [m], shape (n, 3).
+        """
         return score(self.task.fold, self.manipulation.trajectory_length, final)
 
     def save(self, folder: Path | str) -> ResultFolder:

@@ -19,11 +19,11 @@ from tatamu.study.record import StudyRecord, describe_task
 ROBUST_SHARE = 0.24
 """Fraction of trials on the fine mesh if there are disturbances.
 
-It is larger than usual because a coarse mesh predicts failures less reliably."""
+It is larger than without disturbances, because a coarse mesh predicts failures less reliably."""
 LATER_SHARE = 0.3
 """Fraction of trials on the fine mesh in later steps of plans.
 
-It is larger than usual because the order of folds by quality is least reliable on coarse meshes in these steps."""
+It is larger than in the first step, because coarse meshes rank the folds of later steps least reliably."""
 
 
 def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> LearnOptions:
@@ -90,7 +90,7 @@ def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | Non
 
 
 def check_pending(options: LearnOptions, simulator: str) -> None:
-    """Check that not more trials are pending than the simulator can run at the same time.
+    """Check that the simulator can run all pending trials at the same time.
 
     Raises:
         InputError: If several trials are pending, and the simulator runs one trial at a time.

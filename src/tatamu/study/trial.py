@@ -71,8 +71,9 @@ class Trial(Scored):
 
     The shape distance D on a coarse mesh is multiplied by the ratio of the numbers of vertices."""
     ended: Literal["arrival"] | None = None
-    """"arrival" if the trial was stopped when the hands arrived, because it could not become the best; otherwise
-    None."""
+    """"arrival" if the trial was stopped when the hands arrived, because it could not become the best.
+
+    None if the trial was not stopped early."""
     expected_gain: float | None = None
     """Expected improvement, as a fraction of the best objective; None if the search does not estimate it."""
     worlds: int | None = None
@@ -84,9 +85,9 @@ class Trial(Scored):
 
     A trial is stopped early if it cannot become the best.
 
-    The field is None if `objective` is minimised. With disturbances, the minimised value is a quantile or the mean over
-    simulations with different disturbances. The quantile equals C if the fold succeeds in most simulations, and is
-    larger otherwise. If the user gave an evaluator, the field has the value of this evaluator.
+    If `objective` is minimised, the field is None. With disturbances, the minimised value is a quantile or the mean
+    over simulations with different disturbances. The quantile equals C if the fold succeeds in most simulations, and is
+    larger otherwise. If the user gave an evaluator, the field contains the value of this evaluator.
     """
     hardest: list[Index] = Field(default_factory=list, exclude=True)
     """Numbers of the disturbed worlds in which the trial was simulated, hardest first.
@@ -178,7 +179,7 @@ class Baseline(Scored):
     seconds: float | None = None
     """Wall time of its evaluation [s]."""
     path: Points
-    """Path of the left hand relative to its grasp [m], shape (k, 3)."""
+    """Path of the left hand relative to its grasp, k points [m], shape (k, 3)."""
 
     @property
     def label(self) -> str:

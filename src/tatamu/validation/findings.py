@@ -42,9 +42,9 @@ class Curve:
     name: str
     """Name of the curve in the legend."""
     x: np.ndarray
-    """Horizontal coordinates, shape (k,)."""
+    """Horizontal coordinates of the k points, shape (k,)."""
     y: np.ndarray
-    """Vertical coordinates, shape (k,)."""
+    """Vertical coordinates of the k points, shape (k,)."""
     reference: bool = False
     """Whether the curve is a reference. It is then drawn as a line, and measured curves as points."""
 

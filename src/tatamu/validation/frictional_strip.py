@@ -38,9 +38,9 @@ class BentSection:
         self._plastic = np.zeros((len(self._elements), count))
 
     def moment(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the moment per width [N], shape (k,), after a change from the stored to new curvatures.
+        """Return the moment per width of each of k sections [N], shape (k,), after a change of curvatures.
 
-        `curvature` contains the new curvatures [1/m], shape (k,).
+        The curvatures change from the stored ones to `curvature` [1/m], shape (k,).
         """
         moment = self._rigidity * curvature
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
@@ -48,7 +48,7 @@ class BentSection:
         return moment
 
     def work(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the integral of `moment` over the curvature, a work per area [J/m^2], shape (k,)."""
+        """Return the integral of `moment` over the curvature of each section, a work per area [J/m^2], shape (k,)."""
         work = 0.5 * self._rigidity * curvature**2
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             bent = np.abs(curvature - plastic)
@@ -56,20 +56,20 @@ class BentSection:
         return work
 
     def slope(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the derivative of `moment` with the curvature [N m], shape (k,)."""
+        """Return the derivative of `moment` with respect to the curvature of each section [N m], shape (k,)."""
         slope = np.full(len(curvature), self._rigidity)
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             slope = slope + stiffness * (np.abs(curvature - plastic) < limit)
         return slope
 
     def keep(self, curvature: np.ndarray) -> None:
-        """Store these curvatures [1/m], shape (k,), as the present curvatures of the sections."""
+        """Store these curvatures [1/m], shape (k,), as the present curvatures of the k sections."""
         for (_, limit), plastic in zip(self._elements, self._plastic, strict=True):
             plastic[:] = curvature - np.clip(curvature - plastic, -limit, limit)
 
 
 def loop(material: Material, curvatures: Sequence[float]) -> np.ndarray:
-    """Return moments per width [N] along a path of curvatures [1/m], shape (k,) each. The strip starts flat."""
+    """Return the moment per width [N] at each of k successive curvatures [1/m], shape (k,). The strip starts flat."""
     section = BentSection(material, 1)
     moments = []
     for curvature in curvatures:

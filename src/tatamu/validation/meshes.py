@@ -20,7 +20,9 @@ Layout = Callable[[float, float, float], Mesh]
 JITTER = 0.2
 """Largest displacement of the inner vertices in an irregular mesh, in spacings."""
 SHEAR = 0.02
-"""Small shear of a square lattice. With it, Delaunay triangulation cuts all cells along the same diagonal."""
+"""Small shear of a square lattice.
+
+Because of this shear, Delaunay triangulation cuts all cells along the same diagonal."""
 
 
 def right(length: float, width: float, spacing: float) -> Mesh:
@@ -59,7 +61,7 @@ def turned(length: float, width: float, spacing: float, degrees: float) -> Mesh:
 
 
 def _lattice(length: float, width: float, cell: np.ndarray, angle: float, shifted: bool) -> np.ndarray:
-    """Return points of a rotated lattice around the middle of the rectangle, shape (k, 2)."""
+    """Return k points of a rotated lattice around the middle of the rectangle, shape (k, 2)."""
     reach = int(np.hypot(length, width) / cell.min()) + 2
     i, j = (q.ravel() for q in np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1)))
     points = np.column_stack([i * cell[0], (j + 0.5 * (i % 2) * shifted) * cell[1]])

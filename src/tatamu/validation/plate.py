@@ -42,8 +42,8 @@ class Pushed:
     def distance(self, time: float) -> float:
         """Return the distance [m] after a time [s] from rest. The drag must not be zero.
 
-        v1 and -v2 are the speeds at which drag balances the force. With beta = (c + 2 q v1) / M, r = v1 / v2 and e =
-        exp(-beta t), the speed is v1 (1 - e) / (1 + r e). Its integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
+        Drag balances the force at the speeds v1 and -v2. With beta = (c + 2 q v1) / M, r = v1 / v2 and e = exp(-beta
+        t), the speed is v1 (1 - e) / (1 + r e). Its integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
         """
         fast = self.terminal_speed
         rate = (self.linear + 2.0 * self.quadratic * fast) / self.mass
@@ -87,9 +87,9 @@ def small_swing_period(material: Material, length: float, gravity: float) -> flo
 
 
 def hanging(material: Material, length: float, angle: float, times: np.ndarray, gravity: float) -> np.ndarray:
-    """Return the angles of a plate that hangs from its upper edge and is released at `angle` [rad], shape (k,).
+    """Return the angles at k times of a plate that hangs from its upper edge and is released at `angle` [rad].
 
-    The angles are those at the times `times` [s], shape (k,).
+    The times are `times` [s]. Angles and times have the shape (k,).
 
     All velocities are along the normal. The equation of motion per width for the angle a is M L^3 / 3 a'' = -rho g L^2
     / 2 sin(a) - c L^3 / 3 a' - int_0^L max(q, k / (r b)^(1/3)) r^3 dr |a'| a'. M is rho + m_a, r the distance from the
@@ -150,7 +150,7 @@ class Swing:
     period: float
     """Mean time between two turning points on the same side [s]."""
     decrement: np.ndarray
-    """Logarithm of the ratio between the size of each swing and the size of the next swing to the same side [-]."""
+    """Logarithm of a ratio, for each swing: its size divided by the size of the next swing to the same side [-]."""
     excursion: np.ndarray
     """Peak-to-peak size of the swing at the time of each decrement, in the unit of the signal."""
 
@@ -158,9 +158,10 @@ class Swing:
 def swing_of(times: np.ndarray, signal: np.ndarray) -> Swing:
     """Return the swing in a signal, from its turning points.
 
-    The signal and its evenly spaced times [s] have the shape (k,).
+    The signal and its k evenly spaced times [s] have the shape (k,).
 
-    The signal swings about zero and must pass zero at least four times. The part before the first time is ignored.
+    The signal swings about zero and must pass zero at least four times. The part before it first passes zero is
+    ignored.
     """
     begin = int(np.argmax(signal * signal[0] < 0.0))
     turns, values = _turning_points(times[begin:], signal[begin:])

@@ -160,7 +160,10 @@ def _result(future: Future[CaseResult], case: Case) -> CaseResult:
 
 
 def run_named(check: str, label: str, simulator: str) -> CaseResult:
-    """Run a case of a simulator. Both are given by name, so that another process can call this function."""
+    """Run a case of a simulator.
+
+    Case and simulator are given by name, so that another process can call this function.
+    """
     case = next(case for case in CHECKS[check].cases if case.label == label)
     return run(case, Subject.named(simulator))
 

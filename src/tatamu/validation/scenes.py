@@ -22,12 +22,15 @@ def flat(mesh: Mesh, height: float = 0.0) -> Cloth:
 
 
 def hanging(plan: np.ndarray) -> np.ndarray:
-    """Return flat points, shape (n, 2), in the y-z plane, with x straight down, shape (n, 3) [m]."""
+    """Return n flat points, shape (n, 2), as points in the y-z plane [m], shape (n, 3).
+
+    Their x axis points straight down.
+    """
     return np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
 
 
 def raised(plan: np.ndarray, height: float = 0.0) -> np.ndarray:
-    """Return flat points, shape (n, 2), at one height, shape (n, 3) [m]."""
+    """Return n flat points, shape (n, 2), as points at one height [m], shape (n, 3)."""
     return np.column_stack([plan, np.full(len(plan), height)])
 
 
@@ -38,7 +41,7 @@ def upright(mesh: Mesh) -> Cloth:
 
 
 def on_incline(plan: np.ndarray, distance: float, tilt: float) -> np.ndarray:
-    """Return flat points on a table that is tilted about y, shape (n, 3).
+    """Return n flat points as points on a table that is tilted about y, shape (n, 3).
 
     The points are at `distance` above the table, along its normal.
     """
@@ -61,7 +64,8 @@ def sewn(mesh: Mesh, gap: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     The layers have the distance `gap` [m], and are joined along both long sides.
 
     Returns:
-        Vertices [m], shape (n, 3), with the lower layer at z = 0; triangles, shape (m, 3); seams, shape (s, 2).
+        The n vertices [m], shape (n, 3), with the lower layer at z = 0; the m triangles, shape (m, 3); and the s edges
+        at seams, shape (s, 2).
     """
     plan, faces = mesh
     side = (plan[:, 1] < 1e-9) | (plan[:, 1] > plan[:, 1].max() - 1e-9)

@@ -76,7 +76,10 @@ def simulate(scene: Scene) -> Rollout:
 
 
 def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
-    """Return the positions of all frames [m], shape (f, n, 3), from the positions after the first frame."""
+    """Return the positions of the n vertices in all f frames [m], shape (f, n, 3).
+
+    `moved` contains the positions after the first frame.
+    """
     if not np.isfinite(moved).all():
         frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
         raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")

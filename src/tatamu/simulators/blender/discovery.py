@@ -1,7 +1,7 @@
 """The search for Blender.
 
-An environment variable may name the path of Blender. Otherwise the environment of `tatamu install blender` is used, or
-else the search path for programs.
+An environment variable may name the path of Blender. If it is not set, Blender is taken from the environment of `tatamu
+install blender`. If this environment does not exist either, the search path for programs is searched.
 """
 
 from __future__ import annotations

@@ -32,7 +32,9 @@ REST = 0.93
 
 The ratio is 1 without load and 8/9 under load [measured]."""
 LAYERS = 1.125
-"""Correction for the distance between layers, which is 8/9 of twice `self_distance_min` [measured]."""
+"""Factor that corrects the distance between layers.
+
+Blender's distance is 8/9 of twice `self_distance_min` [measured]."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
 """Blender's friction numbers for a coefficient of 1: for cloth on the table, and between layers [measured]."""
 MOST_FRICTION = 80.0

@@ -19,8 +19,8 @@ It decides between pairs that are equally rectangular."""
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
     """Return the faces of a mesh, with pairs of triangles joined to quadrilaterals.
 
-    The pair that is most nearly rectangular is joined first. Among equal pairs, those with sides along y come first,
-    because garments have such rows. A triangle stays a triangle if all its neighbours are already joined.
+    The pair that is most nearly rectangular is joined first. Among equal pairs, pairs with sides along y come first,
+    because garments have rows along y. A triangle stays a triangle if all its neighbours are already joined.
 
     Args:
         points: Unstrained positions [m], shape (n, 3).
@@ -44,7 +44,7 @@ def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
 
 
 def _owners(topology: Topology, inner: np.ndarray) -> np.ndarray:
-    """Return the two triangles at each inner edge, shape (k, 2)."""
+    """Return the two triangles at each of the k inner edges, shape (k, 2)."""
     edges, face = topology.face_edges.ravel(), np.repeat(np.arange(len(topology.faces)), 3)
     order = np.argsort(edges, kind="stable")
     shared = order[np.isin(edges[order], inner)]
@@ -52,7 +52,10 @@ def _owners(topology: Topology, inner: np.ndarray) -> np.ndarray:
 
 
 def _skewness(corners: np.ndarray) -> np.ndarray:
-    """Return the largest cosine at a corner of each quadrilateral, shape (k,). Corners have the shape (k, 4, 3)."""
+    """Return the largest cosine at a corner of each of k quadrilaterals, shape (k,).
+
+    Corners have the shape (k, 4, 3).
+    """
     ahead = np.roll(corners, -1, axis=1) - corners
     ahead /= np.linalg.norm(ahead, axis=2, keepdims=True)
     return np.asarray(np.abs(np.einsum("kij,kij->ki", ahead, np.roll(ahead, 1, axis=1))).max(axis=1))

@@ -117,7 +117,8 @@ def _table_corners(scene: Scene, table: Table, drop: float) -> np.ndarray:
 
     The triangle is so large that the cloth cannot get beyond its edges.
 
-    One triangle is faster than two, because Blender tests every triangle of the cloth against every one of the table.
+    One triangle is faster than two, because Blender tests every triangle of the cloth against every triangle of the
+    table.
     """
     points = scene.cloth.vertices
     reach = (

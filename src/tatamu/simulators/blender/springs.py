@@ -1,8 +1,8 @@
 """Elastic constants of a sheet that consists of Blender's springs and hinges, as functions of the direction.
 
 Notation: k is the spring constant of every edge [N/m], and A the area of the cloth. L is the rest length of an edge and
-    n its direction. H_a and H_b are the heights of the two triangles over a shared edge, and theta is the angle between
-    these triangles.
+n its direction. H_a and H_b are the heights of the two triangles over a shared edge, and theta is the angle between
+these triangles. The mesh has m triangles and h inner edges, and the constants are computed for d directions.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Springs:
 
     @property
     def moduli(self) -> np.ndarray:
-        """Stiffness of a strip in each direction divided by the spring constant, Y/k, shape (d,)."""
+        """Stiffness of a strip in each of d directions, divided by the spring constant, Y/k, shape (d,)."""
         c, s = np.cos(DIRECTIONS), np.sin(DIRECTIONS)
         stress = np.stack([c * c, s * s, c * s])
         return 1.0 / np.einsum("ad,ab,bd->d", stress, np.linalg.inv(self.tensor), stress)
@@ -83,7 +83,7 @@ class Springs:
 
     @property
     def rigidities(self) -> np.ndarray:
-        """Bending rigidity in each direction divided by Blender's bending stiffness, B/b, shape (d,).
+        """Bending rigidity in each of d directions, divided by Blender's bending stiffness, B/b, shape (d,).
 
         Blender pushes each vertex opposite an edge with b L theta / 30 (measured: docs/theory/blender.md). The
         stiffness of a hinge is therefore b L (H_a + H_b) / 60. The rigidity follows from the energy per area of a sheet
@@ -98,7 +98,7 @@ class Springs:
 
     @property
     def _edge_angles(self) -> np.ndarray:
-        """Direction of each inner edge in the axes of its triangle [rad], shape (h,)."""
+        """Direction of each of the h inner edges in the axes of its triangle [rad], shape (h,)."""
         angles = np.zeros(len(self.topology.edges))
         angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
         return np.asarray(angles[self.topology.faces_per_edge == 2])
@@ -122,7 +122,7 @@ class Springs:
 
 @dataclass(frozen=True)
 class Hinges:
-    """Inner edges with their two opposite vertices, laid flat. The edge goes from (0, 0) to (L, 0)."""
+    """The h inner edges with their two opposite vertices, laid flat. The edge goes from (0, 0) to (L, 0)."""
 
     vertices: np.ndarray
     """Both ends of each edge, and its opposite vertices, shape (h, 4)."""
@@ -141,7 +141,7 @@ class Hinges:
         return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
 
     def angle(self, direction: np.ndarray) -> np.ndarray:
-        """Return the angles of the hinges on a cylinder of curvature 1, shape (h,).
+        """Return the angles of the h hinges on a cylinder of curvature 1, shape (h,).
 
         The cylinder is bent across `direction` [rad], which is measured from the edge.
         """

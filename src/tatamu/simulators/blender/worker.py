@@ -90,7 +90,7 @@ def clear() -> None:
 
 
 def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) -> Any:
-    """Return a new mesh in the scene. Its coordinates are those of the scene."""
+    """Return a new mesh in the scene. Its coordinates are the coordinates of the scene."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices, [], faces)
     made = bpy.data.objects.new(name, mesh)
@@ -141,7 +141,7 @@ class HookedVertices:
         return empty
 
     def move(self, now: array[float], displacement: list[float] | None) -> None:
-        """Carry the vertices by `displacement`, measured from where the hand closed. Release them if it is None.
+        """Carry the vertices by `displacement` from where the hand closed. Release them if `displacement` is None.
 
         `now` contains the present positions.
         """
@@ -243,7 +243,7 @@ def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]
 
 
 def positions_of(cloth: Any) -> array[float]:
-    """Return the present positions [m] as 3n numbers."""
+    """Return the present positions of the n vertices [m] as 3n numbers."""
     mesh = cloth.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     values = array("f", bytes(12 * len(mesh.vertices)))
     mesh.vertices.foreach_get("co", values)

@@ -25,9 +25,10 @@ CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_
 """Capabilities of MuJoCo.
 
 Its bending energy is quadratic, so on large cells a fold collapses into a flat crease. Cells are measured in bending
-lengths. On cells up to 0.37, the loop of a fold has the right shape, and rollouts on larger cells print a warning. A
-rehearsal compares two folds on the same mesh, so it accepts cells up to 0.45. Smaller cells would need four times as
-many vertices (docs/theory/robot-planning.md)."""
+lengths. On cells up to 0.37, the loop of a fold has the right shape. Rollouts on larger cells print a warning.
+
+A rehearsal is a simulation of the robot that carries out its plan. It compares two folds on the same mesh, so it
+accepts cells up to 0.45. The smaller cells would need four times as many vertices (docs/theory/robot-planning.md)."""
 
 
 def require() -> None:
@@ -85,7 +86,7 @@ class Run:
         self.steps = 0
 
     def positions(self) -> np.ndarray:
-        """Simulate the whole scene, and return the positions of all frames [m], shape (f, n, 3)."""
+        """Simulate the whole scene, and return the positions of the n vertices in all f frames [m], shape (f, n, 3)."""
         frames = [self.scene.cloth.vertices]
         before: tuple[object, ...] = ()
         for segment in segments(self.scene, np.inf):

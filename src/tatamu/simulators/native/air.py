@@ -15,7 +15,7 @@ Sherman-Morrison formula, accelerations lose the fraction alpha = m_a / (rho + m
 that turns also changes the velocity, by -alpha (d n . v) n, because d v_n / dt = n.a + (d n / dt).v. The energy rho v^2
 / 2 + m_a v_n^2 / 2 is then conserved. The derivation is in docs/theory/air.md.
 
-Cloth in contact carries no air, because no air is between the surfaces.
+Cloth in contact carries no air, because there is no air between the surfaces.
 """
 
 from __future__ import annotations
@@ -64,7 +64,9 @@ class AirSurface(NamedTuple):
     normals: np.ndarray
     """Unit normals when they were computed last, shape (3, slots)."""
     carried: np.ndarray
-    """Fraction alpha = m_a / (rho + m_a) [-], shape (slots,). It is 0 for cloth that is held or in contact."""
+    """Fraction alpha = m_a / (rho + m_a) of each slot [-], shape (slots,).
+
+    It is 0 for cloth that is held or in contact."""
     along: np.ndarray
     """Temporary memory: decrease of the velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray
@@ -186,8 +188,8 @@ def meet(
 ) -> None:
     """Update the normals of the surface, and reduce all velocities by drag for a time `step` [s].
 
-    Drag is implicit in the velocity that it reduces. Therefore it never reverses a velocity. The velocity at which drag
-    balances a constant force is exact.
+    Drag is implicit: it depends on the velocity after the reduction. Therefore drag never reverses a velocity. The
+    velocity at which drag balances a constant force is exact.
 
     Args:
         V: Velocities by slot (memory position of a vertex) [m/s], shape (3, slots).

@@ -1,8 +1,8 @@
 """Compilation of kernels by numba, without fast-math. A kernel is a compiled function. Compiled code is kept on disk.
 
-The compiler does not reorder or fuse products and sums, so a rollout always has exactly equal bytes. With numpy's error
-model, a division by zero gives an infinity and not an exception. With a check for exceptions, a loop could not compute
-eight numbers at a time. `boundscheck` stays switched off.
+The compiler does not reorder or fuse products and sums, so a rollout always has exactly equal bytes. Numpy's error
+model is used. With this model, a division by zero gives an infinity and not an exception. A check for exceptions would
+prevent a loop from computing eight numbers at a time. `boundscheck` stays switched off.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 kernel = _compiler()
 """Decorator that compiles a function. The compiler inlines the function if it expects that this is faster."""
 inlined = njit(cache=True, error_model="numpy", inline="always")
-"""Compile a function that is always inlined.
+"""Decorator that compiles a function and always inlines it.
 
-It is used if loops that call the function can then be vectorised. It is also used for a function with many records as
-arguments that is called only once in the code. Such a function would otherwise be compiled twice.
+It has two uses. Some loops that call a function can be vectorised only if the function is inlined. And a function with
+many records as arguments that is called only once in the code would otherwise be compiled twice.
 """
 unlocked = _compiler(nogil=True)
 """Decorator for outermost loops. Other Python threads can run during such a loop."""
@@ -55,7 +55,7 @@ def compilation() -> tuple[int, int]:
 
     The first number is 0 if this process did not have to compile any kernel.
 
-    Files on disk are counted, because another process may compile kernels at the same time (`precompile`).
+    The function counts files on disk, because another process may compile kernels at the same time (`precompile`).
     """
     if not any(each.stats.cache_misses for each in _KERNELS):
         return 0, len(_KERNELS)

@@ -20,7 +20,7 @@ class Grip:
     """The vertices that a closed gripper holds, and where they were when the gripper closed."""
 
     vertices: np.ndarray
-    """Indices of the vertices, shape (k,)."""
+    """Indices of the k vertices, shape (k,)."""
     base: np.ndarray
     """Positions of the vertices when the gripper closed [m], shape (k, 3)."""
 
@@ -45,7 +45,7 @@ class GripperState:
 
 @lru_cache(maxsize=64)
 def _parts(steps: int) -> np.ndarray:
-    """Return which fraction of its path a hand has covered after each step, from 1 / steps to 1, shape (steps, 1)."""
+    """Return the fractions of its path that a hand has covered after each step, 1 / steps to 1, shape (steps, 1)."""
     return np.arange(1, steps + 1)[:, None] / max(steps, 1)
 
 

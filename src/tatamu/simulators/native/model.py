@@ -193,7 +193,10 @@ def _faces_of_edges(topology: Topology) -> np.ndarray:
 
 
 def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles near each vertex as starts and a list. They contain the vertex or one of its neighbours."""
+    """Return the triangles near each vertex. They contain the vertex or one of its neighbours.
+
+    The result is the start of each vertex's entries, and the list of all entries.
+    """
     rows = np.repeat(np.arange(len(faces)), 3)
     incident = sparse.csr_array((np.ones(3 * len(faces)), (faces.ravel(), rows)), shape=(count, len(faces)))
     adjacent = incident @ incident.T

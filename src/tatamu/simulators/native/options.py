@@ -39,8 +39,9 @@ class StepOptions(NamedTuple):
     membrane_damping: float = 5e-5
     """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
     damping_part: float = 0.3
-    """Largest time constant tau_d of damping, as a fraction of the membrane's step [-]. A larger one would be
-    unstable."""
+    """Largest time constant tau_d of damping, as a fraction of the membrane's step [-].
+
+    A larger time constant would be unstable."""
 
 
 class ElasticOptions(NamedTuple):
@@ -49,12 +50,12 @@ class ElasticOptions(NamedTuple):
     angle_sum_part: float = 0.45
     """Weight a of the operator C in the curvature Q = a C + (1 - a) R^-1 [-].
 
-    With this value, irregular and rotated meshes are too soft in as many cases as they are too stiff
+    With this value, about half of the irregular and rotated meshes are too soft, and the others are too stiff
     (benchmarks/statics.py)."""
     crowding_strain: float = 0.2
-    """Compressive Green strain b from which cloth that wrinkles has its full stiffness again [-].
+    """Compressive Green strain b up to which cloth that wrinkles is soft [-]. Beyond it, cloth has its full stiffness.
 
-    With b = 0.2, an edge then has 0.77 of its rest length."""
+    At b = 0.2, an edge has 0.77 of its rest length."""
 
 
 class ContactOptions(NamedTuple):
@@ -65,23 +66,25 @@ class ContactOptions(NamedTuple):
 
     # Candidates: pairs of mesh elements that may touch.
     margin_thicknesses: float = 3.0
-    """Distance beyond one thickness within which candidates for contact are searched [t]. The next two options change
-    it."""
+    """Margin of the search for contact [t]. Candidates are searched within one thickness plus this margin.
+
+    The next two options change the margin."""
     margin_edges: float = 0.75
-    """Least such distance as a fraction of the longest edge [-]. Coarse cloth moves farther between two searches."""
+    """Least margin as a fraction of the longest edge [-].
+
+    Coarse cloth needs a larger margin, because it moves farther between two searches."""
     margin_limit: float = 0.01
-    """Largest distance that follows from the longest edge [m]."""
+    """Largest margin that follows from the longest edge [m]."""
     margin_wear: float = 0.8
-    """Fraction of this distance after whose use candidates are searched again [-]."""
+    """Fraction of the margin by which vertices may approach before candidates are searched again [-]."""
     crease_cosine: float = 0.5
     """Cosine between the normals of triangles below which cloth counts as folded [-].
 
     In folded cloth, vertices also avoid neighbouring triangles."""
     ridge_cosine: float = 0.94
     """Cosine between the normals of two triangles below which their shared edge is kept away from other edges [-].
-    Edges at a border are always kept away.
 
-    The default corresponds to a crease of 20 degrees."""
+    Edges at a border are always kept away. The default corresponds to a crease of 20 degrees."""
     level_cosine: float = 0.7
     """Cosine above which the plane of a triangle determines on which side of the triangle a vertex lies [-]."""
     same_direction_cosine: float = 0.8
@@ -93,8 +96,9 @@ class ContactOptions(NamedTuple):
 
     Such a triangle stays a candidate even if two other triangles are nearer."""
     pressed: float = 0.6
-    """Distance below which layers count as pressed [t]. The edges of pressed layers are kept away from each other as
-    well."""
+    """Distance below which layers count as pressed [t].
+
+    The edges of pressed layers are kept away from each other as well."""
     pressed_searches: int = 4
     """Number of searches for contact after which the edges at a vertex no longer count as pressed."""
     pairs_per_edge: int = 24
@@ -106,31 +110,33 @@ class ContactOptions(NamedTuple):
     edge_gap: float = 0.75
     """Distance at which edges are kept from other edges [t]. Vertices are kept at one thickness from triangles."""
     clearing_speed: float = 0.5
-    """Speed at which layers that are too close are separated [m/s]. It is limited so that tangled cloth does not
-    explode."""
+    """Speed at which layers that are too close are separated [m/s].
+
+    It is limited so that tangled cloth does not explode."""
     recovery_speed: float = 0.1
-    """Part of the separation speed that layers keep as velocity [m/s]. The rest only changes positions (split
-    impulse)."""
+    """Part of the separation speed that layers keep as velocity [m/s].
+
+    The rest of the separation only changes positions (split impulse)."""
     restored: tuple[float, ...] | np.ndarray = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
     """Fraction of the missing distance that each Gauss-Seidel sweep restores [-].
 
     The number of entries is the largest number of sweeps.
 
     The first sweep restores the whole distance. Later sweeps are made only while a pair is still too close. They
-    restore less, because there is no room for the whole distance between layers that a hand crushes. Compiled loops
-    receive an array, which has the same type for any number of entries.
+    restore less, because layers that a hand crushes have no room for the whole distance. Compiled loops receive an
+    array, which has the same type for any number of entries.
     """
     noticeable: float = 0.02
     """Size of a correction above which the next sweep tests the moved vertices again [t]."""
 
     # Frequency of contact, and vertices that are moved far by contact ("restless" vertices).
     restless: float = 0.25
-    """Largest movement of a vertex by contact above which contact is resolved twice as often from then on [t].
+    """Movement of a vertex by contact above which contact is resolved twice as often in the next outer step [t].
 
-    Contact is resolved at most after every substep. Without this, layers that hands crush would oscillate by several
-    thicknesses between two corrections."""
+    Contact is resolved at most after every substep. Without this option, layers that hands crush would oscillate by
+    several thicknesses between two corrections."""
     calm: float = 0.08
-    """Largest movement of a vertex by contact below which contact is resolved half as often [t]."""
+    """Contact is resolved half as often in the next outer step if no vertex moves farther than this by contact [t]."""
     sweeps_of_many: int = 5
     """Largest number of sweeps in each round if contact is resolved several times per outer step."""
     hard: float = 0.08
@@ -158,7 +164,9 @@ class UntangleOptions(NamedTuple):
     flattest: float = 1e-3
     """Least sine of the angle between an edge and a triangle [-]. Smaller values are replaced by this one."""
     blunt: float = 0.1
-    """Length of the sum of directions below which a pass moves less [-]. A short sum means an uncertain direction."""
+    """Length of a sum of directions, along which a pass moves an edge, below which the pass moves less [-].
+
+    A short sum means an uncertain direction."""
     shortest: float = 0.7
     """Least length of edges during separation, as a fraction of their rest length [-].
 
@@ -191,8 +199,9 @@ class LimitOptions(NamedTuple):
     """Limits at which a rollout is refused or stopped."""
 
     largest_stretch: float = 1.5
-    """Largest stretch of an edge, as a ratio of lengths [-]. Above it, the membrane model is not valid and a rollout
-    stops."""
+    """Largest stretch of an edge, as a ratio of lengths [-].
+
+    Above it, the membrane model is not valid and a rollout stops."""
     farthest: float = 1e4
     """Distance from the origin at which a rollout stops [m]."""
     thickest: float = 0.9

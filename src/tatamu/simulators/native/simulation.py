@@ -40,7 +40,7 @@ from tatamu.topology import Topology, edge_lengths, principal_stretches
 FRAMES_AT_ONCE = 8
 """Number of frames between two checks for interrupts. Compiled loops do not notice interrupts."""
 RECENT = 0.1
-"""Time after a too fast motion of a hand during which this hand is named as the cause of an error [s]."""
+"""Time before an error [s]. If a hand moved too fast within this time, the error names the hand as its cause."""
 LOCKED = 3000.0
 """Value of Y h^2 / B above which a warning says that cells may be too stiff for natural folds [-].
 
@@ -247,7 +247,10 @@ class Simulation:
         return floor(time / self.sizes.outer_step + 0.5)
 
     def _advance_to(self, last: int) -> None:
-        """Advance to step `last`, or only to the next event or by a few frames. `_latest` has the frames on the way."""
+        """Advance to step `last`, or only to the next event or by a few frames.
+
+        `_latest` receives the frames in between.
+        """
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
         if self._rest.reached:

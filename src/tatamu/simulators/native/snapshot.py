@@ -61,7 +61,7 @@ def _changing(system: System, counters: np.ndarray | None = None) -> Iterator[np
 
     Args:
         system: The running scene.
-        counters: Counters for the number of edge pairs in use; None for the counters of the system.
+        counters: Counters that give the number of edge pairs in use; None for the counters of the system.
     """
     state, contact = system.state, system.contact
     own = np.asarray(contact.counters)

@@ -1,12 +1,15 @@
 """Time stepping: symplectic Euler at three rates.
 
-Per outer step: bending kicks the velocities (once or more); between the kicks membrane, gravity and drag run in small
-substeps. (Gravity applied once per outer step would excite the membrane, and cloth would fall 0.2 % too far in half a
-second.) Then contact and the table correct the positions, and the velocities by the same corrections. If layers are
-crushed, contact is resolved several times per outer step. There is no linear solve, no iteration to a tolerance. Held
-vertices have inverse mass zero and follow their path at constant velocity within an outer step.
+An outer step, the longest time step, has two parts. In the first part, bending changes ("kicks") the velocities once or
+more. After each kick, membrane, gravity and drag act in small substeps. (If gravity acted once per outer step, it would
+excite the membrane, and cloth would fall 0.2 % too far in half a second.) In the second part, contact and the table
+correct the positions, and the velocities change by the same corrections. If layers are crushed, contact is resolved
+several times per outer step. There is no linear solve, and no iteration to a tolerance. Held vertices have an inverse
+mass of zero. They follow their path at constant velocity within an outer step.
 
-Forces are computed in single precision, from edges and strains taken in double; states are kept in double.
+A slot is the memory position of a vertex. In arrays such as X, some slots have copies behind the last slot. Forces are
+computed in single precision, from edges and strains that were computed in double precision. Positions and velocities
+have double precision.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from tatamu.simulators.native.system import Hands, Span, State, System
 
 @kernel
 def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
-    """Copy the values of slots `copied` behind the last slot."""
+    """Copy the values of the slots (memory positions) `copied` to the places behind the last slot."""
     for k in range(3):
         x = X[k]
         for i in range(copied.shape[0]):
@@ -36,7 +39,7 @@ def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
 
 @kernel
 def _add_back(F: np.ndarray, copied: np.ndarray, slots: int) -> None:
-    """Add the forces on copies to those on the original slots, and clear them."""
+    """Add the forces on copies of slots (memory positions) to the forces on the slots, and clear the copies."""
     for k in range(3):
         f = F[k]
         for i in range(copied.shape[0]):
@@ -46,7 +49,7 @@ def _add_back(F: np.ndarray, copied: np.ndarray, slots: int) -> None:
 
 @kernel
 def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> None:
-    """Set Y to the positions that time ahead [s]."""
+    """Set Y to the positions that the vertices would reach in the time `ahead` [s] at their present velocities."""
     n = V.shape[1]
     for k in range(3):
         y = Y[k, :n]
@@ -58,7 +61,7 @@ def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> No
 
 @inlined
 def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kick: float) -> None:
-    """Change the velocities by a bending step's impulse."""
+    """Change the velocities by the impulse of the bending forces in a time `kick` [s]."""
     slots = state.V.shape[1]
     _look_ahead(state.Y, state.X, state.V, 0.0)
     copy_out(state.Y, elastic.bending.copies, slots)
@@ -76,9 +79,10 @@ def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kick: float)
 
 @kernel
 def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
-    """A substep of symplectic Euler: kick by forces, gravity and drag, then drift, and look ahead for the next one.
+    """Make a substep h of symplectic Euler, and set Y to the positions in the time `ahead` after it.
 
-    Drag on the velocity alone does not change where cloth rests.
+    Forces, gravity and drag change the velocities first. Then the positions move by the new velocities. Drag depends on
+    the velocity alone, so it does not change the shape in which cloth rests.
     """
     n = state.V.shape[1]
     slower = -h * air.drag / (1.0 + h * air.drag)
@@ -98,7 +102,10 @@ def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
 
 @inlined
 def _substep(state: State, elastic: ElasticModel, air: Air, h: float, damping: float) -> None:
-    """Membrane force at Y, which is the positions looked ahead by tau_d (Kelvin-Voigt), kick and drift."""
+    """Compute the membrane forces at Y, and make one substep with them.
+
+    Y are the positions that the vertices would reach in the damping time tau_d. This gives Kelvin-Voigt damping.
+    """
     slots = state.V.shape[1]
     copy_out(state.Y, elastic.membrane.copies, slots)
     membrane.add_force(state.Y, state.F, elastic.membrane, state.triangle_forces)
@@ -121,7 +128,7 @@ def _lead(state: State, hands: Hands, number: int, outer_step: float) -> None:
 
 @kernel
 def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarray) -> float:
-    """Positions from slots to vertices, twice; the sum of the squares of all [m^2]."""
+    """Copy positions from slots to x and to `predicted`, and return the sum of the squares of all coordinates [m^2]."""
     row_x, row_y, row_z = X[0], X[1], X[2]
     square = 0.0
     for v in range(slot.shape[0]):
@@ -139,7 +146,7 @@ def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarra
 
 @kernel
 def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarray, V: np.ndarray, rate: float) -> None:
-    """Corrected positions back to slots, and corrections times `rate` [1/s] to the velocities."""
+    """Copy corrected positions back to slots, and add the corrections times `rate` [1/s] to the velocities."""
     row_x, row_y, row_z = X[0], X[1], X[2]
     row_u, row_v, row_w = V[0], V[1], V[2]
     for i in range(slot.shape[0]):
@@ -154,7 +161,7 @@ def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarr
 
 @kernel
 def _longest_way(V: np.ndarray, seconds: float) -> float:
-    """Return the distance of the fastest vertex in a time [s], at its present velocity [m]."""
+    """Return the distance that the fastest vertex moves in a time [s] at its present velocity [m]."""
     square = 0.0
     for s in range(V.shape[1]):
         square = max(square, V[0, s] * V[0, s] + V[1, s] * V[1, s] + V[2, s] * V[2, s])
@@ -163,7 +170,10 @@ def _longest_way(V: np.ndarray, seconds: float) -> float:
 
 @kernel
 def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
-    """Copy the positions of the vertices near bodies from slots, for the start or the end of a membrane step."""
+    """Copy the positions of the vertices near bodies from slots.
+
+    They belong to the start or the end of a membrane step.
+    """
     positions = bodies.near.positions
     for b in range(bodies.radius.shape[0]):
         for i in range(bodies.near.narrow.counts[b, 0]):
@@ -178,7 +188,10 @@ def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool
 
 @kernel
 def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
-    """Corrected positions of the vertices near bodies to slots, corrections to velocities, and look ahead again."""
+    """Copy the corrected positions of the vertices near bodies back to slots.
+
+    Also add the corrections to the velocities, and update Y, the positions in the time `ahead` [s].
+    """
     positions = bodies.near.positions
     for b in range(bodies.radius.shape[0]):
         for i in range(bodies.near.narrow.counts[b, 0]):
@@ -188,16 +201,17 @@ def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
                 state.V[k, s] += (positions.x[v, k] - positions.predicted[v, k]) / h
                 state.X[k, s] = positions.x[v, k]
                 state.Y[k, s] = positions.x[v, k] + ahead * state.V[k, s]
-                positions.predicted[v, k] = positions.x[v, k]  # another body may be near it, too
+                positions.predicted[v, k] = positions.x[v, k]  # because the vertex may be near another body, too
                 positions.start[v, k] = positions.x[v, k]
 
 
 @kernel
 def _meet_bodies(system: System, begin: float, end: float, number: int) -> None:
-    """Contact with bodies after a membrane step, from one fraction of outer step `number` to another.
+    """Resolve contact with bodies after a membrane step, which is a part of outer step `number`.
 
-    Cloth that hangs over a finger pulls each vertex there by millimetres in an outer step, which is too much for one
-    correction, but not in a membrane step.
+    The membrane step starts at the fraction `begin` of the outer step and ends at the fraction `end`. Cloth that hangs
+    over a finger pulls each vertex there. In an outer step, this moves the vertex by millimetres, which is too much for
+    one correction. In a membrane step, the motion is small enough.
     """
     state = system.state
     h = system.sizes.substep
@@ -209,7 +223,7 @@ def _meet_bodies(system: System, begin: float, end: float, number: int) -> None:
 
 @inlined
 def _outer_step(system: System, hands: Hands, number: int) -> bool:
-    """Make one outer step; whether the cloth stayed near enough and finite."""
+    """Make one outer step, and return whether the cloth stayed finite and near enough to the origin."""
     state = system.state
     sizes = system.sizes
     positions = state.positions
@@ -247,7 +261,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
             kicked = substep % sizes.substeps_per_kick == 0
             if kicked:
                 _kick_by_bending(state, system.elastic, system.air, sizes.kick)
-            if kicked or substep == done:  # bending or contact came after the last look ahead
+            if kicked or substep == done:  # Y is not valid after bending or contact
                 _look_ahead(state.Y, state.X, state.V, sizes.damping)
             _substep(state, system.elastic, system.air, sizes.substep, sizes.damping)
             if near_bodies:
@@ -273,14 +287,14 @@ def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tup
     """Make outer steps.
 
     Args:
-        system: Its state is changed in place.
+        system: The running scene. Its state is changed in place.
         hands: Held vertices.
-        frames: To be filled with positions [m] in the frames after the first step, shape (f, n, 3).
-        span: Which steps.
+        frames: Array that is filled with the positions [m] in the f frames after the first step, shape (f, n, 3).
+        span: Range of steps to make.
 
     Returns:
-        The number reached, `span.last` unless the cloth went beyond a limit before, and the largest stretch in the
-        last frame.
+        The number of the step that was reached, and the largest stretch in the last frame. The number is `span.last`,
+        or less if the cloth exceeded a limit.
     """
     state = system.state
     stretching = system.elastic.membrane
@@ -295,7 +309,7 @@ def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tup
             if near:
                 number += 1
         framed = number % span.per_frame == 0
-        if framed or number < until:  # between frames nobody looks: where a run is cut must not matter
+        if framed or number < until:  # only here, so that the result does not depend on where a run is cut
             copy_out(state.X, stretching.copies, state.V.shape[1])
             stretch = membrane.largest_stretch(state.X, stretching)
         if number < until:

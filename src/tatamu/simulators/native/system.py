@@ -19,7 +19,7 @@ from tatamu.simulators.native.options import ContactOptions, LimitOptions
 class State(NamedTuple):
     """Positions and velocities of the cloth, and temporary memory.
 
-    Elastic forces use them by slot (the memory position of a vertex), and contact uses them by vertex.
+    Elastic forces use the arrays by slot (the memory position of a vertex), and contact uses them by vertex.
     """
 
     X: np.ndarray
@@ -50,9 +50,9 @@ class Hands(NamedTuple):
     """Held vertices and the paths of the grippers that hold them."""
 
     vertex: np.ndarray
-    """Indices of the held vertices, shape (k,)."""
+    """Indices of the k held vertices, shape (k,)."""
     base: np.ndarray
-    """Positions of these vertices when the gripper closed [m], shape (k, 3)."""
+    """Positions of these vertices when their gripper closed [m], shape (k, 3)."""
     gripper: np.ndarray
     """Number of the gripper that holds each vertex, shape (k,)."""
     path: np.ndarray

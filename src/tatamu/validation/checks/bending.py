@@ -63,7 +63,8 @@ def droop(
         fibre: Direction of the warp; None if the material is isotropic.
 
     Returns:
-        Unstrained distance from the middle row [m], shape (n,), and reach and drop of each vertex [m], shape (n, 2).
+        Two arrays over the n vertices: the unstrained distance from the middle row [m], shape (n,), and the reach and
+        drop [m], shape (n, 2).
     """
     plan, faces = mesh
     cloth = Cloth(vertices=raised(plan), faces=faces, fibre=fibre)

@@ -27,8 +27,9 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 SLIDING = 1e-3
 """Speed above which a cloth slides [m/s]."""
 SHIFTED = 1e-3
-"""Distance in 0.4 s above which a layer counts as sliding [m]. Layers move farther at 0.1 degrees above the
-threshold."""
+"""Distance in 0.4 s above which a layer counts as sliding [m].
+
+At 0.1 degrees above the threshold, layers move farther."""
 GRIP = 3.0
 """Friction coefficient of the table under stacks. It is so large that the lowest layer does not slide."""
 

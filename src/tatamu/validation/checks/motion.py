@@ -26,12 +26,12 @@ def masses(scene: Scene) -> np.ndarray:
 
 
 def velocities(rollout: Rollout) -> np.ndarray:
-    """Return the mean velocities between frames [m/s], shape (f - 1, n, 3)."""
+    """Return the mean velocities of n vertices between f frames [m/s], shape (f - 1, n, 3)."""
     return np.diff(rollout.positions, axis=0) / np.diff(rollout.times)[:, None, None]
 
 
 def kinetic(scene: Scene, rollout: Rollout) -> np.ndarray:
-    """Return the kinetic energy of the mean velocities between frames [J], shape (f - 1,).
+    """Return the kinetic energy of the mean velocities between f frames [J], shape (f - 1,).
 
     It is never larger than the mean of the true kinetic energy.
     """
@@ -39,7 +39,7 @@ def kinetic(scene: Scene, rollout: Rollout) -> np.ndarray:
 
 
 def mechanical(scene: Scene, rollout: Rollout) -> np.ndarray:
-    """Return the sum of kinetic and gravitational energy between frames [J], shape (f - 1,).
+    """Return the sum of kinetic and gravitational energy between f frames [J], shape (f - 1,).
 
     It is zero at the start.
     """

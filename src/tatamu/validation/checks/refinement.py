@@ -3,10 +3,10 @@
 Thirty random folds of one towel are simulated on a mesh and on a mesh of half its spacing. They are scored by their
 mean vertex distance to the half fold. A search depends on the order of these scores.
 
-In the first case, hands hold only the edge, as in tatamu's own folds, and the cloth turns about the edge. Hands that
-hold several rows also fix the slope of the corner. They lay the corner down with its hem turned up, and it jumps when
-they open. The jump differs between any two meshes, so this is a separate case. Half the time step is not compared,
-because a scene has no time step: every simulator chooses its own.
+In the first case, hands hold only the edge, as in tatamu's own folds, and the cloth turns about the edge. In the second
+case, hands hold several rows of vertices, and so they also fix the slope of the corner. They lay the corner down with
+its hem turned up, and the corner jumps when the hands open. The jump differs between any two meshes, so this is a
+separate case. A halved time step is not compared, because a scene has no time step: every simulator chooses its own.
 """
 
 from __future__ import annotations

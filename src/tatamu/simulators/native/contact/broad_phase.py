@@ -1,8 +1,8 @@
-"""Broad phase: which parts of the cloth may touch.
+"""Broad phase of contact: finds the parts of the cloth that may touch.
 
-Candidates are found with a grid and kept while they are sure to be complete: as long as no two parts of the cloth can
-have come closer by the margin since they were searched. What counts is relative motion; a cloth that a hand carries
-away as a whole wears nothing out.
+Candidates (pairs of mesh elements that may touch) are found with a grid. They are kept while they are sure to be
+complete. This is the case until two parts of the cloth may have come closer by the margin since the search. Only
+relative motion counts. If a hand carries a cloth away as a whole, no new search is needed.
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.options import ContactOptions
 
 KEPT_APART = 1.5
-"""Thicknesses of the search distance that remain for contact, so that pairs are found before they are too close."""
+"""Part of the search distance, in thicknesses, that remains for contact.
+
+Pairs are thus found before they are too close."""
 
 
 @kernel
 def _order_by_height(x: np.ndarray, contact: ContactState) -> None:
-    """Order the vertices with partners from the highest down, see `vertex_face.sweep`."""
+    """Order the vertices with partners from the highest down, as `vertex_face.sweep` needs them."""
     triangle = contact.vertex_face.triangle
     near = np.flatnonzero((triangle[:, 0] >= 0) | (triangle[:, 1] >= 0) | (triangle[:, 2] >= 0))
     contact.vertex_face.order[: near.shape[0]] = near[np.argsort(-x[near, 2])]
@@ -31,7 +33,10 @@ def _order_by_height(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def search(x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
-    """Find the partners of every vertex, and the pairs of guarded edges, at legal positions x [m], shape (n, 3)."""
+    """Find the partners of every vertex, and the pairs of guarded edges, at legal positions x [m].
+
+    The array x has the shape (n, 3), where n is the number of vertices.
+    """
     shape = shape_of(x, mesh.faces)
     counters = contact.counters
     pressed = contact.activity.pressed
@@ -47,7 +52,7 @@ def search(x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: Con
 
 @kernel
 def _pair_edges(x: np.ndarray, mesh: ContactMesh, contact: ContactState, shape: Shape, options: ContactOptions) -> None:
-    """Add the pairs of edges that are to be guarded and are not yet."""
+    """Add the pairs of those edges that need to be guarded and have no pairs yet."""
     counters = contact.counters
     pressed = contact.activity.pressed
     counters.pairs = edge_edge_search.search(x, mesh, contact.edge_edge, pressed, shape, options, counters.pairs)
@@ -56,10 +61,11 @@ def _pair_edges(x: np.ndarray, mesh: ContactMesh, contact: ContactState, shape: 
 
 @kernel
 def refresh(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
-    """Follow the motion of the vertices; search again, at the start of the round, if candidates are worn out.
+    """Follow the motion of the vertices, and search candidates again if they are worn out.
 
-    They are when two vertices may have come closer by the margin since the search. Edges that have come under pressure
-    since are paired without a new one.
+    Candidates are worn out when two vertices may have come closer by the margin since the search. The new search uses
+    the positions at the start of the round. If edges have come under pressure since the last search, only they are
+    paired, without a new search.
     """
     motion.follow(positions, contact)
     margin = mesh.search_distance - KEPT_APART * mesh.thickness

@@ -1,11 +1,11 @@
 """Narrow phase and correction of edges against edges, without friction.
 
-Guarded edges and edges near them (`edge_edge_search`) are kept apart along the line of their closest points at the
-start of the step, like vertices and triangles.
+Pairs of edges, which `edge_edge_search` finds, are kept apart. They are pushed along the line that joined their closest
+points at the start of the step. Vertices and triangles are also kept apart in a direction from the start of the step.
 
 Most pairs are near but not too near. Distances are therefore computed for many pairs at a time. From the first pair
-that is too near, pairs are treated one by one, because its correction may bring others too near. The result is that of
-Gauss-Seidel, one pair after another.
+that is too near, pairs are treated one by one, because the correction of a pair may bring others too near. The result
+equals the result of a Gauss-Seidel sweep over single pairs.
 """
 
 from __future__ import annotations
@@ -20,23 +20,24 @@ from tatamu.simulators.native.geometry import Vector, closest_between
 from tatamu.simulators.native.options import ContactOptions
 
 MANY = 32
-"""Pairs that are measured together."""
+"""Number of pairs that are measured together."""
 FIRST_FRACTION = MANY
 SECOND_FRACTION = 2 * MANY
 GAP = 3 * MANY
-"""First row of measures, after that of distances."""
+"""First element of the gaps in the array of measures. The distances at the start come first."""
 SLEEP = 0.9
-"""Part of the excess distance after which a sleeping pair is tested again."""
+"""Fraction of the excess distance after which a sleeping pair is tested again [-]."""
 FARTHEST = 3.0
-"""The first sweep passes over pairs that were farther apart than this at the start of the step, in gaps that edges
-keep; a later one looks at them where the sweep before moved something."""
+"""Distance at the start of the step above which the first sweep does not correct a pair, in gaps that edges keep.
+
+A later sweep corrects such a pair if the sweep before moved one of its vertices."""
 TOUCHING = 1e-9
-"""Distance at the start below which edges have no direction of a push [m]."""
+"""Distance at the start of the step below which two edges define no direction for a push [m]."""
 
 
 @kernel
 def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first: int, out: np.ndarray) -> None:
-    """The coordinates of the n chosen pairs, in rows of `out` from number `first` on."""
+    """Write the coordinates of the n chosen pairs to `out`, in its rows from number `first` on."""
     for i in range(n):
         for q in range(4):
             v = pairs[chosen[i], q]
@@ -46,9 +47,11 @@ def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first:
 
 @kernel
 def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
-    """Write the distances at the start, the places along both edges and the distances at x to four rows of `out`.
+    """Write four rows of measures of n pairs of edges to `out`.
 
-    The array m has twelve rows of coordinates at the start and twelve at x, for n pairs.
+    The first row contains the distances at the start. The next two rows contain the positions of the closest points, as
+    fractions of the first and of the second edge. The last row contains the gaps at x. The array m has twelve rows of
+    coordinates at the start and twelve rows at x.
     """
     for i in range(n):
         ax, ay, az = m[i], m[i + MANY], m[i + 2 * MANY]
@@ -79,7 +82,7 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
     """Fill `chosen` with the next pairs from number p on that may be too near.
 
     Returns:
-        Their number, and the number of the next pair.
+        The number of pairs in `chosen`, and the number of the pair where the next call continues.
     """
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
@@ -104,7 +107,7 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
 
 @kernel
 def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[int, int]:
-    """Fill `chosen` with awake pairs from the i-th on that the last sweep moved."""
+    """Fill `chosen` with awake pairs that the last sweep moved, from the i-th awake pair on."""
     pairs = contact.edge_edge.pairs
     awake = contact.edge_edge.awake
     touched = contact.activity.touched
@@ -123,7 +126,7 @@ def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[in
 
 @kernel
 def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float) -> None:
-    """Pairs that are farther apart than `kept` [m] sleep before they can have come too near; list the others."""
+    """Let pairs farther apart than `kept` [m] sleep until they can have come too near, and list the other pairs."""
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
@@ -148,7 +151,7 @@ def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, 
 
 @kernel
 def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
-    """The first of n gaps that is too small, n if none is."""
+    """Return the number of the first of n gaps that is too small; n if all are large enough."""
     for i in range(n):
         if gap[i] < wanted:
             return i
@@ -186,14 +189,16 @@ def _push_apart(
         inverse_mass: Inverse masses of the vertices [1/kg].
         activity: Record of noticeable and hard pushes, which is updated.
         pair: Ends of both edges.
-        closest: Distance at the start [m], and the fractions along both edges where it is reached.
-        wanted: Distance that they should have [m].
-        speeds: Largest separation, and the part of it that becomes velocity [m]; see `projection.correction`.
-        thresholds: Pushes above which vertices count as touched and as restless [m].
-        numbers: Number of this sweep, and of the outer step until which vertices are then restless.
+        closest: Distance of the edges at the start [m], and the fractions along both edges where their closest points
+            are.
+        wanted: Distance that the edges should have [m].
+        speeds: Largest distance that the pair may gain, and the part of it that becomes velocity [m]; see
+            `projection.correction`.
+        thresholds: Lengths of a push above which vertices count as touched and as restless [m].
+        numbers: Number of this sweep, and number of the outer step until which pushed vertices are restless.
 
     Returns:
-        The gap before the push [m]; infinity if it was large enough.
+        The gap before the push [m]; infinity if the gap was large enough.
     """
     distance, s, t = closest
     weights = (1.0 - s, s, -(1.0 - t), -t)
@@ -232,18 +237,18 @@ def sweep(
     step: float,
     restored: float,
 ) -> float:
-    """One Gauss-Seidel sweep over the edge pairs, in the order of their numbers.
+    """Make one Gauss-Seidel sweep over the edge pairs, in the order of their numbers.
 
     Args:
-        positions: Positions to correct, and those at the start.
+        positions: Positions to correct, and the positions at the start of the step.
         mesh: The mesh.
-        contact: Pairs are put to sleep; activity is written.
+        contact: State of contact. Distant pairs are put to sleep, and activity is updated.
         options: Limits of the corrections.
         step: Time since the start of the step [s].
-        restored: Part of the gap that this sweep restores.
+        restored: Fraction of the gap that this sweep restores [-].
 
     Returns:
-        Smallest gap found before it was corrected, at most the one that edges keep [m].
+        Smallest gap before its correction [m]. It is at most the gap that edges keep.
     """
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs

@@ -1,7 +1,8 @@
-"""Broad phase of edges against edges: guarded edges, and the edges near them.
+"""Broad phase of edges against edges: finds pairs of a guarded edge and an edge near it.
 
-Borders are guarded, creased edges, and the edges of layers that are pressed together: between flatter ones that are not
-pressed, an edge cannot come through before a vertex does.
+Three kinds of edges are guarded: borders, creased edges, and edges of layers that are pressed together. Other edges
+need no guard, because the cloth is nearly flat and not pressed there. An edge cannot pass through such cloth before a
+vertex does.
 """
 
 from __future__ import annotations
@@ -16,17 +17,18 @@ from tatamu.simulators.native.geometry import Vector, closest_on_segments, dot, 
 from tatamu.simulators.native.options import ContactOptions
 
 RADII = 1.87
-"""Half an edge, and the distance from an edge to the centroid of its triangle: at most this many of the longest radius
-of a triangle, together."""
+"""Bound on half an edge plus the distance from the edge to the centroid of its triangle, in radii [-].
+
+The radius is the longest distance from the centroid of a triangle to a corner."""
 MARGIN_PART = 0.5
-"""Edges closer than a thickness and this part of the margin are paired."""
+"""Fraction of the margin that is added to the thickness. Edges closer than this sum are paired."""
 
 
 @kernel
 def _newly_guarded(
     mesh: ContactMesh, guarded: np.ndarray, pressed: np.ndarray, face_normal: np.ndarray, ridge: float
 ) -> np.ndarray:
-    """Which edges are to be guarded and are not yet, shape (e,)."""
+    """Return which of the e edges need to be guarded and are not guarded yet, shape (e,)."""
     edges = mesh.edges
     newly = np.zeros(edges.shape[0], dtype=np.bool_)
     for e in range(edges.shape[0]):
@@ -40,7 +42,7 @@ def _newly_guarded(
 
 @kernel
 def _mean_normal(f: int, g: int, face_normal: np.ndarray) -> Vector:
-    """Unit normal at the edge of triangles f and g, -1 for none."""
+    """Return the mean unit normal of triangles f and g, which share an edge. At a border, g is -1."""
     nx, ny, nz = face_normal[f, 0], face_normal[f, 1], face_normal[f, 2]
     if g >= 0:
         nx += face_normal[g, 0]
@@ -51,7 +53,7 @@ def _mean_normal(f: int, g: int, face_normal: np.ndarray) -> Vector:
 
 @kernel
 def _mark_near(edge: np.ndarray, e: int, near_start: np.ndarray, near: np.ndarray, is_near: np.ndarray) -> None:
-    """Mark the triangles within two rings of an edge's ends with its number."""
+    """Mark the triangles within two rings around both ends of edge e with the number e."""
     for v in (edge[0], edge[1]):
         for i in range(near_start[v], near_start[v + 1]):
             is_near[near[i]] = e
@@ -70,16 +72,16 @@ def search(
     """Pair each newly guarded edge with edges of triangles near it, except its neighbours in the same flat cloth.
 
     Args:
-        x: Legal positions [m], shape (n, 3).
+        x: Legal positions of the n vertices [m], shape (n, 3).
         mesh: The mesh.
-        edge_edge: To be filled.
-        pressed: Searches for which the edges at each vertex are guarded yet, shape (n,).
+        edge_edge: Record to which the pairs are added.
+        pressed: Number of further searches for which the edges at each vertex are guarded, shape (n,).
         shape: Shape of the cloth at x.
         options: Limits of candidates.
-        count: Present number of pairs.
+        count: Number of pairs before the search.
 
     Returns:
-        New number of pairs.
+        Number of pairs after the search.
     """
     edges = mesh.edges
     face_edges = mesh.face_edges

@@ -1,8 +1,9 @@
-"""Contact of one time step: nonlinear Gauss-Seidel sweeps over all pairs, and the table, with impact zones at the end.
+"""Contact in one time step: nonlinear Gauss-Seidel sweeps over all pairs and the table, then impact zones.
 
-A sweep corrects pair after pair, each from the positions that the one before left. There is no iteration to a
-tolerance. The first sweep restores the whole thickness and later ones less; they end when every pair has the distance
-that the next one would restore. If layers are crushed, contact is resolved in several rounds per outer step.
+A sweep corrects one pair after another. Each correction starts from the positions that the correction before left.
+There is no iteration to a tolerance. The first sweep restores the whole thickness, and later sweeps restore less. The
+sweeps end when every pair has the distance that the next sweep would restore. If layers are crushed, contact is
+resolved in several rounds per outer step, the longest time step of the simulation.
 """
 
 from __future__ import annotations
@@ -30,20 +31,23 @@ def _sweep(
     step: float,
     restored: float,
 ) -> float:
-    """Make one sweep over edges, vertices, bodies and the table; return the smallest gap before it."""
+    """Make one sweep over edges, vertices, bodies and the table, and return the smallest gap before it.
+
+    The gap is a multiple of the thickness.
+    """
     contact.counters.sweep += 1
     edge_gap = edge_edge.sweep(positions, mesh, contact, options, step, restored)
     gap = vertex_face.sweep(positions, mesh, contact, options, step, restored)
     if bodies.radius.shape[0]:
         rigid.sweep(positions, mesh, contact, bodies, options, step, restored)
-    if plane.present:  # last, so that it carries what the layers hand down
+    if plane.present:  # last, because the layers pass their load on to the table
         table.sweep(positions, mesh.inverse_mass, contact, plane, options, step)
     return min(gap, edge_gap / options.edge_gap) / mesh.thickness
 
 
 @kernel
 def _largest_correction(x: np.ndarray, predicted: np.ndarray) -> float:
-    """The longest distance by which contact moved a vertex [m]."""
+    """Return the longest distance by which contact moved a vertex [m]."""
     square = 0.0
     for v in range(x.shape[0]):
         dx = x[v, 0] - predicted[v, 0]
@@ -66,16 +70,16 @@ def resolve(
     """Resolve all contact of one round.
 
     Args:
-        positions: Positions to correct, and those at the start.
+        positions: Positions to correct, and the positions at the start of the round.
         mesh: The mesh.
-        contact: Memory of contact.
-        bodies: Rigid bodies, placed for this round.
+        contact: State of contact.
+        bodies: Rigid bodies, with their poses of this round.
         plane: The table.
-        options: All of contact's, `restored` as an array.
+        options: All options of contact. Its `restored` must be an array.
         step: Time since the start of the round [s].
 
     Returns:
-        The longest distance by which contact moved a vertex, without the part that is position only [m].
+        The longest distance by which contact moved a vertex, without the part that does not become velocity [m].
     """
     counters = contact.counters
     broad_phase.refresh(positions, mesh, contact, options)
@@ -90,21 +94,21 @@ def resolve(
         gap = _sweep(positions, mesh, contact, bodies, plane, options, step, restored)
     longest = _largest_correction(positions.x, positions.predicted)
     if longest > options.calm * mesh.thickness or counters.rounds > 1:
-        motion.reach(positions, contact)  # what contact moved may have come near to what sleeps
+        motion.reach(positions, contact)  # a vertex that contact moved may have come near to a sleeping pair
         impact_zones.hold(positions, mesh, contact, options)
     return longest
 
 
 @kernel
 def rounds_of_next_step(rounds: int, longest: float, thickness: float, most: int, options: ContactOptions) -> int:
-    """Rounds of contact in the next outer step.
+    """Return the number of rounds of contact in the next outer step, the longest time step of the simulation.
 
     Args:
-        rounds: In this one.
-        longest: Longest correction in any of them [m].
+        rounds: Number of rounds in the present outer step.
+        longest: Longest correction in any of these rounds [m].
         thickness: Thickness of the cloth [m].
         most: Largest number of rounds.
-        options: Limits at which cloth counts as restless.
+        options: Lengths of corrections at which cloth counts as restless or as calm.
     """
     if longest > options.restless * thickness:
         return min(2 * rounds, most)

@@ -9,27 +9,27 @@ import numpy as np
 from tatamu.simulators.native.compiled import kernel
 
 MOST_CELLS = 65536
-"""Cells become larger rather than more, so that the grid stays in the processor's cache."""
+"""Largest number of cells. With more points, cells become larger, so that the grid stays in the processor's cache."""
 
 
 class Grid(NamedTuple):
-    """Points sorted into cells; cell (i, j, k) is number (i * shape[1] + j) * shape[2] + k."""
+    """Points sorted into cells. Cell (i, j, k) has the number (i * shape[1] + j) * shape[2] + k."""
 
     origin: np.ndarray
-    """Lowest corner [m], shape (3,)."""
+    """Corner of the grid with the smallest coordinates [m], shape (3,)."""
     cell: np.ndarray
-    """Sides of a cell [m], shape (3,)."""
+    """Lengths of the sides of a cell [m], shape (3,)."""
     shape: np.ndarray
-    """Cells along x, y, z, shape (3,)."""
+    """Numbers of cells along x, y and z, shape (3,)."""
     start: np.ndarray
     """Start of each cell in `order`, shape (cells + 1,)."""
     order: np.ndarray
-    """Points by cell, shape (points,)."""
+    """Numbers of the points, sorted by cell, shape (points,)."""
 
 
 @kernel
 def grid_of(points: np.ndarray, size: float) -> Grid:
-    """Sort points [m], shape (p, 3), into cells of at least `size` [m], by counting."""
+    """Sort p points [m], shape (p, 3), into cells whose sides are at least `size` [m], by a counting sort."""
     origin = np.empty(3)
     cell = np.empty(3)
     shape = np.empty(3, dtype=np.int64)
@@ -67,7 +67,7 @@ def grid_of(points: np.ndarray, size: float) -> Grid:
 
 @kernel
 def grid_cell(point: np.ndarray, grid: Grid) -> tuple[int, int, int]:
-    """Cell of a point, clamped to the grid."""
+    """Return the cell of a point. For a point outside the grid, this is the nearest cell."""
     i = min(max(int((point[0] - grid.origin[0]) / grid.cell[0]), 0), grid.shape[0] - 1)
     j = min(max(int((point[1] - grid.origin[1]) / grid.cell[1]), 0), grid.shape[1] - 1)
     k = min(max(int((point[2] - grid.origin[2]) / grid.cell[2]), 0), grid.shape[2] - 1)
@@ -80,18 +80,18 @@ def cells_around(
 ) -> tuple[int, int]:
     """Return the start and end in `Grid.order` of one column of the cells around a cell.
 
-    Cells that follow one another along z lie together, so a block of 2 rings + 1 cells a side is that number squared of
-    runs.
+    Cells that follow one another along z lie together in `Grid.order`, so a column of cells along z is one run. A block
+    with 2 rings + 1 cells a side therefore has (2 rings + 1)^2 runs.
 
     Args:
-        cell: The cell in the middle.
-        rings: Number of cells to look to each side.
-        column: Number of the run, from 0 to (2 rings + 1)^2 - 1, by x, then y.
+        cell: The cell in the middle of the block.
+        rings: Number of cells from the middle to each side.
+        column: Number of the run, from 0 to (2 rings + 1)^2 - 1. Runs are numbered by x, then by y.
         shape: Numbers of cells of the grid.
         start: Starts of the grid's cells.
 
     Returns:
-        The first place and the one behind the last; the same where the column is outside the grid.
+        The first index of the run, and the index after its last one. Both are equal if the column is outside the grid.
     """
     side = 2 * rings + 1
     i = cell[0] - rings + column // side

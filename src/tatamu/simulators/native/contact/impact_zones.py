@@ -1,12 +1,13 @@
 """The last resort of contact: rigid impact zones (Provot 1997, Bridson et al. 2002).
 
-Where hands crush many layers, corrections of one pair undo those of another, and a pair may end a step on the wrong
-side. All four vertices of such a pair, and of pairs that share vertices with it, are then a *zone*: it is set back to
-the legal positions at the start of the step and moved by its mean motion, which keeps its momentum and every distance
-within it. (Bridson et al. give a zone its rotation as well; here it only translates.)
+If hands crush many layers, the correction of one pair undoes the correction of another. A pair may then end a step on
+the wrong side. In this case the four vertices of the pair form a *zone*. If another such pair shares a vertex with the
+zone, its vertices also belong to the zone. The zone is set back to its legal positions at the start of the step. Then
+the whole zone is moved by its mean motion. This keeps the momentum of the zone and every distance within it. (Bridson
+et al. also rotate a zone; here a zone only translates.)
 
-Zones are the sets of a union-find forest: `zone[v]` is the parent of vertex v, itself of a root, and -1 of a vertex in
-no zone.
+Zones are the sets of a union-find forest: `zone[v]` is the parent of vertex v. The parent of a root is the root itself.
+For a vertex in no zone, `zone[v]` is -1.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from tatamu.simulators.native.options import ContactOptions
 
 @kernel
 def _root(zone: np.ndarray, v: int) -> int:
-    """Root of a vertex's zone; halves the path to it."""
+    """Return the root of a vertex's zone, and halve the path to the root."""
     while zone[v] != v:
         zone[v] = zone[zone[v]]
         v = zone[v]
@@ -41,7 +42,7 @@ def _join(zone: np.ndarray, a: int, b: int) -> None:
 
 @kernel
 def _join_four(zone: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
-    """Put four vertices into one zone; whether they were not yet in one."""
+    """Put four vertices into one zone, and return whether they were in different zones or in none before."""
     if zone[a] >= 0 and zone[b] >= 0 and zone[c] >= 0 and zone[d] >= 0:
         root = _root(zone, a)
         if _root(zone, b) == root and _root(zone, c) == root and _root(zone, d) == root:
@@ -54,7 +55,7 @@ def _join_four(zone: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
 
 @kernel
 def _between_edges(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
-    """The shortest vector from segment (c, d) to segment (a, b) [m]."""
+    """Return the shortest vector from segment (c, d) to segment (a, b) [m]."""
     _, s, t = closest_on_segments(x, a, b, c, d)
     rx = (1 - s) * x[a, 0] + s * x[b, 0] - (1 - t) * x[c, 0] - t * x[d, 0]
     ry = (1 - s) * x[a, 1] + s * x[b, 1] - (1 - t) * x[c, 1] - t * x[d, 1]
@@ -64,7 +65,7 @@ def _between_edges(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
 
 @kernel
 def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
-    """Whether the shortest vector between two edges has turned over since the start of the step."""
+    """Return whether the shortest vector between two edges has reversed its direction since the start of the step."""
     px, py, pz = _between_edges(start, a, b, c, d)
     qx, qy, qz = _between_edges(x, a, b, c, d)
     return px * qx + py * qy + pz * qz <= 0.0
@@ -72,9 +73,9 @@ def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: i
 
 @kernel
 def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tolerance: float) -> bool:
-    """Whether v is over the inside of triangle (a, b, c), but not on that side of it.
+    """Return whether v is over the inside of triangle (a, b, c), but not on the given side of the triangle.
 
-    A point counts as inside if it is beyond no edge by more than a tolerance, in barycentric coordinates.
+    A vertex counts as inside if none of its barycentric coordinates is below minus the tolerance.
     """
     nx, ny, nz = normal_of(x, a, b, c)
     px, py, pz = difference(x, v, a)
@@ -91,7 +92,7 @@ def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tol
 
 @kernel
 def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: ContactState, zone: np.ndarray) -> bool:
-    """Join the vertices of edge pairs that have passed through each other; whether any zone grew."""
+    """Join the vertices of edge pairs that have passed through each other, and return whether any zone grew."""
     grew = False
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs
@@ -120,7 +121,7 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
 def _join_passed_vertices(
     x: np.ndarray, mesh: ContactMesh, contact: ContactState, zone: np.ndarray, tolerance: float
 ) -> bool:
-    """Join vertices and the triangles that they have passed through; whether any zone grew."""
+    """Join vertices with the triangles that they have passed through, and return whether any zone grew."""
     grew = False
     faces = mesh.faces
     inverse_mass = mesh.inverse_mass
@@ -151,7 +152,10 @@ def _join_passed_vertices(
 
 @kernel
 def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarray) -> None:
-    """Move every zone from its legal positions by its mean motion, or by that of its held vertices."""
+    """Move every zone from its legal positions by its mean motion.
+
+    If the zone has held vertices, use their mean motion.
+    """
     x = positions.x
     start = positions.start
     n = x.shape[0]
@@ -180,18 +184,19 @@ def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarra
 
 @kernel
 def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> int:
-    """Undo the motion of cloth that passed through cloth; zones grow until nothing passes through.
+    """Undo the motion of cloth that passed through cloth. Zones grow until nothing passes through.
 
-    Only restless vertices are tested: those that contact has recently pushed hard, or that are in a zone.
+    Only restless vertices are tested. These are the vertices that contact has recently pushed hard, and the vertices of
+    zones.
 
     Args:
-        positions: Positions to correct; those at the start of the step are legal.
+        positions: Positions to correct, and the legal positions at the start of the step.
         mesh: The mesh.
-        contact: Contact whose pairs are tested; vertices of zones become restless.
-        options: Number of times that zones may grow, and the tolerance of inside.
+        contact: State of contact, whose pairs are tested. The vertices of zones become restless.
+        options: Number of times that zones may grow, and the tolerance for points that count as inside.
 
     Returns:
-        Number of passes that it took; 0 when nothing had passed.
+        Number of passes in which zones grew; 0 if nothing had passed through.
     """
     zone = np.full(positions.x.shape[0], -1)
     restless = contact.activity.restless

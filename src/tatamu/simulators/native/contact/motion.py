@@ -1,11 +1,13 @@
-"""The motion of the cloth since the search, which determines how long distant pairs sleep.
+"""The motion of the cloth since the last search, which determines how long distant pairs sleep (are not tested).
 
-A pair need not be tested before it can have come too near. The approach of its two sides is bounded by the lengths of
-their own paths, so a fast vertex wakes only its own pairs. Paths lead through legal positions, where contact left the
-cloth; the predicted motion of a round is added for that round only: layers that a hand presses are predicted within one
-another in every round and put back, and go nowhere.
+A pair needs no test until it can have come too near. Its two sides cannot approach by more than the lengths of their
+own paths. A fast vertex therefore wakes only its own pairs.
 
-All of it is motion against the mean: a cloth that is carried as a whole wakes nothing.
+The path of a vertex leads through the legal positions, which contact left at the end of each round. The predicted
+motion of a round is added for that round only. Otherwise layers that a hand presses would get long paths without
+travelling, because in every round they are predicted within one another and set back again.
+
+All motion is measured relative to the mean motion, so a cloth that is carried as a whole wakes no pairs.
 """
 
 from __future__ import annotations
@@ -18,28 +20,31 @@ from tatamu.simulators.native.contact.state import ContactState
 from tatamu.simulators.native.geometry import Vector
 
 EVERY = 16
-"""Step between the vertices over which the mean is taken; the bound holds for any reference vector."""
+"""The mean motion is taken over every n-th vertex, where n is this number.
+
+The bound on the approach holds for any reference vector."""
 
 
 @kernel
 def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
-    """Return the largest approach of edges (a, b) and (c, d) for path lengths of their vertices [m]."""
+    """Return the largest approach of edges (a, b) and (c, d) from the path lengths of their vertices [m]."""
     return max(length[a], length[b]) + max(length[c], length[d])
 
 
 @kernel
 def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """Return the largest approach of vertex v and triangle (a, b, c) for path lengths of their vertices [m].
+    """Return the largest approach of vertex v and triangle (a, b, c) from the path lengths of their vertices [m].
 
-    A vertex that slides onto a neighbouring triangle meanwhile is not covered to the letter; it gets no farther there
-    than it has slid, where that triangle is still about where the two corners that it shares are.
+    The bound is not exact if the vertex slides onto a neighbouring triangle. But the vertex gets no farther on this
+    triangle than it has slid. The error is small, because both triangles share two corners and the neighbouring
+    triangle is therefore still near.
     """
     return length[v] + max(length[a], length[b], length[c])
 
 
 @kernel
 def begin(x: np.ndarray, contact: ContactState) -> None:
-    """Begin to count, at legal positions x [m], shape (n, 3)."""
+    """Start to count motion from legal positions x of the n vertices [m], shape (n, 3)."""
     motion = contact.motion
     motion.path[:] = 0.0
     motion.legal[:] = x
@@ -50,9 +55,10 @@ def begin(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def follow(positions: Positions, contact: ContactState) -> None:
-    """Add the motion to the legal positions at the start of this round to the paths, then update the reach.
+    """Add the motion up to the legal positions at the start of this round to the paths, then update the reach.
 
-    If the search found no pairs, nothing can wake, and only `worn_out` uses the motion.
+    The reach is the path plus the motion within the round. If the search found no pairs, no pair can wake. Then only
+    `worn_out` uses the motion.
     """
     counters = contact.counters
     if counters.ordered == 0 and counters.pairs == 0:
@@ -74,7 +80,7 @@ def follow(positions: Positions, contact: ContactState) -> None:
 
 @kernel
 def reach(positions: Positions, contact: ContactState) -> None:
-    """Reach from the legal positions at the start of this round to the present ones, predicted or corrected."""
+    """Update the reach: the path plus the distance from the round's start to the predicted or corrected position."""
     x = positions.x
     start = positions.start
     path = contact.motion.path
@@ -90,7 +96,7 @@ def reach(positions: Positions, contact: ContactState) -> None:
 
 @kernel
 def _mean_motion(start: np.ndarray, end: np.ndarray) -> Vector:
-    """Mean motion of some of the vertices between two sets of positions [m]."""
+    """Return the mean motion of a sample of the vertices between two sets of positions [m]."""
     x, y, z = 0.0, 0.0, 0.0
     n = 0
     for v in range(0, start.shape[0], EVERY):
@@ -112,9 +118,10 @@ def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float
 
 @kernel
 def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
-    """Whether any two vertices may have come closer than a limit [m] since the search.
+    """Return whether any two vertices may have come closer by a limit [m] since the search.
 
-    Oscillations add to paths, which wake sleeping pairs, but they do not make the candidates stale.
+    Positions are compared with the positions at the search, so oscillations do not make candidates stale. Oscillations
+    do add to paths, which wake sleeping pairs.
     """
     counters = contact.counters
     if counters.travelled <= counters.due:
@@ -126,7 +133,10 @@ def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
 
 @kernel
 def _relative_motion(x: np.ndarray, start: np.ndarray) -> float:
-    """A bound on how far any two vertices moved against each other [m]: the diagonal of the box of displacements."""
+    """Return a bound on the relative motion of any two vertices [m].
+
+    The bound is the diagonal of the box around all displacements.
+    """
     low_x, low_y, low_z = np.inf, np.inf, np.inf
     high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
     for v in range(x.shape[0]):

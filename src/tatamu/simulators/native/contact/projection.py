@@ -1,8 +1,9 @@
 """Position-based correction of a pair that is too close, by split impulse.
 
 Contact moves positions, and this motion over the time step becomes velocity. A pair that was already too close at the
-start of the step would then be thrown apart. It is therefore separated at a limited speed, and a part of the correction
-also moves the predicted positions, from which velocities are computed. That part is *position only*.
+start of the step would then be thrown apart. The pair is therefore separated at a limited speed. In addition, a part of
+the correction does not become velocity, because it also moves the predicted positions, from which velocities are
+computed. This part is *position only*.
 """
 
 from __future__ import annotations
@@ -15,15 +16,16 @@ from tatamu.simulators.native.compiled import kernel
 
 
 class Positions(NamedTuple):
-    """Positions of the vertices in one time step [m], shape (n, 3) each."""
+    """Positions of the n vertices in one time step [m]. Each array has the shape (n, 3)."""
 
     x: np.ndarray
-    """Corrected by contact."""
+    """Positions that contact corrects."""
     start: np.ndarray
-    """At the start of the step, after the contact of the step before: legal, layers are on their sides."""
+    """Legal positions at the start of the step, after the contact of the step before. All layers are on their sides."""
     predicted: np.ndarray
-    """Before contact, from which the change of velocity is taken: (x - predicted) / step. Shifted by corrections that
-    are position only."""
+    """Positions before contact. They give the change of velocity, (x - predicted) / step.
+
+    Corrections that are position only also shift the predicted positions."""
 
 
 @kernel
@@ -32,13 +34,13 @@ def correction(gap: float, gap_at_start: float, wanted: float, clearing: float, 
 
     Args:
         gap: Distance of the pair, negative after it has passed through [m].
-        gap_at_start: Its distance at the start of the step [m].
-        wanted: Distance that it should have [m].
-        clearing: Largest distance that it may gain in this step [m].
-        recovery: Part of that distance that becomes velocity [m].
+        gap_at_start: Distance of the pair at the start of the step [m].
+        wanted: Distance that the pair should have [m].
+        clearing: Largest distance that the pair may gain in this step [m].
+        recovery: Part of the distance `clearing` that becomes velocity [m].
 
     Returns:
-        Both [m]; the first is not positive where nothing is to be done.
+        The two distances [m]. The first is zero or negative if the pair needs no push.
     """
     legal = max(gap_at_start, 0.0)
     push = min(wanted, legal + clearing) - gap
@@ -48,7 +50,7 @@ def correction(gap: float, gap_at_start: float, wanted: float, clearing: float, 
 
 @kernel
 def move(x: np.ndarray, v: int, distance: float, nx: float, ny: float, nz: float) -> None:
-    """Move vertex v by a distance [m] along n, or by a part of the vector n."""
+    """Move vertex v by `distance` [m] along a unit vector n, or by the fraction `distance` of any other vector n."""
     x[v, 0] += distance * nx
     x[v, 1] += distance * ny
     x[v, 2] += distance * nz

@@ -1,4 +1,4 @@
-"""The shape of the cloth for both searches: normals, centroids, radii."""
+"""The shape of the cloth for the searches of both kinds of pairs: normals, centroids, radii."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, dot, normal_of
 
 
 class Shape(NamedTuple):
-    """Normals, centroids and radii of the triangles and vertices at some positions."""
+    """Normals, centroids and radii of the m triangles and normals of the n vertices at some positions."""
 
     face_normal: np.ndarray
-    """Unit normals, shape (m, 3)."""
+    """Unit normal of every triangle, shape (m, 3)."""
     vertex_normal: np.ndarray
-    """Unit normals, means of the triangles around weighted by area, shape (n, 3)."""
+    """Unit normal of every vertex: the mean of the normals of its triangles, weighted by area, shape (n, 3)."""
     centroid: np.ndarray
     """Centroid of every triangle [m], shape (m, 3)."""
     radius: np.ndarray
@@ -25,7 +25,7 @@ class Shape(NamedTuple):
 
 @kernel
 def shape_of(x: np.ndarray, faces: np.ndarray) -> Shape:
-    """The shape at positions x [m], shape (n, 3)."""
+    """Return the shape of the cloth at positions x of the n vertices [m], shape (n, 3)."""
     n = x.shape[0]
     m = faces.shape[0]
     face_normal = np.empty((m, 3))

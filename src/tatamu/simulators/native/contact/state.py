@@ -1,7 +1,7 @@
 """The state of contact: the mesh, candidate pairs, recent activity, and counters.
 
-All arrays are allocated once and grouped in NamedTuples, which compiled loops accept. One module writes each record in
-the course of a step; see the table in the docstring of this package.
+All arrays are allocated once and grouped in NamedTuples, which compiled loops accept. Only one module writes each
+record at a time; a table in the docstring of this package lists these modules.
 """
 
 from __future__ import annotations
@@ -11,82 +11,99 @@ from typing import Any, NamedTuple
 import numpy as np
 
 PARTNERS = 3
-"""Triangles from which a vertex is kept: the nearest below, the nearest above, and one that would be lost."""
+"""Largest number of triangles from which a vertex is kept.
+
+They are the nearest triangle below, the nearest triangle above, and a further triangle that the vertex touches."""
 BELOW = 0
 ABOVE = 1
 EXTRA = 2
-"""Their numbers among the partners of a vertex."""
+"""`BELOW`, `ABOVE` and `EXTRA` are the column numbers of these three triangles."""
 
 
 class ContactMesh(NamedTuple):
-    """The mesh as contact needs it; only `inverse_mass` changes during a rollout."""
+    """The mesh with n vertices, m triangles and e edges. Only `inverse_mass` changes during a rollout."""
 
     faces: np.ndarray
-    """Triangles, shape (m, 3)."""
+    """Numbers of the vertices of every triangle, shape (m, 3)."""
     neighbours: np.ndarray
-    """Triangle across the edge opposite each corner, -1 at a border, shape (m, 3)."""
+    """Triangle across the edge opposite each corner of a triangle, -1 at a border, shape (m, 3)."""
     near_start: np.ndarray
     """Start of each vertex's entries in `near`, shape (n + 1,)."""
     near: np.ndarray
     """Triangles within two rings of each vertex."""
     edges: np.ndarray
-    """Shape (e, 2)."""
+    """Numbers of the two vertices of every edge, shape (e, 2)."""
     edge_faces: np.ndarray
-    """The triangles of each edge, -1 for none, shape (e, 2)."""
+    """Numbers of the triangles at every edge, shape (e, 2). The second is -1 at a border."""
     face_edges: np.ndarray
-    """Shape (m, 3)."""
+    """Numbers of the three edges of every triangle, shape (m, 3)."""
     inverse_mass: np.ndarray
-    """[1/kg], shape (n,); 0 of a vertex that is held."""
+    """Inverse mass of every vertex [1/kg], shape (n,). It is 0 for a vertex that is held."""
     friction: float
     """Coulomb coefficient mu of cloth on cloth [-]."""
     thickness: float
-    """Distance t of layers at rest [m]."""
+    """Distance of layers at rest [m]."""
     search_distance: float
-    """Distance of candidates in a search [m]: the thickness plus the margin."""
+    """Distance within which a search finds candidates [m]: the thickness plus the margin."""
     triangle_radius: float
     """Longest distance from the centroid of a triangle to a corner [m]."""
 
 
 class VertexFace(NamedTuple):
-    """Vertices against triangles: the partners of each vertex. Searched by the broad phase, written by each sweep."""
+    """Vertices against triangles: the partners of each of the n vertices, the triangles from which it is kept.
+
+    The broad phase searches the partners, and each sweep updates them. A vertex has at most PARTNERS partners.
+    """
 
     triangle: np.ndarray
-    """Partners of each vertex, -1 for none, shape (n, PARTNERS)."""
+    """Triangle of each partner, -1 if the vertex has fewer partners, shape (n, PARTNERS)."""
     side: np.ndarray
-    """Side of the triangle's normal on which the vertex is, +1 or -1, or 0 if unknown; shape (n, PARTNERS)."""
+    """Side of the triangle on which the vertex is, shape (n, PARTNERS).
+
+    The side is +1 where the normal points, -1 on the opposite side, or 0 if it is unknown."""
     wake: np.ndarray
-    """Value of `counters.travelled` before which the pair cannot be too near [m], shape (n, PARTNERS)."""
+    """Value that `counters.travelled` must reach before the pair can be too near [m], shape (n, PARTNERS)."""
     meets: np.ndarray
-    """Lengths of both its paths, together, before which it cannot be [m], shape (n, PARTNERS)."""
+    """Path length that the pair must reach before it can be too near [m], shape (n, PARTNERS).
+
+    The path length of a pair is the sum of the paths of both sides of the pair."""
     awake: np.ndarray
-    """Pairs that the last first sweep tested, as PARTNERS v + k; `counters.partners_awake` of them are in use."""
+    """Pairs that the last first sweep of a round tested. Pair k of vertex v has the number PARTNERS v + k.
+
+    The first `counters.partners_awake` entries are in use."""
     anchor_triangle: np.ndarray
-    """Triangle that friction holds the vertex to, -1 for none, shape (n, PARTNERS)."""
+    """Triangle to which friction holds the vertex, -1 if the vertex has no friction anchor, shape (n, PARTNERS)."""
     anchor: np.ndarray
-    """Friction anchor: where on that triangle, barycentric, shape (n, PARTNERS, 3)."""
+    """Friction anchor: a point on that triangle in barycentric coordinates, shape (n, PARTNERS, 3)."""
     order: np.ndarray
-    """Vertices with a partner, the highest first, shape (n,); `counters.ordered` of them are in use."""
+    """Vertices with a partner, the highest first, shape (n,). The first `counters.ordered` entries are in use."""
 
 
 class EdgeEdge(NamedTuple):
-    """Edges against edges. Searched by the broad phase, put to sleep by each first sweep."""
+    """Edges against edges. The broad phase finds the p pairs, and the first sweep of each round puts pairs to sleep."""
 
     pairs: np.ndarray
-    """Ends of both edges, those of the guarded edge first, shape (p, 4); `counters.pairs` of them are in use."""
+    """Ends of both edges of each pair, starting with the guarded edge, shape (p, 4).
+
+    The first `counters.pairs` rows are in use."""
     wake: np.ndarray
-    """Value of `counters.travelled` before which the pair cannot be too near [m], shape (p,)."""
+    """Value that `counters.travelled` must reach before the pair can be too near [m], shape (p,)."""
     meets: np.ndarray
-    """Lengths of both its paths, together, before which it cannot be [m], shape (p,)."""
+    """Path length that the pair must reach before it can be too near [m], shape (p,).
+
+    The path length of a pair is the sum of the paths of both edges."""
     awake: np.ndarray
-    """Numbers of the pairs that the last first sweep left awake; `counters.pairs_awake` of them are in use."""
+    """Numbers of the pairs that the last first sweep of a round left awake.
+
+    The first `counters.pairs_awake` entries are in use."""
     guarded: np.ndarray
-    """Whether an edge was paired, shape (e,)."""
+    """Whether each of the e edges of the mesh is guarded and has been paired, shape (e,)."""
 
 
 class VertexMotion(NamedTuple):
-    """Motion of the vertices since the search, relative to the mean; see `motion`.
+    """Motion of the n vertices since the search, relative to their mean motion; see the module `motion`.
 
-    Written at the start of each round, and the reach once more before impact zones.
+    All fields are updated at the start of each round. The reach is updated once more before impact zones.
     """
 
     path: np.ndarray
@@ -100,7 +117,10 @@ class VertexMotion(NamedTuple):
 
 
 class Activity(NamedTuple):
-    """Recent effects of contact on each vertex, shape (n,) each. Every correction of positions updates them."""
+    """Recent effects of contact on each vertex. Every correction of positions updates them.
+
+    Each array has one number per vertex.
+    """
 
     touched: np.ndarray
     """Number of the last sweep that moved the vertex noticeably."""
@@ -119,29 +139,29 @@ COUNTERS = np.dtype(
         ("pairs", np.int64),  # pairs in `EdgeEdge.pairs`
         ("partners_awake", np.int64),  # pairs in `VertexFace.awake`
         ("pairs_awake", np.int64),  # pairs in `EdgeEdge.awake`
-        ("longest_path", np.float64),  # twice the sum of the longest steps between legal positions since the search [m]
-        ("travelled", np.float64),  # that, and twice the longest way from there in this round [m]
+        ("longest_path", np.float64),  # twice the sum, over the rounds since the search, of the longest step [m]
+        ("travelled", np.float64),  # longest_path plus twice the longest motion within this round [m]
         ("due", np.float64),  # value of `travelled` at which candidates may be worn out [m]
-        ("newly_pressed", np.bool_),  # whether a vertex is pressed whose edges are not yet guarded
+        ("newly_pressed", np.bool_),  # whether any pressed vertex has edges that are not guarded yet
     ],
     align=True,
 )
-"""Changing numbers, in a record because compiled loops cannot write to fields of a NamedTuple."""
+"""Numbers that change. They are in a record because compiled loops cannot write to fields of a NamedTuple."""
 
 
 class ContactState(NamedTuple):
-    """The memory of contact between steps."""
+    """The state that contact keeps between steps."""
 
     vertex_face: VertexFace
     edge_edge: EdgeEdge
     activity: Activity
     motion: VertexMotion
     counters: Any
-    """A record of type `COUNTERS`."""
+    """A record of the type `COUNTERS`."""
 
 
 def initial_state(mesh: ContactMesh, pairs_per_edge: int) -> ContactState:
-    """Return the state before any search, with memory for this number of edge pairs per edge of the mesh."""
+    """Return the state before any search. It has memory for `pairs_per_edge` edge pairs per edge of the mesh."""
     count = len(mesh.inverse_mass)
     room = pairs_per_edge * len(mesh.edges)
     counters = np.zeros(1, dtype=COUNTERS).view(np.recarray)[0]

@@ -1,8 +1,10 @@
 """Cloth against the table: a plane with Coulomb friction, applied to positions.
 
-With depth d below the plane and slip s along it, both since the step began: d is undone, and s shrinks by
-min(1, mu d / |s|). A resting cloth that gravity pulls by g cos(theta) h^2 into the table and by g sin(theta) h^2 along
-it therefore sticks exactly when tan(theta) < mu. Derived in docs/theory/contact.md.
+In a time step h, a vertex gets the depth d below the plane and the slip s along the plane. The depth d is undone. The
+slip s shrinks by the factor min(1, mu d / |s|), where mu is the coefficient of friction. Friction can thus undo a slip
+of up to mu d. Take a cloth at rest on a table that is tilted by theta. Gravity g pulls it by d = g cos(theta) h^2 into
+the table and by s = g sin(theta) h^2 along the table. The cloth therefore sticks exactly when tan(theta) < mu. The
+derivation is in docs/theory/contact.md.
 """
 
 from __future__ import annotations
@@ -23,13 +25,13 @@ class TablePlane(NamedTuple):
 
     present: bool
     height: float
-    """At x = 0 [m]."""
+    """Height of the plane at x = 0 [m]."""
     sine: float
-    """Of the tilt [-]."""
+    """Sine of the angle of tilt [-]."""
     cosine: float
-    """Of the tilt [-]."""
+    """Cosine of the angle of tilt [-]."""
     half_thickness: float
-    """The mid-surface of the cloth stays this far over the table [m]."""
+    """Half the thickness of the cloth [m]. The mid-surface of the cloth stays this far over the table."""
     friction: float
     """Coulomb coefficient mu of cloth on the table [-]."""
 
@@ -43,12 +45,14 @@ def sweep(
     options: ContactOptions,
     step: float,
 ) -> None:
-    """Lift all vertices that are too low, by split impulse as `projection.correction` does, and hold them by friction.
+    """Lift all vertices that are too low, and hold them by friction.
+
+    The lift is split like the push of `projection.correction`: only a part of it becomes velocity.
 
     Args:
-        positions: Positions to correct, and those at the start.
+        positions: Positions to correct, and the positions at the start of the step.
         inverse_mass: Inverse masses of the vertices [1/kg].
-        contact: State of contact; vertices that are pushed hard become restless in it.
+        contact: State of contact. Vertices that are pushed hard become restless in it.
         plane: The table.
         options: Limits of the corrections.
         step: Time since the start of the step [s].

@@ -1,14 +1,14 @@
-"""Layers that went through one another in a pinch come apart when the hand opens.
+"""Takes layers apart that passed through one another in a pinch, when the hand opens.
 
-A hand keeps the orientation of the held cloth, while the cloth next to it may turn over, such as a hem when the garment
-is folded. The layers in the pinch are then in the opposite order to those next to it. Real cloth turns over gradually
-along the depth of the fingers. On a mesh the pinch may be a single row of vertices without depth, so edges pass through
-triangles. Contact keeps every vertex on its side, and so would keep these crossings.
+A hand keeps the orientation of the held cloth, but the cloth next to it may turn over. An example is a hem when a
+garment is folded. The layers in the pinch are then in the opposite order to the layers next to it. Real cloth turns
+over gradually along the depth of the fingers. On a mesh, the pinch may be a single row of vertices without depth, so
+edges pass through triangles. Contact keeps every vertex on its side, so it would keep these crossings.
 
-If an edge passes through a triangle, the two layers meet along a curve. The edge is moved against the triangle in the
+If an edge passes through a triangle, the two layers meet along a curve. The edge and the triangle are moved in the
 direction in which that curve shortens fastest (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions through
-intersection contour minimization"), which needs no memory of the layers' sides. Then the lengths of edges are restored,
-which moves the cloth around as well.
+intersection contour minimization"). This needs no memory of the layers' sides. Then the lengths of edges are restored,
+which also moves the cloth around the crossing.
 """
 
 from __future__ import annotations
@@ -24,16 +24,17 @@ from tatamu.topology import areas, edge_lengths, longest_sides
 
 
 def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions) -> tuple[np.ndarray, int]:
-    """Untangle the cloth; cloth without crossings is not moved at all.
+    """Untangle the cloth. A cloth without crossings is not moved.
 
     Args:
-        x: Positions [m], shape (n, 3).
-        mesh: The mesh; held vertices stay where they are.
-        lengths: Lengths of its edges at rest [m], shape (e,).
-        options: Limits of its motion.
+        x: Positions of the n vertices [m], shape (n, 3).
+        mesh: The mesh. Held vertices stay where they are.
+        lengths: Lengths of the e edges at rest [m], shape (e,).
+        options: Limits of the motion.
 
     Returns:
-        The positions with the fewest crossings that were found, x itself where none has fewer, and how many are left.
+        The positions with the fewest crossings that were found, and the number of these crossings. If no positions have
+        fewer crossings than x, the function returns x.
     """
     best = x
     pairs = crossing_pairs(x, mesh.faces, mesh.edges)
@@ -58,16 +59,17 @@ def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: Unt
 
 
 def smallest_height(x: np.ndarray, faces: np.ndarray) -> float:
-    """Smallest height of all triangles [m]."""
+    """Return the smallest height of all triangles [m]."""
     return float((2.0 * areas(x, faces) / (longest_sides(x, faces) + TINY_LENGTH)).min())
 
 
 @kernel
 def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: float) -> Vector:
-    """The direction in which edge e should move against triangle t: G = sum of R - 2 (E R) / (E N) N.
+    """Return the direction in which edge e should move against triangle t.
 
-    The sum is over the edge's triangles. E and N are the unit vectors along the edge and across the triangle; R runs
-    along the curve from the edge into one of its own triangles.
+    The direction is G = sum of R - 2 (E R) / (E N) N over the triangles of the edge. E is the unit vector along the
+    edge, and N is the unit normal of triangle t. R is the unit vector along the curve, from the edge into one of the
+    edge's triangles.
     """
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
     normal_x, normal_y, normal_z = normal_of(x, mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2])
@@ -122,7 +124,7 @@ def _meeting(x: np.ndarray, e: int, t: int, mesh: ContactMesh) -> tuple[float, f
 
 @kernel
 def _part(x: np.ndarray, pairs: np.ndarray, mesh: ContactMesh, step: float, flattest: float, blunt: float) -> None:
-    """Move each edge against the triangle that it passes through; a vertex of several pairs by the mean."""
+    """Move each edge against the triangle that it passes through. A vertex of several pairs moves by the mean."""
     shift = np.zeros_like(x)
     weight = np.zeros(x.shape[0])
     for i in range(pairs.shape[0]):
@@ -147,7 +149,7 @@ def _part(x: np.ndarray, pairs: np.ndarray, mesh: ContactMesh, step: float, flat
 def _keep_lengths(
     x: np.ndarray, edges: np.ndarray, shortest: np.ndarray, longest: np.ndarray, inverse_mass: np.ndarray, sweeps: int
 ) -> None:
-    """Bring every edge between its limits of length [m], one after another (position-based Gauss-Seidel)."""
+    """Bring the length of every edge between its limits [m], one edge after another (position-based Gauss-Seidel)."""
     for number in range(sweeps * edges.shape[0]):
         e = number % edges.shape[0]
         p, q = edges[e, 0], edges[e, 1]

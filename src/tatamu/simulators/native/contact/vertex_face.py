@@ -1,19 +1,21 @@
 """Narrow phase and correction of vertices against triangles, with Coulomb friction.
 
-Every vertex has up to three partners, found by `vertex_face_search`. A partner is followed from triangle to triangle as
-the cloth slides; on which side of it the vertex is, is remembered, and read off the positions at the start of the step,
-which are legal, never off the predicted ones. Positions are corrected so that layers stay a thickness apart; the
-tangential part of a correction is friction:
+Every vertex has up to three partners, triangles that `vertex_face_search` found. When the cloth slides, a partner moves
+on to the neighbouring triangle. The side of the partner on which the vertex lies is remembered. It is determined from
+the positions at the start of the step, because these are legal, and never from predicted positions. Positions are
+corrected so that layers stay a thickness apart. The tangential part of a correction is friction. The formulas use the
+inverse mass w_v of the vertex, the inverse masses w_k of the corners, and the barycentric coordinates b_k:
 
-    W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact, barycentric b
+    W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
-Slip is measured from the *friction anchor*, the point of the triangle where the vertex started to stick, not from the
-start of the step. If the table or another layer undoes a correction, the next step corrects it again, so layers at rest
-do not creep.
+l_n is the impulse along the normal, l_t is the impulse along the triangle, and mu is the coefficient of friction. Slip
+is measured from the *friction anchor*, the point of the triangle where the vertex started to stick. It is not measured
+from the start of the step. If the table or another layer undoes a correction, the next step corrects it again, so
+layers at rest do not creep.
 
-Pairs that a hand holds on both sides are left to the hand: near it a push has no lever, and would turn the pinch
-into a clamp that bends the layers as one plate. Derived in docs/theory/contact.md.
+Pairs that a hand holds on both sides are not corrected, because a push near the hand has no lever. It would turn the
+pinch into a clamp that bends the layers as one plate. The derivation is in docs/theory/contact.md.
 """
 
 from __future__ import annotations
@@ -28,18 +30,23 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulators.native.options import ContactOptions
 
 MOST_TRIANGLES = 4
-"""Triangles that a partner may be followed over in one sweep."""
+"""Largest number of triangles over which a partner moves in one sweep."""
 AWAKE = 1.1
-"""Distance in thicknesses up to which a pair is tested in every sweep; others sleep."""
+"""Distance up to which a pair is tested in every sweep, in thicknesses. Pairs farther apart sleep."""
 SLEEP = 0.8
-"""Part of the distance beyond a thickness after which a sleeping pair is tested again."""
+"""Fraction of the distance minus one thickness.
+
+A sleeping pair is tested again after it may have approached by this."""
 
 
 @kernel
 def _barycentric(
     x: np.ndarray, v: int, a: int, b: int, c: int
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Coordinates of v's projection on triangle (a, b, c), its unit normal, and v's height over it [m]."""
+    """Return v's projection on triangle (a, b, c), the triangle's unit normal, and v's height over the triangle [m].
+
+    The projection is given by its barycentric coordinates.
+    """
     nx, ny, nz = normal_of(x, a, b, c)
     square = nx * nx + ny * ny + nz * nz + TINY_LENGTH
     px, py, pz = difference(x, v, a)
@@ -58,7 +65,7 @@ def _barycentric(
 
 @kernel
 def _height(x: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """Height of v over the plane of triangle (a, b, c) [m]."""
+    """Return the height of v over the plane of triangle (a, b, c) [m]."""
     nx, ny, nz = normal_of(x, a, b, c)
     px, py, pz = difference(x, v, a)
     length = np.sqrt(nx * nx + ny * ny + nz * nz) + TINY_LENGTH
@@ -77,7 +84,7 @@ def _slip(x: np.ndarray, v: int, a: int, b: int, c: int, at: Vector, nx: float, 
 
 @kernel
 def _back_to_back(x: np.ndarray, faces: np.ndarray, s: int, t: int) -> bool:
-    """Return whether two triangles lie back to back, as at a seam."""
+    """Return whether two triangles lie back to back, like the two layers at a seam."""
     ax, ay, az = normal_of(x, faces[s, 0], faces[s, 1], faces[s, 2])
     bx, by, bz = normal_of(x, faces[t, 0], faces[t, 1], faces[t, 2])
     return ax * bx + ay * by + az * bz < 0.0
@@ -85,7 +92,7 @@ def _back_to_back(x: np.ndarray, faces: np.ndarray, s: int, t: int) -> bool:
 
 @kernel
 def _list_awake(contact: ContactState, faces: np.ndarray) -> int:
-    """List the pairs that may be too near, vertices from the highest down; how many they are."""
+    """List the pairs that may be too near, with vertices from the highest down, and return the number of pairs."""
     triangle = contact.vertex_face.triangle
     order = contact.vertex_face.order
     wake = contact.vertex_face.wake
@@ -120,22 +127,23 @@ def sweep(
     step: float,
     restored: float,
 ) -> float:
-    """One Gauss-Seidel sweep over all vertices with partners.
+    """Make one Gauss-Seidel sweep over all vertices with partners.
 
-    Vertices are visited from the highest down, so that each layer of a stack passes all of its weight to the next. The
-    function is long for speed: with narrow phase and friction as functions of arrays and numbers, a rollout took 1.08
-    to 1.19 times as long, inlined or not; with functions of records, 1.8 times.
+    Vertices are visited from the highest down, so that each layer of a stack passes all of its weight to the next
+    layer. The function is long because this makes it fast. In a version with separate functions for narrow phase and
+    friction, which took arrays and numbers, a rollout took 1.08 to 1.19 times as long. With functions that took
+    records, a rollout took 1.8 times as long.
 
     Args:
-        positions: Positions to correct, and those at the start.
+        positions: Positions to correct, and the positions at the start of the step.
         mesh: The mesh.
-        contact: Partners are followed, anchors set; activity is written.
+        contact: State of contact. The sweep moves partners and anchors, and updates activity.
         options: Limits of the corrections.
         step: Time since the start of the step [s].
-        restored: Part of the thickness that this sweep restores.
+        restored: Fraction of the thickness that this sweep restores [-].
 
     Returns:
-        Smallest gap found before it was corrected, at most a thickness [m].
+        Smallest gap before its correction [m]. It is at most a thickness.
     """
     x = positions.x
     start = positions.start
@@ -192,14 +200,14 @@ def sweep(
             if beyond < 0 or _back_to_back(x, faces, t, beyond):
                 break
             if beyond == triangle[v, k - 1] or beyond == triangle[v, k - 2]:
-                break  # another partner: within a crease a vertex is kept from both of its sides
+                break  # the vertex has this triangle as another partner already, as in a crease
             t = beyond
             if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
                 break
         beside = lowest < inside
         if beside and (faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v):
             continue
-        if beside or triangle[v, k] != t:  # beyond a sharp crease the old side may be the wrong one
+        if beside or triangle[v, k] != t:  # after a move over a sharp crease, the remembered side may be wrong
             triangle[v, k] = t
             side_of[v, k] = 0
             wake[v, k] = 0.0
@@ -218,9 +226,9 @@ def sweep(
                 meets[v, k] = of_vertex_and_face(path, v, a, b, c) + far
             continue
 
-        # How far to push.
+        # Length of the push.
         if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
-            continue  # where both layers are held, the hand decides how far they are apart
+            continue  # if both layers are held, the hand determines their distance
         push, position_only = correction(gap, side * _height(start, v, a, b, c), wanted, clearing, recovery)
         if push <= 0.0:
             continue
@@ -255,12 +263,12 @@ def sweep(
         slip = np.sqrt(sx * sx + sy * sy + sz * sz) + TINY_LENGTH
         held = min(1.0, mesh.friction * push / slip)
         lag = 2.0 * mesh.friction * push / slip
-        if first and lag < 1.0:  # slides: drags the anchor along, as far behind as the next step can hold
+        if first and lag < 1.0:  # the vertex slides and drags the anchor along; the next step can hold this lag
             anchor[v, k, 0] = ba + lag * (at[0] - ba)
             anchor[v, k, 1] = bb + lag * (at[1] - bb)
             anchor[v, k, 2] = bc + lag * (at[2] - bc)
 
-        # Correct, each vertex by its part of the inverse mass.
+        # Correct each vertex in proportion to its inverse mass.
         weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
         px = (push * nx - held * sx) / weight
         py = (push * ny - held * sy) / weight

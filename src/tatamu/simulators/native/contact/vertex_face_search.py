@@ -1,7 +1,7 @@
 """Broad phase of vertices against triangles: the nearest triangle on either side of a vertex, and one more.
 
-Kernels that are called vertex by vertex are handed arrays, never the records of all arrays: numba copies these at each
-call that is not inlined, which once took half of the time of every search.
+Kernels that are called for each vertex get single arrays, never records of many arrays. If a call is not inlined, numba
+copies such a record at each call. This once took half of the time of every search.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tatamu.simulators.native.geometry import dot, point_triangle
 from tatamu.simulators.native.options import ContactOptions
 
 SURELY_BESIDE = 0.3
-"""Distance from the plane of a level triangle beyond which a vertex is on that side [t]."""
+"""Height over the plane of a level triangle above which a vertex is surely on that side, in thicknesses."""
 
 
 @kernel
@@ -24,9 +24,9 @@ def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, shape: Sha
     """Find the partners of all vertices.
 
     Args:
-        x: Legal positions [m], shape (n, 3).
+        x: Legal positions of the n vertices [m], shape (n, 3).
         mesh: The mesh.
-        vertex_face: Partners to update; the present ones are tested first.
+        vertex_face: Partners to update. The present partners are tested first.
         shape: Shape of the cloth at x.
         options: Limits of candidates.
     """
@@ -38,17 +38,18 @@ def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, shape: Sha
 def _nearest_on_both_sides(
     x: np.ndarray, mesh: ContactMesh, partners: np.ndarray, shape: Shape, options: ContactOptions
 ) -> np.ndarray:
-    """The nearest triangle below and above each vertex, -1 for none, shape (n, 2).
+    """Return the nearest triangle below and above each of the n vertices, shape (n, 2). It is -1 if none is near.
 
-    Nearest in distance, not by its centroid: of two layers a thickness apart, the farther one may well have the nearer
-    centroid, and a partner is never followed from one layer to another.
+    The distance to the triangle counts here, not the distance to its centroid. Of two layers that are a thickness
+    apart, the farther one can have the nearer centroid. A wrong choice would last, because a partner never moves from
+    one layer to another.
     """
     faces = mesh.faces
     near = mesh.near
     face_normal = shape.face_normal
     vertex_normal = shape.vertex_normal
     radius = shape.radius
-    # A layer at the search distance has a centroid within the root of this.
+    # The centroid of a triangle at the search distance lies within the square root of this value.
     around = mesh.search_distance**2 + mesh.triangle_radius**2
     grid = grid_of(shape.centroid, np.sqrt(around))
     sorted_centroid = shape.centroid[grid.order]
@@ -64,7 +65,7 @@ def _nearest_on_both_sides(
         best_above = mesh.search_distance
         below = -1
         above = -1
-        for k in range(2):  # what was nearest is most likely near: most others are then dismissed by their planes
+        for k in range(2):  # the earlier nearest triangles first: then most others are dismissed by their planes
             t = partners[v, k]
             if t < 0 or (is_near[t] == v and dot(face_normal[t], vertex_normal[v]) > crease):
                 continue
@@ -98,7 +99,7 @@ def _nearest_on_both_sides(
                     best = best_above if off * lean > 0.0 else best_below
                 beside = best * best - off * off
                 if beside <= 0.0 or square - off * off > (radius[t] + np.sqrt(beside)) ** 2:
-                    continue  # its plane, or its circle in that plane, is farther than what is known
+                    continue  # its plane, or its circle in that plane, is farther away than the nearest triangle so far
                 a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
                 if a == v or b == v or c == v:
                     continue
@@ -123,11 +124,12 @@ def _keep_what_would_be_lost(
     shape: Shape,
     options: ContactOptions,
 ) -> None:
-    """Make the nearest triangles partners, and the nearest of those that a vertex has touched and would lose to them.
+    """Make the nearest triangles partners, and keep one earlier partner that the vertex touches.
 
-    In a crumple of three sheets the third would otherwise be forgotten and could pass through. A partner in the same
-    direction as another one need not be kept, because it belongs to the same sheet or lies behind it. Kept partners
-    keep their side.
+    A vertex has only three partners, so new ones replace earlier ones. In a crumple of three sheets, the third sheet
+    would then be forgotten and could pass through. An earlier partner need not be kept if it lies in the same direction
+    as a new partner, because it then belongs to the same sheet or lies behind this sheet. A kept partner keeps its
+    side.
     """
     faces = mesh.faces
     partners = vertex_face.triangle
@@ -169,7 +171,7 @@ def _keep_what_would_be_lost(
 def _in_same_direction(
     point: np.ndarray, s: int, t: int, face_normal: np.ndarray, centroid: np.ndarray, same: float
 ) -> bool:
-    """Whether a point is kept from triangle s in much the same direction as from triangle t."""
+    """Return whether triangles s and t keep a point away in much the same direction."""
     over_s = 0.0
     over_t = 0.0
     for k in range(3):

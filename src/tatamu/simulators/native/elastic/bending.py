@@ -34,10 +34,8 @@ class Bending(NamedTuple):
     """Constants of bending, in the order in which forces are computed.
 
     A hinge is an inner edge with its two triangles: the vertices a and b of the edge, and the opposite vertices c and
-    d. A band is a run of hinges or triangles that are neighbours in memory. A place is a position in a band. Places
-    without a hinge or a triangle contain zeros.
-
-    A slot is the memory position of a vertex.
+    d. A slot is the memory position of a vertex. A band is a run of hinges or triangles that are neighbours in memory.
+    A place is a position in a band. Places without a hinge or a triangle contain zeros.
     """
 
     hinges: np.ndarray
@@ -45,7 +43,9 @@ class Bending(NamedTuple):
     copies: np.ndarray
     """Slots of vertices that are copied behind the last slot for the bands of hinges."""
     rest_moment: np.ndarray
-    """Moment K g0 of the unstrained shape at each hinge [N m], in single precision, shape (hinge places,)."""
+    """Moment K g0 of the unstrained shape at each place of a hinge [N m], shape (hinge places,).
+
+    The moments have single precision."""
     couplings: np.ndarray
     """Table of the bands (runs in memory) of triangles. It contains the positions in memory of each triangle's
     hinges."""
@@ -114,8 +114,8 @@ def in_bands(
     Args:
         hinges: Bands of hinges, with slots (memory positions) of vertices.
         curved: Hinges of each triangle, and the matrices from their angles to its curvatures.
-        K: Stiffness K_T of each triangle [N m], see `curvature.stiffness`, shape (t, 3, 3).
-        rest_moment: Moment K g0 of each hinge in the unstrained shape [N m], shape (h,).
+        K: Stiffness K_T of each of the t triangles [N m], see `curvature.stiffness`, shape (t, 3, 3).
+        rest_moment: Moment K g0 of each of the h hinges in the unstrained shape [N m], shape (h,).
         material: Material of the cloth, which contains its hysteresis.
         real: Precision in which forces are computed.
     """

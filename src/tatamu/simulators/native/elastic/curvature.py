@@ -10,9 +10,10 @@ constant moment do not cancel, and cloth is too soft.
 
 C sums the turning of the surface at the three edges, k = sum_e l_e s_e theta_e n_e n_e' / A. l_e is the length of edge
 e, theta_e its dihedral angle, and n_e the direction across it. This is the basic shell triangle of Onate and Zarate
-2000, which has s_e = 1/2. Here, a triangle of height d has the share s_e = d / (d + d') of the angle; d' is the height
-of its neighbour. This is exact for curvature across the edge. Both shares sum to 1, so the forces of a constant moment
-cancel on any mesh. However, the curvature is not exact, and cloth is too stiff.
+2000, which has s_e = 1/2. Here, a triangle has the share s_e = d / (d + d') of the angle. d is the height of the
+triangle over the edge, and d' the height of its neighbour. This is exact for curvature across the edge. Both shares sum
+to 1, so the forces of a constant moment cancel on any mesh. However, the curvature is not exact, and cloth is too
+stiff.
 
 In regular rows, C and R^-1 are equal. Elsewhere, their mean is more accurate than C or R^-1 alone. A border or a seam
 carries no moment, so the curvature across it is zero. The derivation is in docs/theory/bending.md.
@@ -32,18 +33,18 @@ LARGEST_CONDITION = 1e6
 
 
 class CurvatureMaps(NamedTuple):
-    """Matrices from dihedral angles to curvatures, for all triangles with a hinge (an edge that carries a moment)."""
+    """Matrices from dihedral angles to curvatures, for all t triangles with a hinge (an edge that carries a moment)."""
 
     Q: np.ndarray
-    """Matrix from the measures g of its hinges to its curvatures for each triangle [1/m], shape (t, 3 curvatures, 3
-    hinges).
+    """Matrix of each triangle from the measures g of its hinges to its curvatures [1/m].
 
-    The matrix is zero for an edge that carries no moment."""
+    The shape is (t, 3 curvatures, 3 hinges). The matrix is zero for an edge that carries no moment."""
     area: np.ndarray
     """Area of each triangle [m^2], shape (t,)."""
     hinges: np.ndarray
-    """Hinges of each triangle, shape (t, 3). For an edge that carries no moment, it is another hinge of the
-    triangle."""
+    """Hinges of each triangle, shape (t, 3).
+
+    An edge that carries no moment is replaced by another hinge of the triangle."""
 
 
 def rigidities(material: Material) -> np.ndarray:
@@ -54,9 +55,9 @@ def rigidities(material: Material) -> np.ndarray:
 
 
 def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the foot of a vertex on the opposite edge and its height over the edge, each of shape (h,).
+    """Return the foot of a vertex on the opposite edge and its height over the edge, for each of h hinges.
 
-    The foot is a fraction of the edge, and the height has the unit m.
+    Both arrays have the shape (h,). The foot is a fraction of the edge, and the height has the unit m.
     """
     x0, x1, x2 = rest[hinges[:, 0]], rest[hinges[:, 1]], rest[hinges[:, apex]]
     edge = x1 - x0
@@ -67,7 +68,7 @@ def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, 
 def _operators(
     rest: np.ndarray, faces: np.ndarray, frames: np.ndarray, hinges: np.ndarray, at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrices R and C of every triangle.
+    """Return the matrices R and C of each of the m triangles.
 
     R has the shape (m, 3 edges, 3 curvatures), and C has the shape (m, 3 curvatures, 3 edges).
 
@@ -116,7 +117,9 @@ def _operators(
 
 
 def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarray:
-    """Return the matrix Q = a C + (1 - a) R^-1 of every triangle, from dihedral angles to curvatures, shape (m, 3, 3).
+    """Return the matrix Q = a C + (1 - a) R^-1 of each of the m triangles, shape (m, 3, 3).
+
+    Q maps dihedral angles to curvatures.
 
     On some meshes of few triangles, the six vertices of a triangle and its neighbours lie on a conic. Then a deflection
     exists that turns no edge, and R has no inverse. In this case Q = C, because C always exists.
@@ -151,7 +154,7 @@ def maps(
 
 
 def stiffness(curved: CurvatureMaps, D: np.ndarray) -> np.ndarray:
-    """Return the stiffness K_T = A_T Q' D Q of every triangle [N m], shape (t, 3, 3).
+    """Return the stiffness K_T = A_T Q' D Q of each of the t triangles [N m], shape (t, 3, 3).
 
     Args:
         curved: Curvature maps of the mesh.

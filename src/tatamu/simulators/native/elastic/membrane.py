@@ -8,8 +8,8 @@
 eps_q is the change of the squared length of edge q with the vertices a and b. L_q is its rest length. P maps the Green
 strain E to eps, A is the area of the triangle, W the energy, and f_a the force on vertex a.
 
-Damping is of the Kelvin-Voigt type: lengths and edges are those at x + tau_d v. The derivation is in
-docs/theory/membrane.md.
+Damping is of the Kelvin-Voigt type: lengths and edges are computed at the positions x + tau_d v. x are the positions, v
+the velocities, and tau_d is the time constant of damping. The derivation is in docs/theory/membrane.md.
 
 eps is a small difference of large numbers, so it is computed in double precision. All following steps use single
 precision.
@@ -43,8 +43,9 @@ class Membrane(NamedTuple):
     copies: np.ndarray
     """Slots (memory positions) of vertices that are copied behind the last slot for the bands."""
     S: np.ndarray
-    """Stiffness with respect to eps, doubled for the force and packed [N/m^3], in single precision, shape (6,
-    places)."""
+    """Stiffness with respect to eps of each place [N/m^3], in single precision, shape (6, places).
+
+    It is packed, and doubled for the force."""
     L2: np.ndarray
     """Squared rest lengths of the edges [m^2], shape (3, places)."""
     relaxed: np.ndarray
@@ -58,7 +59,7 @@ class Membrane(NamedTuple):
 
 
 def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the corners of every triangle in its own plane [m], shape (m, 3, 2).
+    """Return the corners of each of the m triangles in its own plane [m], shape (m, 3, 2).
 
     Corner 0 is at the origin, and corner 1 is on the positive x axis.
     """
@@ -75,7 +76,9 @@ def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def along_fibres(frames: np.ndarray, rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray | None) -> np.ndarray:
-    """Return the corners of every triangle in its own plane [m], shape (m, 3, 2). The warp is along the x axis.
+    """Return the corners of each of the m triangles in its own plane [m], shape (m, 3, 2).
+
+    The warp is along the x axis.
 
     Args:
         frames: Corners of every triangle from `rest_frames` [m].
@@ -119,8 +122,8 @@ def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.nd
         material: Material of the cloth.
 
     Returns:
-        Twice the stiffness S, packed, shape (6, m); squared rest lengths L^2 [m^2], shape (3, m);
-        `wrinkling.constants`.
+        Three arrays, with one column for each of the m triangles. The first is twice the stiffness S, packed, shape (6,
+        m). The second contains the squared rest lengths L^2 [m^2], shape (3, m). The third is `wrinkling.constants`.
     """
     edges = frames[:, ENDS[:, 1]] - frames[:, ENDS[:, 0]]
     dx = edges[..., 0]
@@ -208,8 +211,8 @@ def _forces(
     `out` receives nine rows of BLOCK numbers [N].
 
     Rows are sliced one by one, because the compiler only recognises one-dimensional slices as contiguous. `out` is a
-    single array with a fixed distance between rows. Otherwise the compiler would have to compare each written array
-    with all arrays that are read before it may vectorise the loop.
+    single array with a fixed distance between rows. If `out` were several arrays, the compiler would have to compare
+    each of them with all arrays that are read before it may vectorise the loop.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]

@@ -1,8 +1,9 @@
 """The fastest vibrations of membrane and bending at rest. They determine the size of the explicit time steps.
 
-The time steps are those of the symplectic Euler method. They are stable if the step h times the largest angular
-frequency omega is below 2. Lanczos iteration finds omega^2, the largest generalised eigenvalue of G' K G u = omega^2 M
-u. M are the lumped masses, K is the stiffness, and G are the derivatives with the positions u.
+The time steps use the symplectic Euler method. They are stable if the step h times the largest angular frequency omega
+is below 2. Lanczos iteration finds omega^2, the largest generalised eigenvalue of G' K G u = omega^2 M u. M are the
+lumped masses, K is the stiffness, and u is a displacement of all vertices. G contains the derivatives of the strains or
+angles with respect to the positions.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ ROUNDED_UP = 1.01
 def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
     """Return the derivatives d theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,).
 
-    theta are the dihedral angles, and g are their measures.
+    The mesh has h hinges and n vertices. theta are the dihedral angles of the hinges, and g are the measures of these
+    angles.
     """
     count = len(hinges)
     X = np.ascontiguousarray(rest[hinges.T.ravel()].T)
@@ -45,10 +47,10 @@ def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_ar
 
 
 def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse.csr_array:
-    """Return the derivatives of values y as a matrix, shape (r, 3 count). Each y depends on k vertices.
+    """Return the derivatives of r values y as a matrix, shape (r, 3 count). Each y depends on k vertices.
 
     Args:
-        values: Derivatives of each y with the positions of its vertices, shape (r, k, 3).
+        values: Derivatives of each y with respect to the positions of its vertices, shape (r, k, 3).
         vertices: Vertices on which each y depends, shape (r, k).
         count: Number of vertices.
     """

@@ -16,7 +16,7 @@ FULL = [0, 1, 2, 1, 3, 4, 2, 4, 5]
 
 
 def pack(matrices: np.ndarray) -> np.ndarray:
-    """Return the upper triangles of symmetric matrices, shape (m, 3, 3), as rows, shape (6, m)."""
+    """Pack the upper triangles of m symmetric matrices, shape (m, 3, 3), as rows, shape (6, m)."""
     return matrices.reshape(-1, 9).T[UPPER]
 
 

@@ -2,8 +2,8 @@
 
 A sheet that is compressed buckles instead of becoming shorter. Waves shorter than two cells are not possible on the
 mesh, so the mesh would carry the load of a plate. The energy is therefore relaxed, as in tension field theory (Pipkin
-1986; Choi and Ko 2002 for cloth). E1 >= E2 are the principal strains. m is the second principal stress divided by q,
-and equals E2 + nu E1. The formulas of the energy W are:
+1986; Choi and Ko 2002 for cloth). E1 >= E2 are the principal strains. The number m = E2 + nu E1 is the second principal
+stress divided by q. The formulas of the energy W are:
 
     W      = 1/2 Y psi(E1, b) + 1/2 q psi(m, (1 + nu) b),   q = Y / (1 - nu^2)
     psi(e) = e^2 for e > 0, c e^2 down to -b, c e^2 + (1 - c)(e + b)^2 beyond
@@ -41,8 +41,8 @@ def constants(inverse: np.ndarray, area: np.ndarray, material: Material) -> np.n
         material: Material of the cloth.
 
     Returns:
-        Array of shape (12, m). Rows 0 to 8 are P^-1. Rows 9 and 10 are twice the area times Y and times q [N m]. Row 11
-        is the Poisson ratio nu.
+        Array with one column for each of the m triangles, shape (12, m). Rows 0 to 8 are P^-1. Rows 9 and 10 are twice
+        the area times Y and times q [N m]. Row 11 is the Poisson ratio nu.
     """
     nu = material.poisson_ratio
     if material.compression == 1.0:

@@ -1,8 +1,9 @@
-"""The layout of vertices in memory. With it, forces are computed over long contiguous runs of numbers.
+"""The layout of vertices in memory, with which forces are computed over long contiguous runs of numbers.
 
 A processor computes eight or sixteen numbers together if they are neighbours in memory. Rows of vertices that form a
-lattice (`lattice`) are therefore stored at a constant distance, even rows separate from odd rows. All triangles of one
-kind then have the vertices a + j, b + j and c + j for j = 0, 1, ... Such a run of triangles is a *band*.
+lattice (`lattice`) are therefore stored at a constant distance. Even rows and odd rows are stored separately. All
+triangles of one kind then have the vertices a + j, b + j and c + j for j = 0, 1, ... Such a run of triangles is a
+*band*.
 
 A *slot* is the memory position of a vertex. Slots without a vertex, and positions in a band without a triangle, are
 fillers with zero mass and zero stiffness. Elements that fit in no band are computed on copies of their vertices. These
@@ -20,7 +21,7 @@ from tatamu.simulators.native.memory.lattice import patches
 BLOCK = 528
 """Number of elements of a band that are computed together. Intermediate values then stay in the nearest cache.
 
-The distance of rows is not a power of two, because rows at such a distance would use the same cache lines.
+The number is not a power of two, because rows whose distance is a power of two would use the same cache lines.
 """
 SHORTEST_BAND = 24
 """Least number of elements in a band of their own."""
@@ -33,11 +34,13 @@ class Bands:
     """Elements with k vertices each, ordered by band (run of elements that are neighbours in memory)."""
 
     table: np.ndarray
-    """For each band: first element, length, and first slot of each of the k vertices; shape (b, 2 + k)."""
+    """Table with one row for each of the b bands, shape (b, 2 + k).
+
+    A row contains the first element, the length, and the first slot of each of the k vertices."""
     element: np.ndarray
-    """Number of the mesh element at each place of the bands, shape (e,); -1 for a filler."""
+    """Number of the mesh element at each of the e places of the bands, shape (e,); -1 for a filler."""
     copied: np.ndarray
-    """Slots whose values are copied behind the last slot before forces are computed, shape (c,).
+    """The c slots whose values are copied behind the last slot before forces are computed, shape (c,).
 
     Forces on the copies are added to these slots afterwards."""
 
@@ -47,7 +50,10 @@ class Bands:
         return len(self.element)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Return values per mesh element, shape (.., e), in the order of the places in memory. Fillers get zero."""
+        """Return values per mesh element in the order of the places in memory. Fillers get zero.
+
+        The last axis of `values` counts the mesh elements.
+        """
         out = np.zeros((*values.shape[:-1], self.size))
         filled = self.element >= 0
         out[..., filled] = values[..., self.element[filled]]
@@ -63,11 +69,11 @@ class Bands:
 
 
 def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the slot (memory position) of each vertex, shape (n,), and the number of slots.
+    """Return the slot (memory position) of each of the n vertices, shape (n,), and the number of slots.
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
-        hinges: Inner edges and their opposite vertices, shape (h, 4).
+        hinges: The h inner edges with their opposite vertices, shape (h, 4).
     """
     count = len(rest)
     found = patches(rest, hinges)
@@ -103,7 +109,7 @@ def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
 
 
 def bands(elements: np.ndarray, total: int) -> Bands:
-    """Arrange elements of k slots, shape (e, k), in bands. Copies are placed behind slot `total`."""
+    """Arrange e elements of k slots, shape (e, k), in bands. Copies are placed behind slot `total`."""
     count, width = elements.shape
     if not count:  # a single triangle has no hinge
         return Bands(np.zeros((0, 2 + width), np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64))

@@ -1,8 +1,8 @@
 """The vertices of a mesh that form a triangular lattice, and their positions on the lattice.
 
-Two triangles that share an edge form a parallelogram. If three of its corners are on the lattice, the fourth corner
-follows. Starting with one triangle, this is repeated until the border, a seam or an irregular vertex is reached. The
-remaining triangles may form another patch, a connected piece of the lattice.
+Two triangles that share an edge form a parallelogram. If three of its corners are on the lattice, the lattice position
+of the fourth corner follows. Starting with one triangle, this is repeated until the border, a seam or an irregular
+vertex is reached. The remaining triangles may form another patch, a connected piece of the lattice.
 """
 
 from __future__ import annotations

@@ -1,36 +1,43 @@
-"""Contact of cloth with rigid bodies: by how much does a moving body push the cloth, and how far does it drag it along?
+"""Contact of cloth with rigid bodies. It computes how far a moving body pushes and drags the cloth.
 
-Every body is a *rounded box*: a core (a box with half sizes h; a segment or a point if some of these are zero) and
-everything within a radius of it. A sphere is a rounded point, a capsule a rounded segment, so one signed distance
-serves all shapes:
+Every body is a *rounded box*: a core, and everything within a radius r of the core. The core is a box with the half
+sizes h. If some half sizes are zero, it is a segment or a point. A sphere is a rounded point, and a capsule is a
+rounded segment. One signed distance d of a point p (in the frame of the body) therefore serves all shapes:
 
-    q = |p| - h,   d(p) = |max(q, 0)| + min(max(q_x, q_y, q_z), 0) - r        p in the body's frame
+    q = |p| - h,   d(p) = |max(q, 0)| + min(max(q_x, q_y, q_z), 0) - r
 
 The distance is convex. The point of a triangle that is nearest to a body is therefore a vertex, a point inside an edge,
-or a point inside the face. These are tested separately:
+or a point inside the face. These three cases are tested separately:
 
     vertex   d at the vertex
     edge     the minimum of d along the edge, by bisection of its derivative
+<<<<<<< HEAD
     face     a corner of the core over the inside of the triangle: the normal of the triangle then lies in the corner's
              normal cone, and the corner is on the side of the triangle's plane on which it was
+=======
+    face     a corner of the core over the inside of the triangle, if the normal of the triangle lies in the corner's
+             normal cone, and the centre of the body is still on the side of the triangle where it was before
+>>>>>>> main
 
-The mid-surface of the cloth stays half a thickness from the body. A pair that is closer is pushed apart along the
-normal n, shared by inverse masses (the body has none); the tangential part is Coulomb friction against the moving
-surface. Slip is measured in the frame of the body, from where the cloth was at the start of the round to where it is,
-so that a body that moves or turns carries the cloth along:
+The mid-surface of the cloth stays half a thickness from the body. A vertex, edge or face that is closer is pushed out
+along the normal n. Its vertices share the push by their inverse masses; the body does not give way. Coulomb friction
+with the coefficient mu acts along the surface of the body. The slip s is measured in the frame of the body. It leads
+from the position x0 of the cloth at the start of the round to its position x. As a result, a body that moves or turns
+carries the cloth along. R0 and c0 are the rotation and the centre of the body at the start of the round, R1 and c1 at
+its end:
 
     s = R1' (x - c1) - R0' (x0 - c0),   s_t = s - (n s) n,   s_t shrinks by min(1, mu push / |s_t|)
 
-As everywhere in contact, the side of a body on which cloth lies is that at the legal start of the round. A point has
-passed through the body if its path is longer than its distance and its new normal points against the old one. Its
-distance is then measured from the tangent plane of the earlier side.
+Cloth stays on the side of a body on which it is at the legal start of the round. A point has passed through the body
+under two conditions. Its path is longer than the sum of its distances at both ends, and its new normal points against
+the old one. Its distance is then measured from the tangent plane of the earlier side.
 
     state        the bodies as arrays: shapes, paths, poses of the round, candidates
     rounded_box  the distance and its normal, and its minimum along an edge
-    near         candidates: wide ones, kept until something may have come near, and narrow ones of each round
-    push         the gap of a point of the cloth, and its correction
-    sweep        all vertices, edges and faces near each body
+    near         wide candidates, kept until other parts may have come near, and narrow candidates of each round
+    push         the gap between a point of the cloth and a body, and its correction
+    sweep        correction of all vertices, edges and faces near each body
 
-Bodies are resolved after every membrane step, and again in each sweep of contact. No state is carried from round to
-round except the candidates, on which nothing depends as long as they are complete.
+Bodies are resolved after every membrane step, and again in each sweep of contact. Only the candidates are kept from
+round to round. They do not influence the result as long as they are complete.
 """

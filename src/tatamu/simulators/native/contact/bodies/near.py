@@ -1,8 +1,9 @@
-"""Broad phase of bodies: which vertices, edges and faces are near each of them.
+"""Broad phase of bodies: finds the vertices, edges and faces near each body.
 
-The search has two steps. *Wide* candidates are found among all faces with a margin, and again when cloth and bodies
-together may have moved by this margin. *Narrow* candidates are the wide ones that may touch the body in a round. Faces
-and edges are compared with a body as boxes in its frame.
+The search has two steps. *Wide* candidates are found among all faces, with a margin. They are searched again when cloth
+and bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may touch
+the body in one round of contact. Boxes around faces and edges, in the frame of a body, are compared with the box around
+the body.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ from tatamu.simulators.native.contact.state import ContactMesh
 MARGIN = 0.01
 """Largest additional distance of wide candidates beyond contact [m]."""
 WEAR = 0.7
-"""Part of the margin after which they are searched again [-]; the rest is for motion by contact."""
+"""Fraction of the margin after which wide candidates are searched again [-]. The rest allows for motion by contact."""
 SLACK = 5e-4
-"""Largest additional approach of narrow candidates by forces and contact, beyond their velocities [m]."""
+"""Largest approach by forces and contact that narrow candidates allow for, in addition to their velocities [m]."""
 
 
 @kernel
@@ -54,16 +55,16 @@ def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
 
 @kernel
 def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies) -> bool:
-    """Find the candidates of a round.
+    """Find the candidates of a round, the elements of the mesh that may touch a body.
 
     Args:
         x: Positions at the start of the round [m], shape (n, 3).
         longest_way: Largest distance that a vertex may move in the round [m].
-        mesh: The mesh.
-        bodies: Placed for the round.
+        mesh: The mesh of the cloth.
+        bodies: The bodies, with their poses at the start and at the end of the round.
 
     Returns:
-        Whether there are any.
+        Whether any candidate was found.
     """
     near = bodies.near
     moves = longest_way + _body_motion(bodies, bodies.start, bodies.end)
@@ -114,14 +115,14 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
 def _to_local(
     x: np.ndarray, rotation: np.ndarray, position: np.ndarray, vertices: np.ndarray, local: np.ndarray
 ) -> None:
-    """Positions of some vertices in the frame of a body."""
+    """Write the positions of some vertices in the frame of a body to `local`."""
     for i in range(vertices.shape[0]):
         to_frame(rotation, position, x, vertices[i], local)
 
 
 @kernel
 def _reaches(local: np.ndarray, a: int, b: int, c: int, far: np.ndarray) -> bool:
-    """Whether the box around three vertices, in the frame of a body, reaches into a box with these half sizes."""
+    """Return whether the box around three vertices reaches into a box with the half sizes `far`, in a body's frame."""
     for k in range(3):
         if min(local[a, k], local[b, k], local[c, k]) > far[k] or max(local[a, k], local[b, k], local[c, k]) < -far[k]:
             return False
@@ -141,9 +142,9 @@ def _filter(
     b: int,
     out: Candidates,
 ) -> None:
-    """List the faces, edges and vertices that reach into the box around body b, in the same order.
+    """List the faces, edges and vertices that reach into the box around body b, in the order of their numbers.
 
-    Those at vertices that are held by the hand of the body are left out.
+    Elements with a vertex that the hand of the body holds are left out.
     """
     count = 0
     for i in range(faces.shape[0]):

@@ -1,7 +1,7 @@
-"""One body in one round, and the correction of one point of the cloth against it, with Coulomb friction.
+"""Corrects one point of the cloth against one body in one round of contact, with Coulomb friction.
 
-All vectors are in the frame of the body, at the end of the round or, with a 0, at its start. The body rests in that
-frame, so the slip is the same for bodies that rest, move and turn.
+All vectors are in the frame of the body. Names with a 0 refer to the start of the round, other names to its end. The
+body rests in its own frame. Therefore the slip is computed in the same way whether the body rests, moves or turns.
 """
 
 from __future__ import annotations
@@ -17,55 +17,61 @@ from tatamu.simulators.native.contact.state import Activity
 from tatamu.simulators.native.geometry import TINY_LENGTH, Vector
 
 LEVER = 2.0
-"""Largest motion of a vertex, in parts of the push [-]; next to a held vertex, a push has a short lever."""
+"""Largest motion of a vertex, as a multiple of the push [-].
+
+It matters next to a held vertex, where a push has a short lever."""
 
 
 class Frame(NamedTuple):
-    """One body in one round."""
+    """One body in one round of contact."""
 
     half: np.ndarray
     """Half sizes of the core [m], shape (3,)."""
     radius: float
     rotation: np.ndarray
-    """To the world, at the end of the round, shape (3, 3)."""
+    """Rotation from the frame of the body to the world frame, at the end of the round, shape (3, 3)."""
     position: np.ndarray
     """Position of the centre at the end of the round [m], shape (3,)."""
     rotation0: np.ndarray
-    """At the start of the round."""
+    """Rotation from the frame of the body to the world frame, at the start of the round, shape (3, 3)."""
     position0: np.ndarray
-    """At the start of the round."""
+    """Position of the centre at the start of the round [m], shape (3,)."""
     local: np.ndarray
-    """Vertices near the body in its frame, at the end of the round [m], shape (n, 3)."""
+    """Positions of the n vertices in the frame of the body at the end of the round [m], shape (n, 3).
+
+    Only the vertices near the body are up to date."""
     local0: np.ndarray
-    """Vertices near the body in its frame, at the start of the round [m], shape (n, 3)."""
+    """Positions of the n vertices in the frame of the body at the start of the round [m], shape (n, 3).
+
+    Only the vertices near the body are up to date."""
 
 
 class Rule(NamedTuple):
-    """The rule by which pairs are pushed in a sweep."""
+    """The rule by which points of the cloth are pushed out of a body in one sweep."""
 
     wanted: float
     """Gap that this sweep restores [m]."""
     clearing: float
-    """Largest separation of a pair that was too close at the start [m]."""
+    """Largest distance that a point gains in the round if it was too close at the start [m]."""
     recovery: float
-    """Part of the push that becomes velocity [m]."""
+    """Part of this distance that becomes velocity [m]."""
     friction: float
     """Coulomb coefficient [-]."""
     noticeable: float
-    """Push beyond which the next sweep tests again [m]."""
+    """Length of a push above which the next sweep tests the pushed vertices again [m]."""
     hard: float
-    """Push beyond which vertices become restless [m]."""
+    """Length of a push above which vertices become restless (they are then tested for passing through cloth) [m]."""
     sweep: int
-    """Number of the sweep."""
+    """Number of this sweep."""
     restless_until: int
-    """Number of an outer step."""
+    """Number of the outer step until which pushed vertices are restless."""
     passing: float
-    """Largest depth of a pair that has passed through the body in this round [m]; 0 if none can have."""
+    """Largest depth of a point that has passed through the body in this round [m]; 0 if no point can have passed."""
 
 
 @kernel
 def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, local: np.ndarray) -> None:
-    """Write vertex v in the frame of a body [m]."""
+    """Write the position of vertex v, in the frame of a body, to `local` [m]."""
     dx = x[v, 0] - position[0]
     dy = x[v, 1] - position[1]
     dz = x[v, 2] - position[2]
@@ -75,7 +81,7 @@ def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, 
 
 @kernel
 def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
-    """Write the vertices near a body in its frame; return the longest motion of one [m]."""
+    """Write the vertices near a body in its frame, and return the longest motion of these vertices [m]."""
     longest = 0.0
     for i in range(near.shape[0]):
         v = near[i]
@@ -90,7 +96,7 @@ def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
 
 @kernel
 def beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, far: float) -> bool:
-    """Whether three vertices are all beyond one face of the core by that much [m]."""
+    """Return whether three vertices are all outside the same face of the core by at least `far` [m]."""
     for k in range(3):
         if min(local[a, k], local[b, k], local[c, k]) >= half[k] + far:
             return True
@@ -101,7 +107,7 @@ def beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, f
 
 @kernel
 def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -> Vector:
-    """A point of the cloth by its barycentric coordinates [m]."""
+    """Return a point of the cloth from its barycentric coordinates `weights` [m]."""
     a, b, c = corners
     wa, wb, wc = weights
     return (
@@ -113,10 +119,11 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 
 @kernel
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
-    """Return the gap of a point of the cloth [m], its gap at the start [m], and the normal of both.
+    """Return the gap between a point of the cloth and a body [m], the gap at the start [m], and the normal.
 
-    A point that passed through the body is measured from the tangent plane of the side from which it came. It passed
-    through if its path is longer than both of its distances and the normals at both ends point against each other.
+    A point has passed through the body under two conditions. Its path is longer than the sum of its distances at both
+    ends, and the normals at both ends point against each other. The gap of such a point is measured from the tangent
+    plane of the side from which the point came.
     """
     px, py, pz = between(frame.local, corners, weights)
     qx, qy, qz = between(frame.local0, corners, weights)
@@ -149,17 +156,17 @@ def correct(
     Args:
         positions: Positions to correct.
         inverse_mass: Inverse masses of the vertices [1/kg].
-        activity: Written where the push is noticeable or hard.
-        frame: The body; its positions of the vertices are kept up to date.
-        rule: Rule for the distance of the push.
-        corners: Vertices that the point lies between.
-        weights: Its barycentric coordinates.
-        gap: Its distance from the body [m].
-        gap_at_start: Its distance at the start of the round [m].
-        normal: Direction from the body to the cloth.
+        activity: Record of noticeable and hard pushes, which is updated.
+        frame: The body. The function updates its positions of the vertices.
+        rule: Limits of the push.
+        corners: Numbers of the three vertices between which the point lies.
+        weights: Barycentric coordinates of the point.
+        gap: Distance of the point from the body [m].
+        gap_at_start: Distance of the point from the body at the start of the round [m].
+        normal: Unit vector from the body to the cloth.
 
     Returns:
-        The gap before [m], `rule.wanted` if that was enough.
+        The gap before the push [m], or `rule.wanted` if the point was not pushed.
     """
     push = min(rule.wanted, gap_at_start + rule.clearing) - gap
     a, b, c = corners

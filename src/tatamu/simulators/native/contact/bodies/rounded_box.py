@@ -1,4 +1,4 @@
-"""The signed distance of a rounded box, its normal, and its minimum along an edge; all in the frame of the body."""
+"""Signed distance of a rounded box, its normal, and its minimum along an edge, all in the frame of the body."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import numpy as np
 from tatamu.simulators.native.compiled import kernel
 
 BISECTIONS = 14
-"""Halvings of an edge: a cell of 20 mm is cut down to about a micrometre."""
+"""Number of times that an edge is halved. An edge of 20 mm is halved down to about a micrometre."""
 LEVEL = 1e-9
-"""Slope below which an edge is parallel to the surface [-]."""
+"""Slope of the distance along an edge below which the edge counts as parallel to the surface [-]."""
 
 
 @kernel
 def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Signed distance of a point, and the unit normal of the surface next to it.
+    """Return the signed distance of a point, and the unit normal of the surface next to it.
 
     Args:
         half: Half sizes of the core [m], shape (3,).
         radius: Radius around the core [m].
-        x: The point [m].
-        y: See x.
-        z: See x.
+        x: First coordinate of the point [m].
+        y: Second coordinate of the point [m].
+        z: Third coordinate of the point [m].
 
     Returns:
-        The distance [m], negative inside, and the normal, which points outwards.
+        The distance [m], negative inside the body, and the three coordinates of the normal, which points outwards.
     """
     qx = abs(x) - half[0]
     qy = abs(y) - half[1]
@@ -47,17 +47,17 @@ def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> t
 
 @kernel
 def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, within: float) -> float:
-    """Return the fraction along an edge at which the distance is smallest, if it is inside and may be small enough.
+    """Return the fraction along an edge at which its distance from the body is smallest.
 
     Args:
         half: Half sizes of the core [m], shape (3,).
         radius: Radius around the core [m].
-        a: Beginning of the edge [m], shape (3,).
-        b: End of the edge [m], shape (3,).
-        within: Edges that keep this distance are of no interest [m].
+        a: First end of the edge [m], shape (3,).
+        b: Second end of the edge [m], shape (3,).
+        within: Distance below which an edge matters [m].
 
     Returns:
-        The fraction of the edge; -1 if the distance is smallest at an end, or nowhere below `within`.
+        The fraction of the edge. It is -1 if the distance is smallest at an end, or is nowhere below `within`.
     """
     ex = b[0] - a[0]
     ey = b[1] - a[1]

@@ -1,7 +1,7 @@
-"""Rigid bodies as arrays: shapes, paths, the poses of a round, and the candidates for contact.
+"""Rigid bodies as arrays: shapes, paths, the poses in a round of contact, and the candidates for contact.
 
-Shapes and paths are constants of a scene. `place` writes the poses at the start and at the end of each round; `near`
-writes the candidates.
+Shapes and paths are constants of a scene. The function `place` writes the poses at the start and at the end of each
+round. The module `near` writes the candidates.
 """
 
 from __future__ import annotations
@@ -19,51 +19,51 @@ from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh
 
 CORNERS = 8
-"""Corners of a core, at most."""
+"""Largest number of corners of a core."""
 
 
 class Pose(NamedTuple):
-    """The poses of the bodies at one instant."""
+    """The poses of the b bodies at one instant."""
 
     rotation: np.ndarray
     """Rotation from the frame of each body to the world, shape (b, 3, 3)."""
     position: np.ndarray
-    """Its centre [m], shape (b, 3)."""
+    """Centre of each body [m], shape (b, 3)."""
 
 
 class Candidates(NamedTuple):
-    """Parts of the cloth near each body, in the order of their numbers."""
+    """Elements of the cloth near each of the b bodies. The mesh has n vertices, e edges and m faces."""
 
     vertices: np.ndarray
-    """Shape (b, n); `counts[:, 0]` of them are in use."""
+    """Numbers of the vertices near each body, shape (b, n). The first `counts[:, 0]` in each row are in use."""
     edges: np.ndarray
-    """Shape (b, e); `counts[:, 1]` of them are in use."""
+    """Numbers of the edges near each body, shape (b, e). The first `counts[:, 1]` in each row are in use."""
     faces: np.ndarray
-    """Shape (b, m); `counts[:, 2]` of them are in use."""
+    """Numbers of the faces near each body, shape (b, m). The first `counts[:, 2]` in each row are in use."""
     counts: np.ndarray
-    """Numbers of vertices, edges and faces near each body, shape (b, 3)."""
+    """How many vertices, edges and faces are near each body, shape (b, 3)."""
 
 
 class Near(NamedTuple):
-    """Candidates for contact, and where everything was when they were searched. Written by `near`."""
+    """Candidates for contact, and the positions of cloth and bodies at their search. The module `near` writes them."""
 
     wide: Candidates
-    """Within a margin, kept over many rounds."""
+    """Candidates within a margin around each body, kept over many rounds of contact."""
     narrow: Candidates
     """Wide candidates that may touch the body in the present round."""
     searched_at: np.ndarray
-    """Positions of the vertices [m], shape (n, 3); not finite before the first search."""
+    """Positions of the n vertices at the last search [m], shape (n, 3); not finite before the first search."""
     searched_pose: Pose
     positions: Positions
-    """Positions of the vertices near any body in a membrane step; those of others are not updated."""
+    """Positions in a membrane step. Only the vertices near a body are up to date."""
     local: np.ndarray
-    """Scratch: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
+    """Scratch memory: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
     local0: np.ndarray
-    """Scratch: local vertices at the start of the round."""
+    """Scratch memory: positions in the frame of a body at the start of the round [m], shape (n, 3)."""
 
 
 class Bodies(NamedTuple):
-    """All bodies of a scene; b is their number, which may be zero."""
+    """All bodies of a scene. In the shapes of arrays, b is the number of bodies, which may be zero."""
 
     half: np.ndarray
     """Half sizes of the core [m], shape (b, 3)."""
@@ -74,28 +74,28 @@ class Bodies(NamedTuple):
     corners: np.ndarray
     """Corners of the core [m], shape (b, CORNERS, 3)."""
     corner_count: np.ndarray
-    """Corners in use: 1 of a sphere, 2 of a capsule, 8 of a box; shape (b,)."""
+    """Number of corners in use, shape (b,): 1 for a sphere, 2 for a capsule, 8 for a box."""
     positions: np.ndarray
     """Centres at the beginning of each outer step [m], shape (b, steps + 1, 3)."""
     orientations: np.ndarray
     """Unit quaternions (w, x, y, z) at the beginning of each outer step, shape (b, steps + 1, 4)."""
     held: np.ndarray
-    """Whether the hand of a body holds a vertex at some time, shape (b, n); the body ignores triangles there."""
+    """Whether the hand of a body ever holds a vertex, shape (b, n). The body ignores triangles at such vertices."""
     start: Pose
-    """Poses at the start of the round."""
+    """Poses at the start of the round of contact."""
     end: Pose
-    """Poses at the end of the round."""
+    """Poses at the end of the round of contact."""
     near: Near
 
 
 def bodies_of(
     bodies: Sequence[Body], grippers: Sequence[Gripper], outer_step: float, steps: int, mesh: ContactMesh
 ) -> Bodies:
-    """Return the bodies of a scene, with memory for candidates.
+    """Return the bodies of a scene as arrays, with memory for candidates.
 
     Args:
-        bodies: The scene's.
-        grippers: The scene's.
+        bodies: Bodies of the scene.
+        grippers: Grippers of the scene.
         outer_step: Length of an outer step [s].
         steps: Number of outer steps.
         mesh: The mesh of the cloth.
@@ -156,7 +156,7 @@ def _no_candidates(count: int, mesh: ContactMesh) -> Candidates:
 
 @kernel
 def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray, number: int, fraction: float) -> None:
-    """Set the pose of body b at a fraction of an outer step; within a step it turns by a small angle."""
+    """Set the pose of body b at a fraction of outer step `number`. The body turns by a small angle within a step."""
     later = min(number + 1, position.shape[0] - 1)
     q = np.empty(4)
     for k in range(3):
@@ -179,7 +179,7 @@ def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray,
 
 @kernel
 def place(bodies: Bodies, number: int, begin: float, end: float) -> None:
-    """Set the poses at the start and at the end of a round: from one fraction of outer step `number` to another."""
+    """Set the poses at the start and at the end of a round, the fractions `begin` and `end` of outer step `number`."""
     for b in range(bodies.radius.shape[0]):
         _set_pose(bodies.start, b, bodies.positions[b], bodies.orientations[b], number, begin)
         _set_pose(bodies.end, b, bodies.positions[b], bodies.orientations[b], number, end)

@@ -1,4 +1,4 @@
-"""Narrow phase of cloth against bodies: vertices, edges and faces; derived in the docstring of the package."""
+"""Narrow phase of cloth against bodies: vertices, edges and faces. The package's docstring explains the method."""
 
 from __future__ import annotations
 
@@ -14,16 +14,18 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulators.native.options import ContactOptions
 
 CONE = 0.1
-"""Sine by which a triangle's normal may leave the normal cone of a corner, so that several corners share the load."""
+"""Sine of the angle by which a triangle's normal may lie outside the normal cone of a corner.
+
+Several corners then share the load."""
 CLEAR = 0.98
-"""Part of the gap beyond a face of the core from which only vertices are tested, not edges and faces."""
+"""Fraction of the gap, measured outwards from a face of the core, beyond which only vertices are tested [-]."""
 
 
 @kernel
 def _vertices(
     positions: Positions, mesh: ContactMesh, activity: Activity, frame: Frame, rule: Rule, near: np.ndarray
 ) -> float:
-    """Correct the vertices near a body; the smallest gap [m]."""
+    """Correct the vertices near a body, and return the smallest gap [m]."""
     smallest = rule.wanted
     clear = rule.wanted + frame.radius + rule.passing
     weights = (1.0, 0.0, 0.0)
@@ -45,7 +47,7 @@ def _vertices(
 def _edges(
     positions: Positions, mesh: ContactMesh, activity: Activity, frame: Frame, rule: Rule, near: np.ndarray
 ) -> float:
-    """Correct the insides of the edges near a body; the smallest gap [m]."""
+    """Correct the insides of the edges near a body, and return the smallest gap [m]."""
     smallest = rule.wanted
     clear = CLEAR * rule.wanted + frame.radius + rule.passing
     within = rule.wanted + rule.passing
@@ -69,7 +71,7 @@ def _edges(
 
 @kernel
 def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, float, float]:
-    """Unit normal of a triangle, and height of the origin, the centre of the body, over its plane [m]."""
+    """Return the unit normal of a triangle, and the height of the body's centre (the origin) over its plane [m]."""
     nx, ny, nz = normal_of(local, a, b, c)
     scale = 1.0 / (np.sqrt(nx * nx + ny * ny + nz * nz) + TINY_LENGTH)
     nx *= scale
@@ -80,7 +82,7 @@ def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, fl
 
 @kernel
 def _in_cone(corner: np.ndarray, nx: float, ny: float, nz: float) -> bool:
-    """Whether a corner of the core is the farthest in direction n, or nearly so."""
+    """Return whether a corner of the core is the farthest corner in direction n, or nearly the farthest."""
     return (
         nx * corner[0] >= -CONE * abs(corner[0])
         and ny * corner[1] >= -CONE * abs(corner[1])
@@ -90,7 +92,7 @@ def _in_cone(corner: np.ndarray, nx: float, ny: float, nz: float) -> bool:
 
 @kernel
 def _weights_at(local: np.ndarray, a: int, b: int, c: int, point: np.ndarray) -> Vector:
-    """Barycentric coordinates of the projection of a point on a triangle."""
+    """Return the barycentric coordinates of a point's projection on a triangle."""
     nx, ny, nz = normal_of(local, a, b, c)
     square = nx * nx + ny * ny + nz * nz + TINY_LENGTH
     px = point[0] - local[a, 0]
@@ -115,7 +117,7 @@ def _faces(
     near: np.ndarray,
     points: np.ndarray,
 ) -> float:
-    """Correct the insides of the faces near a body, where a corner of its core is over them; the smallest gap [m]."""
+    """Correct the faces near a body with a corner of its core over their inside, and return the smallest gap [m]."""
     smallest = rule.wanted
     clear = CLEAR * rule.wanted + frame.radius + rule.passing
     local = frame.local
@@ -161,19 +163,20 @@ def sweep(
     step: float,
     restored: float,
 ) -> float:
-    """One Gauss-Seidel sweep over all bodies: vertices, then edges, then faces of the cloth near each.
+    """Make one Gauss-Seidel sweep over all bodies: near each body first the vertices, then the edges, then the faces.
 
     Args:
-        positions: Positions to correct, and those at the start.
+        positions: Positions to correct, and the positions at the start of the round.
         mesh: The mesh.
-        contact: Activity is written.
-        bodies: The bodies, with their poses of this round and candidates.
+        contact: State of contact. Its activity is updated.
+        bodies: The bodies, with candidates and with their poses of this round.
         options: Limits of the corrections.
         step: Time since the start of the round [s].
-        restored: Part of the gap that this sweep restores.
+        restored: Fraction of the gap that this sweep restores [-].
 
     Returns:
-        The smallest gap found before it was corrected, at most the one that is kept [m].
+        The smallest gap before its correction [m]. It is at most half a thickness, the gap that cloth keeps from
+        bodies.
     """
     kept = 0.5 * mesh.thickness
     smallest = kept
