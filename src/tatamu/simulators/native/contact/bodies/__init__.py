@@ -11,13 +11,8 @@ or a point inside the face. These three cases are tested separately:
 
     vertex   d at the vertex
     edge     the minimum of d along the edge, by bisection of its derivative
-<<<<<<< HEAD
-    face     a corner of the core over the inside of the triangle: the normal of the triangle then lies in the corner's
-             normal cone, and the corner is on the side of the triangle's plane on which it was
-=======
     face     a corner of the core over the inside of the triangle, if the normal of the triangle lies in the corner's
-             normal cone, and the centre of the body is still on the side of the triangle where it was before
->>>>>>> main
+             normal cone, and the corner is still on the side of the triangle's plane where it was before
 
 The mid-surface of the cloth stays half a thickness from the body. A vertex, edge or face that is closer is pushed out
 along the normal n. Its vertices share the push by their inverse masses; the body does not give way. Coulomb friction
