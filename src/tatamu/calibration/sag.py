@@ -4,7 +4,7 @@ The grip is horizontal and parallel to the edge of the cloth. It is as wide as t
 is a strip that is clamped at one end. The sag of the strip depends only on its ratio of bending rigidity to weight.
 Cloth behind the grip has no effect.
 
-A mesh also bends between its held rows. Its foremost held row is therefore half a cell behind the front of the grip
+A mesh also bends between its held rows. Its foremost held row is therefore half a cell outside the grip, in front of it
 (docs/reference/checks.md, `clamp`).
 """
 
