@@ -25,6 +25,9 @@ END = re.compile(
 )
 """Regular expression that finds the space between two sentences."""
 
+PICTURE = re.compile(r"!\[[^\]]*\]\([^)]*\)")
+"""A paragraph that is only a picture. Its words describe the picture to those who cannot see it."""
+
 
 @dataclass(frozen=True)
 class Text:
@@ -104,7 +107,7 @@ def pages() -> list[Text]:
 
 
 def _page(path: Path) -> Text:
-    """Cut the paragraphs and lists of a page into sentences. Headings, code and tables remain whole."""
+    """Cut the paragraphs and lists of a page into sentences. Headings, code, tables and pictures remain whole."""
     source = path.read_text()
     lines = source.splitlines()
     parts: list[tuple[str, bool]] = []
@@ -116,6 +119,8 @@ def _page(path: Path) -> Text:
             kind = token.type
         if token.type == "inline" and kind == "heading_open":
             parts.append((f"## {token.content}", False))
+        elif token.type == "inline" and PICTURE.fullmatch(token.content):
+            parts.append((token.content, False))
         elif token.type == "inline" and kind == "paragraph_open":
             parts.extend((sentence, True) for sentence in sentences(_shown(token.content)))
     return Text(path.relative_to(ROOT).as_posix(), tuple(parts))
