@@ -52,7 +52,7 @@ THICK = 0.5
 class Simulation:
     """A scene that is advanced step by step.
 
-    For example:
+    For example::
 
         simulation = Simulation(scene)
         while not simulation.done:
