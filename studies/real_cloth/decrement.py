@@ -1,11 +1,11 @@
-"""Evaluates the damping of a cloth that a robot swings, and compares the damping with laws of air.
+"""Evaluates the damping of a cloth that a robot swings, and compares the damping with models of air.
 
     python -m studies.real_cloth.decrement --data DATA [--write-docs]
 
 The logarithmic decrement describes how fast a swing decays. The result is a table. It has the measured decrements at
 several amplitudes, and their scatter, which is estimated by bootstrap over the recordings. For comparison, the table
-has the decrements of a stiff plate with several laws of air. In these laws, the drag is linear, quadratic, or larger
-just after the motion has changed its direction.
+has the decrements of a stiff plate with several models of air. In these models, the drag is linear, quadratic, or
+larger just after the motion has changed its direction.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ from studies.real_cloth.sheet import SIDE
 DRAWS = 2000
 LAWS = [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((1.0, 5.6), (0.6, 8.0), (0.3, 11.0), (0.0, 14.0))]
 LAWS += [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((0.5, 15.0), (0.0, 18.0), (0.0, 25.0))]
-"""Laws of air. The first law is from the fit to the swing, and the others have more and more quadratic drag."""
+"""Sets of coefficients of the forces of air (added mass and drag).
+
+The first set is from the fit to the swing. The following sets have more and more quadratic drag."""
 FREE = (0.4, 2.0, 4.0)
 """Added mass, quadratic drag and turning drag at the start of a fit."""
 Row = dict[str, str]
@@ -67,7 +69,7 @@ def measured(recordings: list[Recording]) -> Row:
 
 
 def predicted(recordings: list[Recording], air: AirLaw) -> Row:
-    """Return the table's row of decrements that a plate has with a law of air."""
+    """Return the table's row of decrements that a stiff plate has with these coefficients of air."""
     signals = [plate_swing(recording, air, SIDE) for recording in recordings]
     off = [float(np.sqrt(np.nanmean((s - r.swing) ** 2))) for s, r in zip(signals, recordings, strict=True)]
     fitted, others = (

@@ -1,7 +1,7 @@
 """Fits the effects of air, drag and added mass, to swings of a cloth.
 
 The areal density of the cloth is unknown, so only the effects divided by this density can be found. There are several
-laws of air, with one or more fitted numbers.
+laws of air (formulas for the added mass and the drag of air), with one or more fitted numbers.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ def fit(
     law: Callable[[np.ndarray], AirLaw],
     start: Sequence[float],
 ) -> AirLaw:
-    """Fit a law of air to the swings of recordings by least squares.
+    """Fit the coefficients of the forces of air to the swings of recordings by least squares.
 
     Large errors may be outliers, so they count less than their square.
 
     Args:
-        predict: Function that returns the swings of all recordings for a law of air.
+        predict: Function that returns the swings of all recordings for given coefficients of air.
         recordings: Measured recordings.
-        law: Function that returns the law of air for the fitted numbers.
+        law: Function that returns the coefficients of air (added mass and drag) for the fitted numbers.
         start: Numbers at the start of the fit.
     """
     wanted = np.concatenate([recording.swing for recording in recordings])
@@ -72,32 +72,35 @@ def fit(
 
 
 def steady(numbers: np.ndarray) -> AirLaw:
-    """Return a law of air from three `numbers`: added mass, linear drag and quadratic drag."""
+    """Return coefficients of air from three `numbers`: added mass, linear drag and quadratic drag."""
     return AirLaw(*(float(value) for value in numbers))
 
 
 def linear(numbers: np.ndarray) -> AirLaw:
-    """Return a law of air that has only linear drag; `numbers` has this drag as its only entry."""
+    """Return coefficients of air with linear drag only; `numbers` has this drag as its only entry."""
     return AirLaw(linear=float(numbers[0]))
 
 
 def of_size(numbers: np.ndarray) -> AirLaw:
-    """Return the law of air for a rigid plate of the cloth's size, divided by the density of the cloth.
+    """Return the coefficients of the forces of air on a rigid plate of the cloth's size.
 
-    The density [kg/m^2] is the only number in `numbers`.
+    They are divided by the areal density of the cloth. This density [kg/m^2] is the only number in `numbers`.
     """
     density = float(numbers[0])
     return AirLaw(RECTANGLE / density, 0.0, steady_drag() / density, turning_drag(SIDE) / density)
 
 
 def turning(numbers: np.ndarray) -> AirLaw:
-    """Return a law of air from three `numbers`: added mass, linear drag and turning drag."""
+    """Return coefficients of air from three `numbers`: added mass, linear drag and turning drag.
+
+    The turning drag acts just after the motion has changed its direction.
+    """
     added_mass, drag, around = (float(value) for value in numbers)
     return AirLaw(added_mass, drag, 0.0, around)
 
 
 def said(air: AirLaw) -> str:
-    """Return the nonzero numbers of a law of air as text."""
+    """Return the nonzero coefficients of air (added mass and drag) as text."""
     parts = {
         f"added mass {air.added_mass:.2f} ρ": air.added_mass,
         f"linear drag {air.linear:.2f} ρ/s": air.linear,
@@ -108,7 +111,7 @@ def said(air: AirLaw) -> str:
 
 
 def said_by_size(air: AirLaw) -> str:
-    """Return the numbers of a law from `of_size` as text, with the density of the cloth for which the law was made."""
+    """Return the coefficients of air from `of_size` as text, with the areal density of the cloth."""
     return f"density {RECTANGLE / air.added_mass:.2f} kg/m²; air by size: {said(air)}"
 
 

@@ -154,7 +154,7 @@ class SwungCloth(RealTest):
 
 
 def swings_in(air: AirLaw, recordings: Sequence[Recording], bench: Bench) -> list[np.ndarray]:
-    """Simulate recordings with a law of air, and return their swings [m]."""
+    """Simulate recordings with given coefficients of air (added mass and drag), and return their swings [m]."""
     return _swings(_simulated(recordings, air, bench))
 
 

@@ -9,7 +9,7 @@ All terms are divided by the areal density and the width of the plate. The symbo
 
 - kappa is the added mass of air.
 - c1, c2 and c3 are the linear, quadratic and turning drag.
-- v and a are the velocity and the acceleration of the bar across itself.
+- v and a are the velocity and the acceleration of the bar, perpendicular to the bar.
 - u is the velocity of the point of the plate at the distance r from the bar.
 - s is the path of this point since u changed its sign.
 - g is the acceleration of gravity.
@@ -35,7 +35,7 @@ SHORTEST = 1e-6
 
 @dataclass(frozen=True)
 class AirLaw:
-    """A law of air: the effects of air, divided by the areal density of the cloth."""
+    """Coefficients of the forces of air (added mass and drag), divided by the areal density of the cloth."""
 
     added_mass: float = 0.0
     """Added mass kappa, the mass of air that moves with the cloth [-]."""
@@ -52,7 +52,7 @@ def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
 
     Args:
         recording: Recording of the bar that moves the plate.
-        air: Law of air.
+        air: Coefficients of the forces of air: added mass and drag.
         length: Length of the plate [m].
     """
     times, corners = recording.path

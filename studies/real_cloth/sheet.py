@@ -84,7 +84,7 @@ class Sheet:
 
 
 def material(air: AirLaw) -> Material:
-    """Return the material of the cloth, which includes the law of air."""
+    """Return the material of the cloth, which includes the effects of air (added mass and drag)."""
     return Material(
         areal_density=DENSITY,
         stretch_stiffness=STRETCH,
@@ -95,9 +95,9 @@ def material(air: AirLaw) -> Material:
 
 
 def air_fields(air: AirLaw) -> dict[str, float]:
-    """Return the fields of a material that describe a law of air.
+    """Return the fields of a material that describe the effects of air (added mass and drag).
 
-    Every simulator has a field for linear drag. This field is used if the law has no other effects.
+    Every simulator has a field for linear drag. This field is used if `air` has no other effects.
     """
     if air.added_mass == air.quadratic == air.turning == 0.0:
         return {"air_drag": DENSITY * air.linear}

@@ -57,7 +57,14 @@ class World:
         return not any(self.values.values())
 
     def vector(self, prefix: str) -> np.ndarray:
-        """Return the displacement whose names begin with `prefix`, along the fold, across it and up [m], shape (3,)."""
+        """Return three disturbances as one displacement [m], shape (3,).
+
+        The components are along the fold, across the fold and up. They are the disturbances with the names
+        `prefix.along`, `prefix.across` and `prefix.up`.
+
+        Args:
+            prefix: First part of the three names, for example "hands.offset".
+        """
         return np.array([self[f"{prefix}.{direction}"] for direction in DIRECTIONS])
 
 

@@ -3,8 +3,9 @@
 `Fingers` describes the fingers of a simulated hand. `tatamu.robots.jaw.Jaw` describes the fingers of a robot. Both
 classes are based on `FingerSize`. The axes of a hand are:
 
-    a   axis of the fingers, from the hand to their tips: towards the side that stays, `tilt` below the horizontal
-    u   opening axis, from the lower finger to the upper one; it is in the same vertical plane as a, across the hem
+    a   axis of the fingers, from the hand to their tips; it points towards the side of the cloth that stays, and
+        down by the angle `tilt` from the horizontal
+    u   opening axis, from the lower finger to the upper finger; it is perpendicular to the axes a and w
     w   axis along the hem
 
 The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f. Its lowest

@@ -6,7 +6,8 @@ area inside the outline, the flat specimen, and the plate:
 
     DC = (A_outline - A_plate) / (A_specimen - A_plate)
 
-A node is a fold of the hem: a local maximum of r with a prominence above `PROMINENCE`.
+In a drape test, a *node* is a fold of the hem that stands out from the plate: a local maximum of r with a prominence
+above `PROMINENCE`. A *trough* is the smallest r between two neighbouring nodes.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ TOUCHING = 1e-9
 Without it, a ray might pass between two segments.
 """
 PROMINENCE = 0.003
-"""Least prominence of a node [m]."""
+"""Least prominence of a node, a fold of the hem that stands out from the plate [m]."""
 
 
 @dataclass(frozen=True)
@@ -87,15 +88,15 @@ class PlanOutline:
 
     @property
     def nodes(self) -> int:
-        """Number of nodes, the folds of the hem."""
+        """Number of nodes. A node is a fold of the hem, where the radius has a local maximum."""
         return len(self.peaks)
 
     @property
     def amplitude(self) -> float:
         """Amplitude of the hem's waves [m]; 0 with fewer than two nodes.
 
-        The mean radius of the nodes and the mean radius of the troughs between them are computed. The amplitude is half
-        the difference between these two means.
+        A node is a local maximum of the radius, and a trough is the smallest radius between two neighbouring nodes. The
+        amplitude is half the difference between the mean radius of the nodes and the mean radius of the troughs.
         """
         peaks = self.peaks
         if len(peaks) < 2:
@@ -109,7 +110,8 @@ class PlanOutline:
     def wavelength(self) -> float:
         """Wavelength of the hem's waves as seen from above [m]; infinite without nodes.
 
-        It is the circumference of a circle with the mean radius, divided by the number of nodes.
+        The wavelength is the circumference of a circle with the mean radius, divided by the number of nodes. A node is
+        a local maximum of the radius.
         """
         return float(2.0 * np.pi * self.radii.mean() / self.nodes) if self.nodes else np.inf
 

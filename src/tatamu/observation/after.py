@@ -1,7 +1,8 @@
 """Learning after observed folds.
 
-The posterior is the distribution of a set-up's errors after observed folds. The study uses it as its disturbances, and
-corrects its mean. The search starts from the last observed fold.
+A set-up is one robot with one garment on one table. Its errors are disturbances of the fold, such as errors of the
+hands' positions. The posterior is the distribution of these errors after folds were observed. The study uses it as its
+disturbances, and corrects its mean. The search starts from the last observed fold.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""The cloth as the posterior explains it: simulated, and drawn over the photograph from which it was observed.
+"""Simulates a fold with the errors that were inferred from observed folds, and draws the result over a photograph.
 
-The posterior is the distribution of a set-up's errors after folds were observed.
+A set-up is one robot with one garment on one table. Its errors are disturbances of the fold, such as errors of the
+hands' positions. The posterior is the distribution of these errors after folds were observed.
 """
 
 from __future__ import annotations
@@ -36,7 +37,10 @@ def simulated(observed: Observed, correction: np.ndarray) -> np.ndarray | None:
 
 
 def draw_explained(observed: Observed, reading: FoldReading) -> Image.Image:
-    """Return the photograph of the newest fold with two outlines: as read from it, and from the inferred errors."""
+    """Return the photograph of the newest fold with two outlines of the cloth.
+
+    One outline was read from the photograph. The other outline was simulated with the inferred errors.
+    """
     final = simulated(observed, observed.folds[observed.newest].correction) if observed.posterior.used else None
     if final is None:
         return draw_reading(reading)

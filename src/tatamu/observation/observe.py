@@ -27,7 +27,8 @@ BEYOND = "beyond everything that was drawn: check the grasp or the scale, look a
 class Observed:
     """All observed folds of a set-up, the posterior of its errors, and the next correction.
 
-    The posterior is the distribution of the errors after the folds were observed.
+    A set-up is one robot with one garment on one table. Its errors are disturbances of the fold, such as errors of the
+    hands' positions. The posterior is the distribution of these errors after the folds were observed.
     """
 
     learned: Result
@@ -75,9 +76,10 @@ def observe(
 ) -> Observed:
     """Observe a real fold, and return the posterior of all observed folds of the set-up.
 
-    The posterior is the distribution of the set-up's errors after these folds. If the fold has a folder, simulations
-    are saved there, the observation is added to earlier observations, and `posterior.toml` is written. Without a
-    folder, the given observation is the only one.
+    A set-up is one robot with one garment on one table. Its errors are disturbances of the fold, such as errors of the
+    hands' positions. The posterior is the distribution of these errors after the folds were observed. If the fold has a
+    folder, simulations are saved there, the observation is added to earlier observations, and `posterior.toml` is
+    written. Without a folder, the given observation is the only one.
 
     Args:
         learned: The fold as it was carried out. It contains its correction, if it had one.

@@ -10,8 +10,13 @@ e^Y:
     C = Y,          Y ~ N(m, s^2):      EI = s (z Phi(z) + phi(z)),                      z = (b - m) / s
     C = l + e^Y,    Y ~ N(m, s^2):      EI = (b - l) Phi(d) - e^(m + s^2/2) Phi(d - s),  d = (log(b - l) - m) / s
 
-The second formula is the price of a put option (Black and Scholes 1973). It is used for the objective of Eq. (10), C =
-l_x + alpha D. The trajectory length l_x is known before a trial runs, and the shape distance D is positive.
+The second formula is the price of a put option (Black and Scholes 1973). It is used for the objective of a fold:
+
+    C = l_x + alpha D
+
+This is Eq. (10) of the paper whose method tatamu uses (ICMA 2019). Here l_x is the trajectory length of the hands, D
+the distance of the folded shape from its target, and alpha the weight of D. The length l_x is known before a trial
+runs, so the known part l is l_x. The product alpha D is positive, so it is modelled as the log-normal part.
 """
 
 from __future__ import annotations

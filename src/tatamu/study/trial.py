@@ -69,7 +69,9 @@ class Trial(Scored):
     spacing: float | None = None
     """Spacing of the mesh on which the trial ran [m]; None for the task's own mesh.
 
-    The shape distance D on a coarse mesh is multiplied by the ratio of the numbers of vertices."""
+    The shape distance D is a sum over vertices, so it is smaller on a coarse mesh. To make D comparable, D on a coarse
+    mesh is multiplied by the number of vertices of the fine mesh and divided by the number of vertices of the coarse
+    mesh."""
     ended: Literal["arrival"] | None = None
     """"arrival" if the trial was stopped when the hands arrived, because it could not become the best.
 

@@ -25,11 +25,13 @@ class SimulationState:
     digest: str
     """Digest of the scene, the options and the source of the simulator."""
     number: int
-    """Number of outer steps that have been simulated."""
+    """Number of outer steps (the longest time steps of the simulator) that have been simulated."""
     requested: float
     """Simulated time that was requested so far [s]."""
     untangle_at: int
-    """Outer step in which crossed layers are separated again."""
+    """Number of the outer (longest) time step in which the simulator tries again to separate crossed layers.
+
+    It is -1 if no attempt is planned."""
     rest: Rest
     """State of the test whether the cloth is at rest."""
     grippers: GripperState
@@ -46,7 +48,7 @@ def digest(scene: Scene, options: Options) -> str:
 
 
 def copy_arrays(system: System) -> tuple[np.ndarray, ...]:
-    """Copy all arrays that outer steps change and later steps read. Temporary and unused memory is not copied."""
+    """Copy all arrays that time steps change and later steps read. Temporary and unused memory is not copied."""
     return tuple(array.copy() for array in _changing(system))
 
 
@@ -57,7 +59,7 @@ def set_arrays(system: System, arrays: tuple[np.ndarray, ...]) -> None:
 
 
 def _changing(system: System, counters: np.ndarray | None = None) -> Iterator[np.ndarray]:
-    """Yield the arrays that outer steps change and later steps read. The counters come first.
+    """Yield the arrays that time steps change and later steps read. The counters come first.
 
     Args:
         system: The running scene.

@@ -58,7 +58,7 @@ A cloth that buckles would not stay symmetric for long."""
 POKE = 0.6
 """Speed of a finger that is pushed into cloth [m/s]."""
 SLIPPED = 1e-3
-"""Displacement relative to the box above which a strip counts as left behind [m]."""
+"""Displacement of a strip of cloth relative to the box below it, above which the strip counts as left behind [m]."""
 
 
 def strip_around(mu: float, angle: float) -> Scene:
@@ -134,7 +134,7 @@ def capstan(subject: Subject, mu: float, degrees: float) -> Findings:
 
 
 def on_moving_box(mu: float, acceleration: float) -> Scene:
-    """Return a scene with a strip on a box that starts to move with an acceleration [m/s^2]."""
+    """Return a scene in which a strip of cloth lies on a box that moves with a constant acceleration [m/s^2]."""
     mesh = right(0.1, 0.04, 0.02)
     times = np.arange(501) * 1e-3
     way = 0.5 * acceleration * times**2
@@ -144,16 +144,25 @@ def on_moving_box(mu: float, acceleration: float) -> Scene:
 
 
 def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
-    """Return how far a strip has stayed behind its box after half a second [m]."""
+    """Return the distance by which a strip of cloth stays behind the moving box on which it lies [m].
+
+    The distance is measured half a second after the box starts to move.
+
+    Args:
+        subject: The simulator that is checked.
+        mu: Friction coefficient of strip and box.
+        acceleration: Acceleration of the box [m/s^2].
+    """
     scene = on_moving_box(mu, acceleration)
     moved = subject.simulate(scene).positions[-1] - scene.cloth.vertices
     return float(scene.bodies[0].path(np.array([0.5]))[0][0, 0] - 0.05 - moved[:, 0].mean())
 
 
 def carried(subject: Subject, mu: float) -> Findings:
-    """Check a strip on an accelerated box.
+    """Check a strip of cloth that lies on an accelerated box.
 
-    Measured are the acceleration at which the strip starts to slip, and its slip at 1.1 times this acceleration.
+    Two numbers are compared with theory. The first is the acceleration at which the strip starts to slip, mu g. The
+    second is the distance by which the strip slips at 1.1 times this acceleration.
     """
     wanted = mu * GRAVITY
     found = threshold(lambda a: left_behind(subject, mu, a) > SLIPPED, wanted, 0.1 * wanted, 0.002 * wanted)
@@ -244,9 +253,10 @@ def draped(subject: Subject, obstacle: str) -> Findings:
 
 
 def asymmetry(scene: Scene, points: np.ndarray) -> float:
-    """Return the largest distance of a vertex from the mirror image of its partner [m].
+    """Return the largest deviation of a cloth from symmetry [m].
 
-    The mirror planes are x = 0 and y = 0.
+    The mirror planes are x = 0 and y = 0. Each vertex is compared with the mirror image of the vertex on the opposite
+    side.
     """
     start = scene.cloth.vertices
     worst = 0.0

@@ -24,7 +24,10 @@ Pairs are thus found before they are too close."""
 
 @kernel
 def _order_by_height(x: np.ndarray, contact: ContactState) -> None:
-    """Order the vertices with partners from the highest down, as `vertex_face.sweep` needs them."""
+    """Order the vertices with partners from the highest down, as `vertex_face.sweep` needs them.
+
+    The partners of a vertex are the triangles from which contact keeps the vertex apart.
+    """
     triangle = contact.vertex_face.triangle
     near = np.flatnonzero((triangle[:, 0] >= 0) | (triangle[:, 1] >= 0) | (triangle[:, 2] >= 0))
     contact.vertex_face.order[: near.shape[0]] = near[np.argsort(-x[near, 2])]
@@ -33,9 +36,11 @@ def _order_by_height(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def search(x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
-    """Find the partners of every vertex, and the pairs of guarded edges, at legal positions x [m].
+    """Find the partners of every vertex, and the pairs of guarded edges.
 
-    The array x has the shape (n, 3), where n is the number of vertices.
+    The partners of a vertex are the triangles from which contact keeps the vertex apart. A guarded edge is an edge that
+    contact keeps apart from other edges. The array x contains the positions of the n vertices [m], shape (n, 3). In
+    these positions every vertex is on the correct side of all layers.
     """
     shape = shape_of(x, mesh.faces)
     counters = contact.counters

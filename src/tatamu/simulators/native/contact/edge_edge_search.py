@@ -72,12 +72,12 @@ def search(
     """Pair each newly guarded edge with edges of triangles near it, except its neighbours in the same flat cloth.
 
     Args:
-        x: Legal positions of the n vertices [m], shape (n, 3).
+        x: Positions of the n vertices, which are on the correct sides of all layers [m], shape (n, 3).
         mesh: The mesh.
         edge_edge: Record to which the pairs are added.
         pressed: Number of further searches for which the edges at each vertex are guarded, shape (n,).
         shape: Shape of the cloth at x.
-        options: Limits of candidates.
+        options: Settings of contact. They contain the angles and distances that decide which edges are paired.
         count: Number of pairs before the search.
 
     Returns:

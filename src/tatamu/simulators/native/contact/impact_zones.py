@@ -2,9 +2,9 @@
 
 If hands crush many layers, the correction of one pair undoes the correction of another. A pair may then end a step on
 the wrong side. In this case the four vertices of the pair form a *zone*. If another such pair shares a vertex with the
-zone, its vertices also belong to the zone. The zone is set back to its legal positions at the start of the step. Then
-the whole zone is moved by its mean motion. This keeps the momentum of the zone and every distance within it. (Bridson
-et al. also rotate a zone; here a zone only translates.)
+zone, its vertices also belong to the zone. The zone is set back to its positions at the start of the step, where all
+layers are on their correct sides. Then the whole zone is moved by its mean motion. This keeps the momentum of the zone
+and every distance within it. (Bridson et al. also rotate a zone; here a zone only translates.)
 
 Zones are the sets of a union-find forest: `zone[v]` is the parent of vertex v. The parent of a root is the root itself.
 For a vertex in no zone, `zone[v]` is -1.
@@ -152,7 +152,9 @@ def _join_passed_vertices(
 
 @kernel
 def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarray) -> None:
-    """Move every zone from its legal positions by its mean motion.
+    """Move every zone as a whole, from its positions at the start of the step, by its mean motion.
+
+    A zone is a group of vertices that move together, because cloth in the group has passed through other cloth.
 
     If the zone has held vertices, use their mean motion.
     """
@@ -190,7 +192,7 @@ def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options
     zones.
 
     Args:
-        positions: Positions to correct, and the legal positions at the start of the step.
+        positions: Positions to correct, and the positions at the start of the step.
         mesh: The mesh.
         contact: State of contact, whose pairs are tested. The vertices of zones become restless.
         options: Number of times that zones may grow, and the tolerance for points that count as inside.

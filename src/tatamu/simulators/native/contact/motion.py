@@ -1,11 +1,12 @@
 """The motion of the cloth since the last search, which determines how long distant pairs sleep (are not tested).
 
-A pair needs no test until it can have come too near. Its two sides cannot approach by more than the lengths of their
-own paths. A fast vertex therefore wakes only its own pairs.
+A pair is a vertex and a triangle, or two edges. It needs no test until its two sides may be too near to each other. The
+two sides cannot approach by more than the lengths of their own paths. A fast vertex therefore wakes only its own pairs.
 
-The path of a vertex leads through the legal positions, which contact left at the end of each round. The predicted
-motion of a round is added for that round only. Otherwise layers that a hand presses would get long paths without
-travelling, because in every round they are predicted within one another and set back again.
+The path of a vertex leads through the positions that contact left at the end of each round of corrections. These
+positions are called legal, because every vertex is on the correct side of all layers. The predicted motion of a round
+is added for that round only. Otherwise layers that a hand presses would get long paths without travelling, because in
+every round they are predicted within one another and set back again.
 
 All motion is measured relative to the mean motion, so a cloth that is carried as a whole wakes no pairs.
 """
@@ -44,7 +45,10 @@ def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> fl
 
 @kernel
 def begin(x: np.ndarray, contact: ContactState) -> None:
-    """Start to count motion from legal positions x of the n vertices [m], shape (n, 3)."""
+    """Start to count motion from the positions x of the n vertices [m], shape (n, 3).
+
+    In these positions every vertex is on the correct side of all layers.
+    """
     motion = contact.motion
     motion.path[:] = 0.0
     motion.legal[:] = x
@@ -55,10 +59,10 @@ def begin(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def follow(positions: Positions, contact: ContactState) -> None:
-    """Add the motion up to the legal positions at the start of this round to the paths, then update the reach.
+    """Add the motion up to the start of this round of contact to the paths, then update the reach.
 
-    The reach is the path plus the motion within the round. If the search found no pairs, no pair can wake. Then only
-    `worn_out` uses the motion.
+    The reach of a vertex is its path plus its motion within the round. If the search found no pairs, no pair can wake.
+    Then only `worn_out` uses the motion.
     """
     counters = contact.counters
     if counters.ordered == 0 and counters.pairs == 0:

@@ -21,7 +21,7 @@ class Positions(NamedTuple):
     x: np.ndarray
     """Positions that contact corrects."""
     start: np.ndarray
-    """Legal positions at the start of the step, after the contact of the step before. All layers are on their sides."""
+    """Positions at the start of the step, corrected by contact. All layers are on their correct sides."""
     predicted: np.ndarray
     """Positions before contact. They give the change of velocity, (x - predicted) / step.
 

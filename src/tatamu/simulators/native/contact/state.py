@@ -56,17 +56,22 @@ class VertexFace(NamedTuple):
     """
 
     triangle: np.ndarray
-    """Triangle of each partner, -1 if the vertex has fewer partners, shape (n, PARTNERS)."""
+    """Number of each triangle from which a vertex is kept, shape (n, PARTNERS).
+
+    It is -1 if the vertex is kept from fewer triangles."""
     side: np.ndarray
     """Side of the triangle on which the vertex is, shape (n, PARTNERS).
 
     The side is +1 where the normal points, -1 on the opposite side, or 0 if it is unknown."""
     wake: np.ndarray
-    """Value that `counters.travelled` must reach before the pair can be too near [m], shape (n, PARTNERS)."""
-    meets: np.ndarray
-    """Path length that the pair must reach before it can be too near [m], shape (n, PARTNERS).
+    """Value of `counters.travelled` below which the vertex cannot be too near to the triangle [m].
 
-    The path length of a pair is the sum of the paths of both sides of the pair."""
+    The shape is (n, PARTNERS)."""
+    meets: np.ndarray
+    """Path length of a pair below which the vertex cannot be too near to the triangle [m], shape (n, PARTNERS).
+
+    The path length of a pair is the path of the vertex plus the longest path of a corner of the triangle, since the
+    search."""
     awake: np.ndarray
     """Pairs that the last first sweep of a round tested. Pair k of vertex v has the number PARTNERS v + k.
 
@@ -76,7 +81,9 @@ class VertexFace(NamedTuple):
     anchor: np.ndarray
     """Friction anchor: a point on that triangle in barycentric coordinates, shape (n, PARTNERS, 3)."""
     order: np.ndarray
-    """Vertices with a partner, the highest first, shape (n,). The first `counters.ordered` entries are in use."""
+    """Vertices that are kept from a triangle, the highest first, shape (n,).
+
+    The first `counters.ordered` entries are in use."""
 
 
 class EdgeEdge(NamedTuple):
@@ -87,11 +94,12 @@ class EdgeEdge(NamedTuple):
 
     The first `counters.pairs` rows are in use."""
     wake: np.ndarray
-    """Value that `counters.travelled` must reach before the pair can be too near [m], shape (p,)."""
+    """Value of `counters.travelled` below which the two edges cannot be too near to each other [m], shape (p,)."""
     meets: np.ndarray
-    """Path length that the pair must reach before it can be too near [m], shape (p,).
+    """Path length of a pair below which the two edges cannot be too near to each other [m], shape (p,).
 
-    The path length of a pair is the sum of the paths of both edges."""
+    The path length of a pair is the sum of two paths since the search: for each edge, the longer path of its two
+    ends."""
     awake: np.ndarray
     """Numbers of the pairs that the last first sweep of a round left awake.
 
@@ -107,11 +115,13 @@ class VertexMotion(NamedTuple):
     """
 
     path: np.ndarray
-    """Length of each vertex's path through legal positions [m], shape (n,)."""
+    """Length of each vertex's path since the search [m], shape (n,).
+
+    The path connects the positions at the starts of the rounds of contact."""
     reach: np.ndarray
     """Path plus the distance to the predicted or corrected position in this round [m], shape (n,)."""
     legal: np.ndarray
-    """Positions at the start of the round [m], shape (n, 3)."""
+    """Positions at the start of the round, corrected by contact [m], shape (n, 3)."""
     searched_at: np.ndarray
     """Positions at which candidates were searched [m], shape (n, 3)."""
 

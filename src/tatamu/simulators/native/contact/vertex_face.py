@@ -1,10 +1,11 @@
 """Narrow phase and correction of vertices against triangles, with Coulomb friction.
 
-Every vertex has up to three partners, triangles that `vertex_face_search` found. When the cloth slides, a partner moves
-on to the neighbouring triangle. The side of the partner on which the vertex lies is remembered. It is determined from
-the positions at the start of the step, because these are legal, and never from predicted positions. Positions are
-corrected so that layers stay a thickness apart. The tangential part of a correction is friction. The formulas use the
-inverse mass w_v of the vertex, the inverse masses w_k of the corners, and the barycentric coordinates b_k:
+Every vertex has up to three partners: triangles that `vertex_face_search` found, and from which contact keeps the
+vertex apart. When the cloth slides, a partner moves on to the neighbouring triangle. The side of the partner on which
+the vertex lies is remembered. It is determined from the positions at the start of the step, where every vertex is on
+its correct side, and never from predicted positions. Positions are corrected so that layers stay a thickness apart. The
+tangential part of a correction is friction. The formulas use the inverse mass w_v of the vertex, the inverse masses w_k
+of the corners, and the barycentric coordinates b_k:
 
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
@@ -92,7 +93,10 @@ def _back_to_back(x: np.ndarray, faces: np.ndarray, s: int, t: int) -> bool:
 
 @kernel
 def _list_awake(contact: ContactState, faces: np.ndarray) -> int:
-    """List the pairs that may be too near, with vertices from the highest down, and return the number of pairs."""
+    """List the pairs of a vertex and a triangle that may be too near to each other, and return the number of pairs.
+
+    The pairs are sorted by the height of their vertices, the highest first.
+    """
     triangle = contact.vertex_face.triangle
     order = contact.vertex_face.order
     wake = contact.vertex_face.wake
@@ -127,7 +131,9 @@ def sweep(
     step: float,
     restored: float,
 ) -> float:
-    """Make one Gauss-Seidel sweep over all vertices with partners.
+    """Make one Gauss-Seidel sweep over all vertices that have partners.
+
+    The partners of a vertex are the triangles from which contact keeps the vertex apart.
 
     Vertices are visited from the highest down, so that each layer of a stack passes all of its weight to the next
     layer. The function is long because this makes it fast. In a version with separate functions for narrow phase and

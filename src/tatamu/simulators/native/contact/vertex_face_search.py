@@ -21,14 +21,14 @@ SURELY_BESIDE = 0.3
 
 @kernel
 def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, shape: Shape, options: ContactOptions) -> None:
-    """Find the partners of all vertices.
+    """Find the partners of all vertices: at most three triangles from which contact keeps each vertex apart.
 
     Args:
-        x: Legal positions of the n vertices [m], shape (n, 3).
+        x: Positions of the n vertices, which are on the correct sides of all layers [m], shape (n, 3).
         mesh: The mesh.
         vertex_face: Partners to update. The present partners are tested first.
         shape: Shape of the cloth at x.
-        options: Limits of candidates.
+        options: Settings of contact. They contain the angles and distances that decide which triangles are partners.
     """
     nearest = _nearest_on_both_sides(x, mesh, vertex_face.triangle, shape, options)
     _keep_what_would_be_lost(x, mesh, vertex_face, nearest, shape, options)
@@ -126,10 +126,10 @@ def _keep_what_would_be_lost(
 ) -> None:
     """Make the nearest triangles partners, and keep one earlier partner that the vertex touches.
 
-    A vertex has only three partners, so new ones replace earlier ones. In a crumple of three sheets, the third sheet
-    would then be forgotten and could pass through. An earlier partner need not be kept if it lies in the same direction
-    as a new partner, because it then belongs to the same sheet or lies behind this sheet. A kept partner keeps its
-    side.
+    The partners of a vertex are the triangles from which contact keeps the vertex apart. A vertex has at most three
+    partners, so new partners replace earlier partners. In a crumple of three sheets, the third sheet would then be
+    forgotten and could pass through. An earlier partner need not be kept if it lies in the same direction as a new
+    partner, because it then belongs to the same sheet or lies behind this sheet. A kept partner keeps its side.
     """
     faces = mesh.faces
     partners = vertex_face.triangle

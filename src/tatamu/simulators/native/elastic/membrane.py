@@ -34,8 +34,8 @@ ENDS = np.array([[1, 2], [2, 0], [0, 1]])
 class Membrane(NamedTuple):
     """Constants of the membrane, in the order in which forces are computed.
 
-    A band is a run of triangles that are neighbours in memory. Places in a band without a triangle contain zeros. A
-    slot is the memory position of a vertex.
+    A band is a group of triangles that are stored one after another in memory. Places in a band without a triangle
+    contain zeros. A slot is the memory position of a vertex.
     """
 
     bands: np.ndarray
@@ -55,7 +55,9 @@ class Membrane(NamedTuple):
     compression: Any
     """Ratio c of compressive to tensile stiffness, in single precision [-]."""
     crowding: Any
-    """Crowding strain b, in single precision [-]. Cloth compressed by more than b has its full stiffness again."""
+    """Strain b of compression beyond which cloth that wrinkles has its full stiffness again [-].
+
+    The number has single precision."""
 
 
 def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -146,12 +148,13 @@ def in_bands(
     """Return the constants of the membrane in the order in which forces are computed.
 
     Args:
-        triangles: Bands (runs in memory) of triangles, with slots (memory positions) of vertices.
+        triangles: Bands of triangles. A band is a group of triangles that are stored one after another in memory. The
+            bands also contain the memory positions (slots) of the vertices.
         S: Stiffness from `constants`.
         L2: Squared rest lengths from `constants`.
         relaxed: Constants of wrinkling from `constants`.
         compression: Ratio c of compressive to tensile stiffness [-].
-        crowding: Crowding strain b [-].
+        crowding: Strain b of compression beyond which cloth that wrinkles has its full stiffness again [-].
         real: Precision in which forces are computed.
     """
     return Membrane(

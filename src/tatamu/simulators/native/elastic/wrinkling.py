@@ -74,7 +74,7 @@ def stress(
         plane: Twice the area times the plane stiffness q [N m].
         nu: Poisson ratio [-].
         compression: Ratio c of compressive to tensile stiffness [-].
-        crowding: Crowding strain b [-].
+        crowding: Strain b of compression beyond which cloth has its full stiffness again [-].
 
     Returns:
         The components xx, yy and xy.

@@ -23,9 +23,9 @@ its end:
 
     s = R1' (x - c1) - R0' (x0 - c0),   s_t = s - (n s) n,   s_t shrinks by min(1, mu push / |s_t|)
 
-Cloth stays on the side of a body on which it is at the legal start of the round. A point has passed through the body
-under two conditions. Its path is longer than the sum of its distances at both ends, and its new normal points against
-the old one. Its distance is then measured from the tangent plane of the earlier side.
+Cloth stays on the side of a body on which it is at the start of the round. A point has passed through the body under
+two conditions. Its path is longer than the sum of its distances at both ends, and its new normal points against the old
+one. Its distance is then measured from the tangent plane of the earlier side.
 
     state        the bodies as arrays: shapes, paths, poses of the round, candidates
     rounded_box  the distance and its normal, and its minimum along an edge
