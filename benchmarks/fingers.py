@@ -40,7 +40,12 @@ GARMENTS: dict[str, dict[str, Any]] = {
     "T-shirt half": {"garment": "tshirt", "fold": "half", "spacing": 0.035},
     "trousers leg": {"garment": "trousers", "fold": "leg", "spacing": 0.025},
 }
-COSTS = {**GARMENTS, "limp towel half": {**GARMENTS["towel half"], "material": "jersey"}}
+COSTS: dict[str, dict[str, Any]] = {
+    **GARMENTS,
+    "limp towel half": {**GARMENTS["towel half"], "material": "jersey"},
+    "towel half, default mesh": {"garment": "towel", "fold": "half"},
+    "T-shirt half, default mesh": {"garment": "tshirt", "fold": "half"},
+}
 """Garments whose simulations are timed."""
 HANDS = {
     "bare": Fingers(),
