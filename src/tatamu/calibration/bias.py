@@ -189,7 +189,7 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         )
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search for the shear stiffness that reproduces the reading."""
+        """Search for the shear stiffness with which the simulated strip has the measured elongation."""
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))
         if len(found.samples) < 2:  # the first value was right; a second value is needed for the slope

@@ -42,7 +42,7 @@ HEIGHT, LIFT = 0.906, 1.1
 l_b is the bending length. The height was computed with a heavy chain (`heavy_strip.chain`).
 """
 LIES = 4.0
-"""Length of cloth on either side of the crease, in heights of the loop.
+"""Length of cloth on either side of the crease, divided by the height of the loop [-].
 
 In a computation with a heavy chain (`heavy_strip.chain`), 3.85 heights give the same loop as an infinite length.
 """

@@ -18,7 +18,10 @@ class CalibrationOptions:
     within: float = 1e-3
     """Largest difference between the simulated and the measured reading, as a fraction of the reading."""
     finest: float = 1e-5
-    """Smallest tolerance of a reading [m]. If the tolerance that `within` gives is smaller, this tolerance is used."""
+    """Smallest tolerance of a simulated reading [m].
+
+    The tolerance is `within` times the measured reading. If this product is smaller than `finest`, the tolerance is
+    `finest`."""
     agreement: float = 5e-3
     """Largest change of the parameters' logarithms from one pass over the tests to the next at which the search ends.
     """

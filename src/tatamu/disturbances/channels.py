@@ -50,7 +50,11 @@ class Channel:
         return self.unit == "1"
 
     def shown(self, value: float) -> float:
-        """Return a value for readers: a relative change instead of a logarithm, other values as they are."""
+        """Return a value of this disturbance as readers see it.
+
+        If the disturbance is the logarithm of a factor, return the factor minus 1, which is a relative change.
+        Otherwise return the value unchanged.
+        """
         return float(np.expm1(value)) if self.relative else value
 
 

@@ -73,7 +73,10 @@ class Disturbed(Wrapper):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations that are simulated in all worlds. Later evaluations wait for them."""
+        """Number of evaluations at the start of a search that are simulated in all worlds.
+
+        A world is one random draw of all disturbances. Later evaluations wait until these evaluations are complete.
+        """
         return SCOUTS
 
     def without_disturbances(self) -> Evaluator:
@@ -140,10 +143,11 @@ class Disturbed(Wrapper):
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the best complete evaluation, with the hardest worlds of all complete evaluations.
+        """Return the incumbent: the result of the best complete evaluation, and a list of hard worlds.
 
-        If fewer than `SCOUTS` evaluations are complete, return `NOTHING`. The next trial is then simulated in all
-        worlds.
+        A world is one random draw of all disturbances. The list combines the hardest worlds of all complete
+        evaluations. If fewer than `SCOUTS` evaluations are complete, return `NOTHING`. The next trial is then simulated
+        in all worlds.
         """
         able = sorted((each for each in known if each.hardest), key=lambda each: each.objective)
         if len(able) < SCOUTS:

@@ -183,7 +183,9 @@ class _Cloth:
     weight: np.ndarray
     """Area of each vertex [m^2], shape (n,)."""
     pieces: np.ndarray
-    """Number of the piece of the moving side to which each vertex belongs, shape (n,); -1 for vertices that stay."""
+    """Index of the piece of cloth to which each vertex belongs, shape (n,).
+
+    A piece is a connected part of the moving side. Vertices that stay have the index -1."""
     graph: csr_array
     """Lengths of the links between vertices [m], shape (n, n)."""
     region: np.ndarray

@@ -113,7 +113,7 @@ def shift_against(errors: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[Hand
 
 
 def _metres(values: np.ndarray) -> list[float]:
-    """Return lengths to the hundredth of a millimetre [m]."""
+    """Return lengths in metres, rounded to 0.01 mm [m]."""
     return [round(float(value), 5) + 0.0 for value in values]
 
 

@@ -126,9 +126,10 @@ class Emulator:
         return np.asarray(np.sqrt(self.distance[0] + marks**2 @ self.distance[1:]))
 
     def moved(self, by: Mapping[str, float]) -> np.ndarray:
-        """Return a change of disturbances, given by their names, as a vector, shape (k,).
+        """Return changes of the k disturbances as a vector in the emulator's order, shape (k,).
 
-        Disturbances that the emulator does not have are left out.
+        `by` contains the change of each disturbance under the disturbance's name. A disturbance that is missing in `by`
+        does not change. Disturbances that the emulator does not have are left out.
         """
         return np.array([by.get(name, 0.0) for name in self.inputs.names])
 

@@ -47,7 +47,9 @@ class Fold:
     observation: Observation
     emulator: Emulator
     correction: np.ndarray
-    """The correction with which the fold was carried out, as a change of each of the k disturbances, shape (k,)."""
+    """The correction of the hands' motion with which the fold was carried out, shape (k,).
+
+    A corrected motion has the same effect as changed disturbances. The correction is given as these k changes."""
 
     @property
     def places(self) -> list[int]:
@@ -208,7 +210,8 @@ class Posterior:
 
         Args:
             emulator: Emulator of the learned fold.
-            correction: Correction of the next fold, as a change of each of the k disturbances, shape (k,).
+            correction: Changes of the k disturbances that have the same effect as the correction of the next fold,
+                shape (k,).
         """
         generator = np.random.default_rng(0)
         random = generator.standard_normal(self.members.shape) * np.sqrt(self.prior.random)

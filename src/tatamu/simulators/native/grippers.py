@@ -212,7 +212,10 @@ class Grippers:
         return held
 
     def _start(self, index: int, holds: bool, number: int) -> Place:
-        """Return the displacement of a gripper at outer step `number` [m]. It is zero if the gripper is open."""
+        """Return the displacement of a gripper at outer step `number` from where the gripper closed [m].
+
+        If the gripper is open, return zero.
+        """
         if not holds:
             return NOWHERE
         led = self._led.get(index)

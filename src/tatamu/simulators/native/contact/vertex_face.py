@@ -15,8 +15,9 @@ is measured from the *friction anchor*, the point of the triangle where the vert
 from the start of the step. If the table or another layer undoes a correction, the next step corrects it again, so
 layers at rest do not creep.
 
-Pairs that a hand holds on both sides are not corrected, because a push near the hand has no lever. It would turn the
-pinch into a clamp that bends the layers as one plate. The derivation is in docs/theory/contact.md.
+A pair is a vertex and a triangle. If a hand holds the vertex and a corner of the triangle, contact does not correct the
+pair. Corrections so close to the hand would act like a clamp that bends the layers as one plate. The derivation is in
+docs/theory/contact.md.
 """
 
 from __future__ import annotations

@@ -55,7 +55,10 @@ class Membrane(NamedTuple):
     compression: Any
     """Ratio c of compressive to tensile stiffness, in single precision [-]."""
     crowding: Any
-    """Strain b of compression beyond which cloth that wrinkles has its full stiffness again [-].
+    """Limit b of the compressive strain [-].
+
+    Below it, compression has only the fraction c of the stiffness. Strain beyond the limit meets the full stiffness, as
+    in tension.
 
     The number has single precision."""
 
@@ -154,7 +157,8 @@ def in_bands(
         L2: Squared rest lengths from `constants`.
         relaxed: Constants of wrinkling from `constants`.
         compression: Ratio c of compressive to tensile stiffness [-].
-        crowding: Strain b of compression beyond which cloth that wrinkles has its full stiffness again [-].
+        crowding: Limit b of the compressive strain [-]. Below it, compression has only the fraction c of the stiffness.
+            Strain beyond the limit meets the full stiffness, as in tension.
         real: Precision in which forces are computed.
     """
     return Membrane(

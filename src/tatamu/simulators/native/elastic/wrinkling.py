@@ -74,7 +74,8 @@ def stress(
         plane: Twice the area times the plane stiffness q [N m].
         nu: Poisson ratio [-].
         compression: Ratio c of compressive to tensile stiffness [-].
-        crowding: Strain b of compression beyond which cloth has its full stiffness again [-].
+        crowding: Limit b of the compressive strain [-]. Below it, compression has only the fraction c of the stiffness.
+            Strain beyond the limit meets the full stiffness, as in tension.
 
     Returns:
         The components xx, yy and xy.
