@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from shutil import copytree
@@ -20,6 +19,7 @@ from time import perf_counter
 
 import numpy as np
 from benchmarks.hidden import CASES, Case, Row, SetUp, Shifts, measured_rows
+from benchmarks.holds import COMMAND
 from benchmarks.tables import markdown, publish
 
 from tatamu.observation.correction import find_correction
@@ -28,7 +28,6 @@ from tatamu.simulators.many import processors
 
 NEXT = 3
 """Next folds of each set-up, which differ in their random parts; the same after no, one and two observations."""
-TATAMU = (sys.executable, "-c", "from tatamu.cli import main; main()")
 SLACK = 5e-4
 """A set-up is no worse if its next folds end this much farther off at most, in the mean [m]."""
 
@@ -97,9 +96,7 @@ def seconds_of(words: Sequence[str]) -> float:
     times = []
     for _ in range(3):
         begin = perf_counter()
-        subprocess.run(
-            [sys.executable, "-c", "from tatamu.cli import main; main()", *words], check=True, stdout=DEVNULL
-        )
+        subprocess.run([*COMMAND, *words], check=True, stdout=DEVNULL)
         times.append(perf_counter() - begin)
     return min(times)
 

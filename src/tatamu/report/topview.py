@@ -13,7 +13,7 @@ from scipy.ndimage import binary_dilation
 from tatamu.presentation.drawing import Drawing
 from tatamu.presentation.image import data_uri
 from tatamu.presentation.palette import TARGET, rgb
-from tatamu.presentation.raster import View
+from tatamu.presentation.raster import View, rasterise
 from tatamu.presentation.replay import HAND_COLOURS
 from tatamu.presentation.shading import cloth, occlusion, see, shade, shrink, to_pixels
 from tatamu.presentation.shapes import Dot, Picture
@@ -89,7 +89,8 @@ def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.
 
 def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
     """Return the pixels that the cloth (n, 3) covers from above, in the size of `draw`, shape (h, w)."""
-    return see(area.view(WIDE * FINER), cloth(points, fold.faces))[0].mask
+    view = area.view(WIDE * FINER)
+    return rasterise(view.project(points), fold.faces, view.shape).mask
 
 
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
