@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,9 @@ from tatamu.presentation.page import render
 from tatamu.report.headline import title as fold_title
 from tatamu.report.topview import TopView, draw, extent, mask, outlined, view
 from tatamu.topology import facing_down
+
+WIDE = 400
+"""Width of a picture in the file [pixels]. Larger pictures would take most of the time of the page."""
 
 
 @dataclass(frozen=True)
@@ -219,11 +223,18 @@ def _views(observed: Observed) -> list[TopView]:
     if not observed.correction.is_none:
         corrections.append(("Next", "the cloth as expected after the correction", observed.correction.change))
     cloth = _Cloth(observed.draws.mesh.evaluator.task.fold)
-    ends = [(name, note, simulated(observed, change)) for name, note, change in corrections]
-    finals = [(name, note, final) for name, note, final in ends if final is not None]
-    area = extent(cloth.fold.target, *(final for *_, final in finals))
-    wanted = mask(cloth, cloth.fold.target, area)
-    return [view(name, note, outlined(draw(cloth, final, area)[0], wanted), area) for name, note, final in finals]
+    with ThreadPoolExecutor(len(corrections)) as workers:
+        ends = list(workers.map(lambda each: simulated(observed, each[2]), corrections))
+        finals = [
+            (name, note, final) for (name, note, _), final in zip(corrections, ends, strict=True) if final is not None
+        ]
+        area = extent(cloth.fold.target, *(final for *_, final in finals), wide=WIDE)
+        wanted = mask(cloth, cloth.fold.target, area)
+
+        def picture(title: str, note: str, final: np.ndarray) -> TopView:
+            return view(title, note, outlined(draw(cloth, final, area)[0], wanted), area)
+
+        return list(workers.map(picture, *zip(*finals, strict=True))) if finals else []
 
 
 def _photos(observed: Observed) -> dict[int, str]:

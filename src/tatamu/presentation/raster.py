@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from tatamu.zbuffer import z_buffer
 
@@ -83,7 +84,8 @@ class Visible:
         (p, k).
         """
         face, weights = self.covered
-        return np.einsum("pc,pc...->p...", weights, values[faces[face]])
+        ends = np.arange(0, weights.size + 1, 3)
+        return np.asarray(csr_array((weights.ravel(), faces[face].ravel(), ends), (len(face), len(values))) @ values)
 
 
 def rasterise(projected: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> Visible:

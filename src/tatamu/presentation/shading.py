@@ -69,7 +69,7 @@ def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | 
     shape (p,).
     """
     normals = visible.sample(vertex_normals(mesh.points, mesh.faces), mesh.faces)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    normals /= np.maximum(np.sqrt(np.einsum("pk,pk->p", normals, normals)), 1e-12)[:, None]
     eye = view.towards_eye(visible.sample(mesh.points, mesh.faces))
     triangle = visible.covered[0]
     facing = _facing(view, mesh)[triangle]

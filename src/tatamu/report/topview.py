@@ -20,7 +20,7 @@ from tatamu.presentation.shapes import Dot, Picture
 from tatamu.study import Result
 
 WIDE = 600
-"""Width of the images in the file [pixels]."""
+"""Usual width of an image in the file [pixels]."""
 FINER = 2
 """Factor by which images are first drawn larger. Then they are reduced by averaging, which makes outlines smooth."""
 
@@ -33,6 +33,8 @@ class Extent:
     """Smallest x and y [m], shape (2,)."""
     high: np.ndarray
     """Largest x and y [m], shape (2,)."""
+    wide: int = WIDE
+    """Width of its images in the file [pixels]."""
 
     @property
     def size(self) -> np.ndarray:
@@ -46,10 +48,10 @@ class Extent:
         return View(centre, np.eye(3), scale, (round(self.size[1] * scale), width))
 
 
-def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
+def extent(*shapes: np.ndarray, margin: float = 0.03, wide: int = WIDE) -> Extent:
     """Return the rectangle around several shapes, with a margin [m]. A shape has n points, shape (n, 3)."""
     points = np.vstack(shapes)[:, :2]
-    return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin)
+    return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin, wide)
 
 
 class Cloth(Protocol):
@@ -76,7 +78,7 @@ def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.
 
     The result is an image in linear light, shape (h, w, 4), and the mask of the cloth, shape (h, w).
     """
-    view = area.view(WIDE * FINER)
+    view = area.view(area.wide * FINER)
     mesh = cloth(points, fold.faces, fold.start, fold.lower)
     visible, depth = see(view, mesh)
     image = np.zeros((*view.shape, 4))
@@ -89,7 +91,7 @@ def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.
 
 def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
     """Return the pixels that the cloth (n, 3) covers from above, in the size of `draw`, shape (h, w)."""
-    view = area.view(WIDE * FINER)
+    view = area.view(area.wide * FINER)
     return rasterise(view.project(points), fold.faces, view.shape).mask
 
 
