@@ -181,7 +181,7 @@ class LearningDisplay:
         return self
 
     def _interrupt(self, number: int, frame: object) -> None:
-        """Handle Ctrl-C. If the user presses it a second time, it has its default effect."""
+        """Handle Ctrl-C: end the study. If the user presses Ctrl-C again, the program ends at once."""
         signal.signal(signal.SIGINT, self._before)
         self._ending = True
         self.say("interrupted: waiting for running trials, then finished ones are written; Ctrl-C again ends at once")

@@ -197,7 +197,7 @@ class Disturbances(Record):
                 )
 
     def describe(self) -> dict[str, Any]:
-        """Return plain data for `result.json` and `margins.json`. Fields that are exact are omitted."""
+        """Return plain data for `result.json` and `margins.json`. Disturbances that are zero are omitted."""
         return self.model_dump(exclude_defaults=True)
 
 

@@ -25,11 +25,15 @@ from tatamu.scene import Scene
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Stiffnesses along the warp. Their error factors also apply to the stiffnesses in other directions."""
 NEAR = 0.02
-"""Distance from the fold line, and from the release, over which the layers below a finger come into effect [m].
+"""Horizontal distance over which the layers below a finger gradually begin to limit the height of the finger [m].
 
-Within this distance, a finger gradually comes to lie on the layers."""
+The layers that stay begin to limit it at the fold line. The layers that the hand carries do so shortly before the
+release."""
 PRESSES = 0.25
-"""Depth to which a finger presses into layers before its arm yields, in thicknesses. It then drags the layers."""
+"""Depth to which a finger presses into layers before its arm yields, in thicknesses of the cloth.
+
+A finger that presses into layers drags them along.
+"""
 LEAST_HELD = 0.2
 """Least fraction of the planned cloth area that must be under a hand's pad [-].
 
@@ -147,7 +151,7 @@ class _DisturbedHand:
 
 
 def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
-    """Return the disturbed motion of a hand. The motion is None if the hand misses the cloth."""
+    """Return the disturbed motion of a hand. It contains no motion if the hand misses the cloth."""
     usual = carries_of(fold, manipulation)[number]
     aim = _aims_beside(fold, manipulation)[number]
     grasp = _grasp(fold, usual.vertex, aim, world, number)
@@ -277,10 +281,11 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     """Return the lowest possible vertical displacement of a hand at each of k instants [m], shape (k,).
 
-    A hand that is lower meets the table and stops there.
+    A hand that is commanded to be lower stops at this displacement. Every hand is stopped by the table.
 
-    Cloth below a hand does not stop the hand. The hand presses on the cloth and drags it along. Fingers are rigid
-    bodies. Therefore the arm must yield before its fingers crush the cloth.
+    If the fingers of a hand are not described, cloth below the hand does not stop it. If the fingers are described,
+    they are rigid bodies. Layers of cloth then stop them too, because the arm yields before its fingers crush the
+    cloth.
     """
     thickness = fold.garment.material.thickness
     table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))

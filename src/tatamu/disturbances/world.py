@@ -48,7 +48,7 @@ class World:
         return self.values.get(name, 0.0)
 
     def factor(self, name: str) -> float:
-        """Return the factor that belongs to a relative disturbance."""
+        """Return the factor by which a relative disturbance, whose value is a logarithm, changes a quantity."""
         return float(np.exp(self[name]))
 
     @property

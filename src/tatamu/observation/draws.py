@@ -102,7 +102,7 @@ def sample(disturbances: Disturbances) -> list[World]:
 
 
 def widened(world: World, centre: World) -> World:
-    """Return a world whose disturbances are `WIDER` times as far from their means."""
+    """Return a world whose disturbances are `WIDER` times as far from their means as in the given world."""
     return World({name: centre[name] + WIDER * (value - centre[name]) for name, value in world.values.items()})
 
 

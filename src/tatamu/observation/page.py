@@ -141,7 +141,8 @@ def _mm(value: float) -> str:
 def _told(observed: Observed) -> Plot:
     """Return a chart of each error of the set-up before and after the observations.
 
-    The bars are standard deviations, as fractions of the deviation before the observations, and the points are means.
+    The points are means, and the bars are standard deviations. Both are divided by the standard deviation before the
+    observations.
     """
     rows = learned_most(observed)[::-1]
     names = [title(name) for name, *_ in rows]
@@ -161,7 +162,7 @@ def _told(observed: Observed) -> Plot:
 def _points(
     names: Sequence[str], middles: Sequence[float], spread: Sequence[float], name: str, colour: str, width: int
 ) -> dict[str, Any]:
-    """Return points with error bars along x."""
+    """Return points with horizontal error bars, as a trace of a chart."""
     return {
         "type": "scatter",
         "mode": "markers",

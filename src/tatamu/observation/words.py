@@ -30,14 +30,17 @@ MARK_TITLES = dict(
         strict=True,
     )
 )
-"""Meaning of each measured number."""
+"""Descriptions of the marks, which are lengths that are measured after a fold."""
 UNITS = {channel.name: channel.unit for channel in CHANNELS}
 NAMED = 4
-"""Number of disturbances that the terminal lists."""
+"""Largest number of disturbances that the terminal lists."""
 
 
 def shown(name: str, value: float) -> str:
-    """Return the value of a disturbance as text, with its sign and unit. Relative values are to first order."""
+    """Return the value of a disturbance as text, with its sign and unit.
+
+    The logarithm of a factor is shown as a relative change, to first order.
+    """
     return amount(value, UNITS[name])
 
 

@@ -22,8 +22,10 @@ from tatamu.records import Record
 DIAGONAL = 0.04327
 """Diagonal of 35 mm film [m]. The focal length that a photo's file states refers to this film."""
 USUAL, SPREAD = 0.85, 0.35
-"""Usual focal length of a phone's camera, as a fraction of the picture's longer side, and its relative standard
-deviation."""
+"""Usual focal length of a phone's camera, and its relative standard deviation.
+
+The focal length is a fraction of the picture's longer side.
+"""
 STATED_SPREAD = 0.05
 """Relative standard deviation of a focal length that a photo's file states."""
 KNOWN_SPREAD = 0.005
@@ -83,8 +85,8 @@ def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
 def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
     """Return the lens for pictures of another width and height [pixels].
 
-    The lens may have been described for wide pictures, although the new pictures are upright. The opposite is also
-    possible.
+    A lens that was described for wide pictures can also be used for upright pictures, and the other way round. Its
+    width and height are then exchanged.
 
     Raises:
         InputError: If the ratio of the sides is different.

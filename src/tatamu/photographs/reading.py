@@ -35,7 +35,7 @@ LENGTH = 0.12
 UNSEEN = 0.012
 """Largest distance at which a hidden hem may lie from the outline [m].
 
-If the hem may lie farther away, the result has no value for it.
+If the hem may lie farther away, the result contains no value for this hem.
 """
 WIDER = 0.006
 """Largest difference between a hem's visible width and its target [m].
@@ -45,7 +45,7 @@ If the visible hem is even wider, its two corners probably belong to different l
 GIVEN = 1.5
 """Standard deviation of a corner that the user gives [pixels]."""
 ROUND = 0.3
-"""Distance between the visible rim of the cloth and its edge, as a fraction of the thickness."""
+"""Distance between the visible rim of the cloth and the edge of the cloth, as a fraction of its thickness."""
 CORNERS = ("left", "right", "lower-left", "lower-right")
 """Names of corners that the user can give: two of the moved hem, and two of the lower hem."""
 
@@ -58,7 +58,9 @@ class FoldReading:
     """The result of reading a finished fold from a photograph."""
 
     values: Measured
-    """The fold's deviations from its target that the photograph shows, by the names of `folding.marks.MARKS`."""
+    """Deviations of the finished fold from its target, as read from the photograph.
+
+    The keys are the names of `folding.marks.MARKS`."""
     corners: Mapping[str, np.ndarray]
     """Pixels of the corners that were found, shape (2,), by the names of `CORNERS`."""
     outline: np.ndarray
@@ -202,7 +204,7 @@ class FoldReader:
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
         """Drop the positions across the fold if the moved hem appears too wide.
 
-        Then one of its corners probably belongs to the lower layer.
+        One corner of the hem then probably belongs to the lower layer.
         """
         if "left" not in found or "right" not in found:
             return

@@ -18,7 +18,7 @@ from tatamu.study import Result
 CELLS = 45_000
 """Approximate number of cells of a map."""
 HIDDEN = 0.02
-"""Fraction of cells in which the upper layer hides the lower layer.
+"""Largest fraction of cells in which the upper layer may hide the lower layer.
 
 If more cells are hidden, each layer gets its own map.
 """

@@ -88,7 +88,10 @@ def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.
 
 
 def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
-    """Return the pixels that the cloth (n, 3) covers from above, in the size of `draw`, shape (h, w)."""
+    """Return the mask of the pixels that the cloth (n, 3) covers as seen from above, shape (h, w).
+
+    The mask has the size of the image that `draw` returns.
+    """
     view = area.view(WIDE * FINER)
     return rasterise(view.project(points), fold.faces, view.shape).mask
 

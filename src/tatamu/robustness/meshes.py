@@ -27,11 +27,14 @@ from tatamu.simulators.source import source_digest
 PAIRS = 12
 """Largest number of draws that are always simulated on both meshes. They are chosen evenly from best to worst."""
 DRAWS_PER_PAIR = 8
-"""Number of draws for each draw that is simulated on both meshes, unless `PAIRS` gives fewer."""
+"""One draw in this many is simulated on both meshes, but at most `PAIRS` draws."""
 VERSION = 2
 """Version of the contents of a verdict. Verdicts of other versions are not used again."""
 FEWEST = 3
-"""Least number of pairs of verdicts on both meshes. It also applies to the fit of a line."""
+"""Least number of draws that are simulated on both meshes.
+
+`fit_distances` needs at least as many to fit a line.
+"""
 
 
 DistanceOf = Callable[[Verdict], float | None]
