@@ -35,13 +35,16 @@ PRESSES = 0.25
 A finger that presses into layers drags them along.
 """
 LEAST_HELD = 0.2
-"""Least fraction of the planned cloth area that must be under a hand's pad [-].
+"""Least fraction of the planned cloth area that must be under a hand's pad, the surface that holds the cloth [-].
 
 With less cloth, the hand holds nothing."""
 PAD_POINTS = (12, 8)
-"""Number of points along the edge, and across it, at which a pad is checked for cloth."""
+"""Numbers of points of a pad, along and across the edge of the cloth, at which it is checked whether there is cloth.
+
+A pad is the surface with which a hand holds cloth.
+"""
 SIDES = (("left", 1.0), ("right", -1.0))
-"""Names of the hands, each with the sign of its half of the difference between the hands."""
+"""Names of the hands, each with a sign. With it, half of `hands.difference` is added to the hand's position."""
 
 
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
@@ -124,14 +127,14 @@ def _bounds(name: str) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Grasp:
-    """The point at which a hand grasps the cloth, seen from above, in the directions along the fold and across it."""
+    """The actual grasp of a hand, seen from above."""
 
     vertex: int
     """The vertex nearest to the point of the grasp. It represents the point in the simulation."""
     place: np.ndarray
     """The point of the grasp in the scene [m], shape (2,)."""
     slip: np.ndarray
-    """Displacement from the intended to the actual point of the grasp [m], shape (2,)."""
+    """Displacement from the intended to the actual point of the grasp, along the fold and across it [m], shape (2,)."""
     rest: float
     """Distance along the fold from the actual point of the grasp to the vertex [m]."""
     misses: bool
@@ -255,7 +258,9 @@ def _covered(fold: Fold, place: np.ndarray) -> float:
 
 
 def _side_of(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return on which side of m edges k points lie, shape (k, m). Values are positive on the left side.
+    """Return, for each of k points and m edges, on which side of the edge the point lies, shape (k, m).
+
+    Values are positive on the left side.
 
     Args:
         start: Starts of the m edges, shape (m, 2).

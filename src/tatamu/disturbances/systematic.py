@@ -37,7 +37,7 @@ class Split:
 
     @property
     def root(self) -> np.ndarray:
-        """A matrix B with B B' = `systematic`, shape (k, k)."""
+        """A matrix B with B B' = `systematic`, shape (k, k). B' is the transpose of B."""
         values, vectors = np.linalg.eigh(self.systematic)
         return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
 

@@ -107,7 +107,7 @@ class Incumbent:
 
 
 NOTHING = Incumbent()
-"""No incumbent. With it, every evaluation is complete."""
+"""Stands for the absence of an incumbent, which is an evaluation to beat. Without one, every evaluation is complete."""
 
 
 class Evaluator(ABC):

@@ -164,7 +164,7 @@ def check_draws(draws: int, seed: int) -> None:
 
 
 def _sides(disturbances: Disturbances) -> list[Side]:
-    """Return every disturbance in both directions: first below zero, then above zero."""
+    """Return every disturbance in both directions: first below its mean, then above its mean."""
     known = deviations(disturbances)
     channels = [channel for channel in CHANNELS if channel.name in known]
     centre = mean_world(disturbances)

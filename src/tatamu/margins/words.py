@@ -57,7 +57,7 @@ def amount(value: float, unit: str) -> str:
 
 
 def reach(margin: AloneMargin) -> tuple[str, str]:
-    """Return the largest tolerated values of a disturbance below and above zero, as two texts."""
+    """Return the lowest and the highest tolerated value of a disturbance, as two texts."""
     return _side(margin.low, margin.tried[0], margin.unit), _side(margin.high, margin.tried[1], margin.unit)
 
 

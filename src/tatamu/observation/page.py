@@ -101,7 +101,7 @@ def _predicted(observed: Observed, fold: Fold) -> np.ndarray:
 def _rows(observed: Observed, fold: Fold) -> list[tuple[str, list[str]]]:
     """Return a table row for each mark (measured length) of an observed fold.
 
-    A row has the measured value, its deviation, and the means before and after all observations.
+    A row has the measured value, its standard deviation, and the expected value before and after all observations.
     """
     measured = {number.name: number for number in fold.observation.measured}
     prior = fold.emulator.marks(observed.posterior.prior.mean + fold.correction)

@@ -57,7 +57,7 @@ def title(name: str) -> str:
 def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
     """Return the name, mean, prior deviation and posterior deviation of the inferred disturbances.
 
-    The most certain disturbance comes first.
+    The disturbance whose deviation was reduced by the largest factor comes first.
     """
     posterior = observed.posterior
     means = dict(zip(posterior.names, posterior.mean, strict=True))

@@ -179,9 +179,12 @@ class View:
             yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
 
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the standard deviations of positions on the table that result from the camera [m], shape (n,).
+        """Return the standard deviations of positions on the table [m], shape (n,).
 
-        The camera sees these positions at the given n pixels, shape (n, 2). They are at a height above the table [m].
+        They result from the uncertainty of the camera.
+
+        The camera sees these positions at the given n pixels, shape (n, 2). `height` is the height of the positions
+        above the table [m].
         """
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]

@@ -25,7 +25,10 @@ GIVEN = 0.001
 LARGEST = 1.5
 """Natural logarithm of the largest scale."""
 TIE = 0.001
-"""Largest difference in score between two poses that count as equally good [m]."""
+"""Largest difference in score between two poses that count as equally good [m].
+
+The score of a pose is the error of the fit, plus the penalty `STRETCH` for changed proportions.
+"""
 STRETCH = 0.02
 """Penalty for changed proportions [m], because a pose that keeps the proportions is more probable.
 

@@ -40,7 +40,7 @@ BENT, BENT_MORE = 0.03, 0.01
 """Standard deviations of the distortion coefficients k1 and k2 without a lens file. They are small because phones
 correct most of the distortion themselves."""
 APART = 20.0
-"""Least angle by which the board's direction must differ between two of the photos that determine a lens [degrees]."""
+"""Least angle by which the board must be turned between some two of the photos that determine a lens [degrees]."""
 FEWEST = 4
 """Least number of photos of a board that determine a lens."""
 

@@ -29,7 +29,7 @@ from tatamu.photographs.pose import Pose
 from tatamu.study.result import Result
 
 REACH = 0.06
-"""Distance from its target within which an edge is searched [m]."""
+"""Distance from the target position of an edge within which the edge is searched [m]."""
 LENGTH = 0.12
 """Length of the searched part of an edge, measured from the corner [m]."""
 UNSEEN = 0.012
@@ -38,7 +38,7 @@ UNSEEN = 0.012
 If the hem may lie farther away, the result contains no value for this hem.
 """
 WIDER = 0.006
-"""Largest difference between a hem's visible width and its target [m].
+"""Largest difference between the visible width of a hem and the width that it should have [m].
 
 If the visible hem is even wider, its two corners probably belong to different layers.
 """
@@ -254,7 +254,8 @@ class FoldReader:
         return upper, lower
 
     def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
-        """Return the two areas in which the hem and the side edge that meet at a corner are expected."""
+        """Return the area in which the hem is expected near a corner, and the area in which the side edge is
+        expected."""
         target = self._fold.target[:, :2]
         corner = target[vertex]
         other = target[self._hem[1] if side == "left" else self._hem[0]]

@@ -82,7 +82,8 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
 def _origin(result: ResultRecord) -> list[str]:
     """Return a note on the origin of the best fold: found by the search, or given to the search as a curve.
 
-    There is no note if no curve was given to the search on the mesh of the best trial.
+    Curves that were given are only compared if they ran on the same mesh as the best trial. Without such curves, there
+    is no note.
     """
     best = result.best_trial
     if result.best_is_given:

@@ -97,7 +97,10 @@ def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
 
 
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Return an image over which the border of a mask is drawn, three pixels wide on either side of the border."""
+    """Return an image over which the border of a mask is drawn.
+
+    The line covers three pixels on each side of the border.
+    """
     border = binary_dilation(mask, iterations=3) & binary_dilation(~mask, iterations=3)
     copy = image.copy()
     copy[border, :3] = rgb(TARGET)

@@ -26,13 +26,13 @@ class AloneMargin(OpenRecord):
     unit: str
     """Unit of the values: m, rad or s; 1 if the values are relative changes."""
     low: float | None
-    """Lowest value, below zero, at which the fold still succeeded.
+    """Lowest value, below the mean, at which the fold still succeeded.
 
-    None if the fold succeeded at all tried values below zero."""
+    None if the fold succeeded at all tried values below the mean."""
     high: float | None
-    """Highest value, above zero, at which the fold still succeeded.
+    """Highest value, above the mean, at which the fold still succeeded.
 
-    None if the fold succeeded at all tried values above zero."""
+    None if the fold succeeded at all tried values above the mean."""
     deviation: float
     """Standard deviation of the disturbance. For a relative change, it is the deviation of the logarithm."""
     tried: tuple[float, float]
@@ -143,8 +143,8 @@ CONFIDENCE = 0.95
 SURE, LIKELY = 0.9, 0.8
 """Limits of the grades of a success rate.
 
-The grade is "near-perfect" if the lower end of the interval is not below the first limit. Otherwise it is "fair" if the
-success rate is not below the second limit. Otherwise it is "failed"."""
+The grade is "near-perfect" if the lower end of the confidence interval is at least the first limit. Otherwise it is
+"fair" if the success rate is at least the second limit, and "failed" if the success rate is lower."""
 
 
 class MeshUsed(OpenRecord):

@@ -3,9 +3,9 @@
 Far from the best point, expected improvement is below the smallest floating-point number. Therefore the logarithm is
 used.
 
-Let b be the lowest objective so far, and C the objective at a point. Phi is the distribution function of the standard
-normal variable, and phi is its density. C is either a normal variable Y, or a known part l plus a log-normal variable
-e^Y:
+Let b be the lowest objective so far, and C the objective at a point. EI is the expected improvement. Phi is the
+distribution function of the standard normal variable, and phi is its density. C is either a normal variable Y, or a
+known part l plus a log-normal variable e^Y:
 
     C = Y,          Y ~ N(m, s^2):      EI = s (z Phi(z) + phi(z)),                      z = (b - m) / s
     C = l + e^Y,    Y ~ N(m, s^2):      EI = (b - l) Phi(d) - e^(m + s^2/2) Phi(d - s),  d = (log(b - l) - m) / s

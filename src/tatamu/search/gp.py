@@ -1,4 +1,6 @@
-"""The paper's search: a Gaussian process with a Matern kernel, and expected improvement. Noise is zero (beta = 0).
+"""The paper's search: a Gaussian process with a Matern kernel, and expected improvement.
+
+The noise of observations is zero (beta = 0).
 
 This search differs from the paper's search in two ways. First, the kernel has a separate length for each parameter.
 Second, a part of the objective may be known before a trial runs, such as l_x of Eq. (10). Then the process models the
@@ -25,7 +27,10 @@ THREADS = ThreadpoolController()
 """Controls the number of threads of linear algebra. With more than one thread, small matrices take ten times as
 long."""
 LEAST_UNKNOWN = 1e-6
-"""Least value of an objective minus its known part. It prevents zero and negative values by rounding."""
+"""Least value of the unknown part of an objective (the objective minus its known part).
+
+Without this limit, rounding errors could make the unknown part zero or negative.
+"""
 LEAST_DEVIATION = 0.1
 """Least standard deviation by which observed logarithms are divided.
 

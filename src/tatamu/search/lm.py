@@ -60,7 +60,7 @@ class LMSearch(Search):
         return np.concatenate([np.sqrt(self.space.known_part(columns)), observation.residuals])
 
     def _by_point(self, observations: Sequence[Observation]) -> Mapping[Key, Observation]:
-        """Return the observations with hands at the corners, by their points."""
+        """Return the observations in which the hands grasp the corners, by their points of the search space."""
         chosen = [each for each in observations if not any(int(each.parameters[name]) for name in GRASPS)]
         points = self._curves.points([each.parameters for each in chosen])
         return {key_of(point): each for point, each in zip(points, chosen, strict=True)}

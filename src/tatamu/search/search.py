@@ -53,7 +53,7 @@ class Observation:
     parameters: Parameters
     objective: float
     residuals: np.ndarray | None = None
-    """Vector whose squares sum to the unknown part of the objective; None if it is not known."""
+    """Vector whose squares sum to the unknown part of the objective; None if the vector is not known."""
 
 
 class Evaluated(Protocol):
@@ -66,7 +66,7 @@ class Evaluated(Protocol):
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """Vector whose squares sum to the unknown part of the objective; None if it is not known."""
+        """Vector whose squares sum to the unknown part of the objective; None if the vector is not known."""
         ...
 
 

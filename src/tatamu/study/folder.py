@@ -179,7 +179,7 @@ class ResultFolder:
 
     @cached_property
     def scene(self) -> Scene:
-        """The best trial as a scene.
+        """The scene in which the best trial is simulated.
 
         Raises:
             InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.

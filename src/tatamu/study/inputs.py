@@ -64,7 +64,9 @@ def _keep(folder: Path, source: Sources) -> str:
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:
-    """Return the path of the copy of an input of a learned fold, or of its plan; None if there is no copy.
+    """Return the path of the copy of an input of a learned fold; None if there is no copy.
+
+    If the folder of the fold contains no copies, the copies in the folder of its plan are used.
 
     Raises:
         InputError: If the index of the copies is invalid.

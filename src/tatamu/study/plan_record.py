@@ -24,9 +24,9 @@ class FromFlat(OpenRecord):
 
     @property
     def moving_vertex_distance(self) -> None:
-        """Return None, because this measure compares parts that move and parts that stay.
+        """Return None, because this measure is only defined for a single fold.
 
-        All folds of a plan together move nearly all of the cloth.
+        It refers to the part of the cloth that moves. All folds of a plan together move nearly all of the cloth.
         """
         return None
 

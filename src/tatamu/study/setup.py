@@ -142,7 +142,7 @@ def _robust(evaluator: Evaluator) -> Disturbed | None:
 
 
 def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
-    """Return the search of a study. With two fidelities, the search uses both."""
+    """Return the search of a study. If there are two fidelities (a coarse and a fine mesh), the search uses both."""
     make = find_search(record.sampler)
     if fidelities == 2:
         return TwoFidelitySearch(make, space, record.seed, record.first)

@@ -42,7 +42,10 @@ TRANSIENT = {
     "readonly": "cannot be written",
     "disk I/O error": "cannot be read or written now",
 }
-"""Parts of the messages of SQLite about temporary errors, and their meanings. The file is not damaged."""
+"""Parts of the messages of SQLite about temporary errors, and their meanings.
+
+The file is not damaged after such an error.
+"""
 
 
 class StudyStore:
@@ -191,7 +194,7 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
 def _file_error(label: str, error: BaseException) -> Exception:
     """Return the error of tatamu that corresponds to an error of Optuna or SQLite.
 
-    Its message contains the text of the last cause.
+    If the error was caused by another error, the message contains the text of the original cause.
     """
     cause = error
     while cause.__cause__ is not None:
@@ -236,7 +239,7 @@ def held_store(
         record: Settings of the study. Its name in a shared database is made from these settings.
 
     Raises:
-        InputError: If the study of this folder is stored elsewhere.
+        InputError: If the study of this folder is stored in another place.
         UnavailableError: If the database does not answer, or another client has locked the study.
     """
     if folder is None:

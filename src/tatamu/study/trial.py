@@ -70,7 +70,7 @@ class Trial(Scored):
     seconds: float | None = None
     """Wall time of the trial [s]."""
     spacing: float | None = None
-    """Spacing of the mesh on which the trial ran [m]; None for the task's own mesh.
+    """Spacing of the mesh on which the trial ran [m]; None if the study has only one mesh.
 
     The shape distance D is a sum over vertices, so it is smaller on a coarse mesh. To make D comparable, D on a coarse
     mesh is multiplied by the number of vertices of the fine mesh and divided by the number of vertices of the coarse
@@ -185,7 +185,7 @@ class Baseline(Scored):
     state: Literal["complete", "failed"] = "complete"
     error: str | None = None
     seconds: float | None = None
-    """Wall time of its evaluation [s]."""
+    """Wall time of the evaluation of the trajectory [s]."""
     path: Points
     """Path of the left hand relative to its grasp, k points [m], shape (k, 3)."""
 
