@@ -98,7 +98,10 @@ def _material(usual: Material, world: World) -> Material:
 
 
 def _possible(material: Material) -> Material:
-    """Return the nearest material whose fields are consistent with each other. Each field must be within its bounds."""
+    """Return the nearest material whose fields are consistent with each other.
+
+    Each field of the given material must already be within its bounds.
+    """
     changed: dict[str, float] = {}
     if material.orthotropic_membrane:
         changed["compression"] = 1.0

@@ -154,7 +154,7 @@ class Evaluator(ABC):
     def contains_length(self) -> bool:
         """Whether the trajectory length l_x of Eq. (10) is a part of the objective.
 
-        A search need not learn this part.
+        A search need not learn this part, because it is known before the simulation.
         """
         return False
 

@@ -30,7 +30,7 @@ from tatamu.topology import facing_down
 
 @dataclass(frozen=True)
 class _Cloth:
-    """The cloth on the mesh on which the draws were simulated."""
+    """The cloth, with the mesh on which the draws of the disturbances were simulated."""
 
     fold: TargetFold
 

@@ -181,10 +181,8 @@ class View:
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
         """Return the standard deviations of positions on the table [m], shape (n,).
 
-        They result from the uncertainty of the camera.
-
-        The camera sees these positions at the given n pixels, shape (n, 2). `height` is the height of the positions
-        above the table [m].
+        They result from the uncertainty of the camera, which sees the positions at the given n pixels, shape (n, 2).
+        `height` is the height of the positions above the table [m].
         """
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]

@@ -70,7 +70,7 @@ class Fit:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the distances `off` without the largest tenth [m]."""
+        """Root mean square of the distances `off` from the fitted outline, without the largest tenth of them [m]."""
         best = np.sort(np.abs(self.off))[: max(1, int(0.9 * len(self.off)))]
         return float(np.sqrt(np.mean(best**2)))
 

@@ -1,7 +1,7 @@
 """Describes the lens of a camera by its focal length, centre and distortion.
 
 These values are assumed, or are measured from several photographs of a board. The distortion has OpenCV's coefficients
-k1, k2, p1, p2, k3. Distances from the centre are measured in focal lengths.
+k1, k2, p1, p2, k3. In its formulas, distances from the centre are divided by the focal length.
 """
 
 from __future__ import annotations

@@ -254,8 +254,7 @@ class FoldReader:
         return upper, lower
 
     def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
-        """Return the area in which the hem is expected near a corner, and the area in which the side edge is
-        expected."""
+        """Return two areas near a corner, in which the hem and the side edge are expected."""
         target = self._fold.target[:, :2]
         corner = target[vertex]
         other = target[self._hem[1] if side == "left" else self._hem[0]]

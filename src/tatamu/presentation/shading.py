@@ -16,7 +16,7 @@ SUN = np.array([-0.35, -0.30, 0.89]) / np.linalg.norm([-0.35, -0.30, 0.89])
 
 @dataclass(frozen=True)
 class PaintedMesh:
-    """A triangle mesh with one colour for each of its sides."""
+    """A triangle mesh whose fronts and backs may have different colours."""
 
     points: np.ndarray
     """Positions of the vertices [m], shape (n, 3)."""

@@ -22,7 +22,7 @@ SIZE = (720, 1280)
 FINER = 2
 """Factor by which the picture is first drawn larger. Then it is reduced by averaging, which makes edges smooth."""
 SHADOW = 1200
-"""Height and width of the image as seen from the sun, which determines the shadows [pixels]."""
+"""Height and width of an image of the scene as seen from the sun, which determines the shadows [pixels]."""
 
 
 def picture(folder: Path, out_png: Path) -> Path:

@@ -193,7 +193,7 @@ class ResultRecord(StudyRecord):
     judged: SuccessRate | None = None
     """Success rate of the best fold under disturbances that were not used to learn it; None without disturbances."""
     asked: TaskOptions | None = None
-    """Names and files of the task as the user gave them; None if the task was made from objects."""
+    """Names and files of the task as the user gave them; None if the task was made from Python objects."""
     wall_seconds: float | None = None
     """Sum of the wall time of all trials [s]."""
     best: Index | None
