@@ -9,18 +9,15 @@ are corrected again. Every set-up is kept; to resume, repeat the command.
 from __future__ import annotations
 
 import argparse
-import subprocess
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from shutil import copytree
-from subprocess import DEVNULL
 from tempfile import TemporaryDirectory
-from time import perf_counter
 
 import numpy as np
 from benchmarks.hidden import CASES, Case, Row, SetUp, Shifts, measured_rows
-from benchmarks.holds import COMMAND
 from benchmarks.tables import markdown, publish
+from benchmarks.times import COMMAND, Used, timed
 
 from tatamu.observation.correction import find_correction
 from tatamu.observation.posterior import Fold, posterior
@@ -91,27 +88,29 @@ def ratio(after: np.ndarray, before: np.ndarray) -> str:
     return f"{np.median(after) / np.median(before):.2f} ({low:.2f} to {high:.2f})"
 
 
-def seconds_of(words: Sequence[str]) -> float:
-    """Return the time of a command, the fastest of three [s]."""
-    times = []
-    for _ in range(3):
-        begin = perf_counter()
-        subprocess.run([*COMMAND, *words], check=True, stdout=DEVNULL)
-        times.append(perf_counter() - begin)
-    return min(times)
+def fastest(words: Sequence[str], times: int) -> Used:
+    """Run a command several times, and return the least of its times."""
+    runs = [timed([*COMMAND, *words]) for _ in range(times)]
+    return Used(min(run.wall for run in runs), min(run.processor for run in runs))
 
 
 def timed_commands(learned: Path) -> Iterator[dict[str, str]]:
-    """Yield the times of the commands on a fold whose draws are there, with the start of the program beside them."""
-    start = seconds_of(["--version"])
+    """Yield the times of the commands on a fold whose draws are there, and how often the program could start."""
+    start = fastest(["--version"], 3)
     with TemporaryDirectory() as folder:
         copy = str(copytree(learned, Path(folder) / "towel"))
-        for words in (["observe", copy, "--left", "12,-3", "--right", "8,4", "--slip", "2,0"], ["correct", copy]):
-            seconds = seconds_of(words)
+        commands = {
+            "observe": (["observe", copy, "--left", "20,-3", "--right", "22,4", "--slip", "2,0"], 3),
+            "correct": (["correct", copy], 3),
+            "learn --after": (["learn", "--after", copy, "--out", str(Path(folder) / "next")], 1),
+        }
+        for name, (words, times) in commands.items():
+            used = fastest(words, times)
             yield {
-                "command": f"`tatamu {words[0]}`",
-                "seconds": f"{seconds:.1f}",
-                "times `tatamu --version`": f"{seconds / start:.0f}",
+                "command": f"`tatamu {name}`",
+                "seconds": f"{used.wall:.1f}",
+                "processor seconds": f"{used.processor:.1f}",
+                "times `tatamu --version`": f"{used.processor / start.processor:.0f}",
             }
 
 

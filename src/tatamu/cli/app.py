@@ -10,7 +10,7 @@ from tatamu.version import __version__
 
 
 class Interrupted(Exception):
-    """Raised if Ctrl-C ended a command. The text of the error tells what is kept, and how to resume."""
+    """Raised if Ctrl-C ended a command. Its text tells what is kept, and how to resume the command."""
 
 
 app = typer.Typer(

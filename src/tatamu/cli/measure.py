@@ -1,4 +1,4 @@
-"""The command `tatamu measure`, which explains how to measure cloth with a ruler, a scale and a board."""
+"""The command `tatamu measure`, which explains how to measure cloth with a ruler, a kitchen scale and a board."""
 
 from __future__ import annotations
 

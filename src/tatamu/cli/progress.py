@@ -181,7 +181,7 @@ class LearningDisplay:
         return self
 
     def _interrupt(self, number: int, frame: object) -> None:
-        """Handle Ctrl-C. If the user presses it a second time, it has its default effect."""
+        """Handle Ctrl-C: end the study. If the user presses Ctrl-C again, the program ends at once."""
         signal.signal(signal.SIGINT, self._before)
         self._ending = True
         self.say("interrupted: waiting for running trials, then finished ones are written; Ctrl-C again ends at once")
@@ -221,7 +221,8 @@ class LearningDisplay:
             step: Number of the current step, from 1.
             pace: Time per simulation [s].
             rollouts: Number of simulations that remain in this step.
-            known: Whether `pace` is accurate. If not, it is an upper bound, because the first trials start together.
+            known: Whether `pace` is accurate. If not, `pace` is an upper bound, because the first trials start
+                together.
         """
         left = self.work.seconds(step, pace, rollouts)
         if known and self._how_long != "about":
@@ -239,7 +240,7 @@ class LearningDisplay:
             self._look()
 
     def say(self, text: str) -> None:
-        """Print a line that stays."""
+        """Print a line that the progress bar does not overwrite."""
         self._console.print(text, soft_wrap=True, markup=False, highlight=False)
 
     def _compiling(self, began: float) -> tuple[str, int, int]:
@@ -319,7 +320,7 @@ class _Step:
         return f"; one simulation takes at least {duration(seconds)}{many}"
 
     def end(self) -> None:
-        """Print a line that stays."""
+        """Print the final progress of the step, as a line that stays."""
         if self._latest is not None:
             self._display.say(f"trial {self._latest.done}/{self._latest.trials}: {best(self._latest)}")
 

@@ -30,7 +30,8 @@ FIELDS = (
     "bending_rigidity_initial",
     "air_drag_turning",
 )
-"""Fields of a material that may be disturbed, in the order of the random numbers. Only append new fields."""
+"""Fields of a material that may be disturbed, in the order of the random numbers. New fields must be appended, because
+otherwise all random draws change."""
 
 DIRECTIONS = ("along", "across", "up")
 

@@ -31,15 +31,15 @@ Angle = Annotated[Number, Field(ge=0.0, le=1.0)]
 Time = Annotated[Number, Field(ge=0.0, le=2.0)]
 """Standard deviation of a time [s]."""
 MOST_RELATIVE = 2.0
-"""Largest standard deviation of a logarithm. It corresponds to a factor of seven."""
+"""Largest standard deviation of the logarithm of a factor. It corresponds to a factor of seven."""
 Relative = Annotated[Number, Field(ge=0.0, le=MOST_RELATIVE)]
-"""Standard deviation of a logarithm."""
+"""Standard deviation of the logarithm of a factor by which a quantity deviates."""
 ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 """Standard deviations along the fold, across it, and up [m]."""
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 """Standard deviations along the fold and across it [m]."""
 FARTHEST_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MOST_RELATIVE}
-"""Largest absolute value of a mean, by unit."""
+"""Largest absolute value of the mean of a disturbance, by the unit of the disturbance."""
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
 """A fraction of a variance, from 0 to 1."""
 
@@ -197,7 +197,7 @@ class Disturbances(Record):
                 )
 
     def describe(self) -> dict[str, Any]:
-        """Return plain data for `result.json` and `margins.json`. Fields that are exact are omitted."""
+        """Return plain data for `result.json` and `margins.json`. Fields with default values are omitted."""
         return self.model_dump(exclude_defaults=True)
 
 

@@ -25,19 +25,26 @@ from tatamu.scene import Scene
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Stiffnesses along the warp. Their error factors also apply to the stiffnesses in other directions."""
 NEAR = 0.02
-"""Distance from the fold line, and from the release, over which the layers below a finger come into effect [m].
+"""Horizontal distance over which the layers below a finger gradually begin to limit the height of the finger [m].
 
-Within this distance, a finger gradually comes to lie on the layers."""
+The layers that stay begin to limit it at the fold line. The layers that the hand carries do so shortly before the
+release."""
 PRESSES = 0.25
-"""Depth to which a finger presses into layers before its arm yields, in thicknesses. It then drags the layers."""
+"""Depth to which a finger presses into layers before its arm yields, in thicknesses of the cloth.
+
+A finger that presses into layers drags them along.
+"""
 LEAST_HELD = 0.2
-"""Least fraction of the planned cloth area that must be under a hand's pad [-].
+"""Least fraction of the planned cloth area that must be under a hand's pad, the surface that holds the cloth [-].
 
 With less cloth, the hand holds nothing."""
 PAD_POINTS = (12, 8)
-"""Number of points along the edge, and across it, at which a pad is checked for cloth."""
+"""Numbers of points of a pad, along and across the edge of the cloth, at which it is checked whether there is cloth.
+
+A pad is the surface with which a hand holds cloth.
+"""
 SIDES = (("left", 1.0), ("right", -1.0))
-"""Names of the hands, each with the sign of its half of the difference between the hands."""
+"""Names of the hands, each with a sign. With it, half of `hands.difference` is added to the hand's position."""
 
 
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
@@ -91,7 +98,10 @@ def _material(usual: Material, world: World) -> Material:
 
 
 def _possible(material: Material) -> Material:
-    """Return the nearest material whose fields are consistent with each other. Each field must be within its bounds."""
+    """Return the nearest material whose fields are consistent with each other.
+
+    Each field of the given material must already be within its bounds.
+    """
     changed: dict[str, float] = {}
     if material.orthotropic_membrane:
         changed["compression"] = 1.0
@@ -120,14 +130,14 @@ def _bounds(name: str) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Grasp:
-    """The point at which a hand grasps the cloth, seen from above, in the directions along the fold and across it."""
+    """The actual grasp of a hand, seen from above."""
 
     vertex: int
     """The vertex nearest to the point of the grasp. It represents the point in the simulation."""
     place: np.ndarray
     """The point of the grasp in the scene [m], shape (2,)."""
     slip: np.ndarray
-    """Displacement from the intended to the actual point of the grasp [m], shape (2,)."""
+    """Displacement from the intended to the actual point of the grasp, along the fold and across it [m], shape (2,)."""
     rest: float
     """Distance along the fold from the actual point of the grasp to the vertex [m]."""
     misses: bool
@@ -147,7 +157,7 @@ class _DisturbedHand:
 
 
 def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
-    """Return the disturbed motion of a hand. The motion is None if the hand misses the cloth."""
+    """Return the disturbed motion of a hand. It contains no motion if the hand misses the cloth."""
     usual = carries_of(fold, manipulation)[number]
     aim = _aims_beside(fold, manipulation)[number]
     grasp = _grasp(fold, usual.vertex, aim, world, number)
@@ -251,7 +261,9 @@ def _covered(fold: Fold, place: np.ndarray) -> float:
 
 
 def _side_of(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return on which side of m edges k points lie, shape (k, m). Values are positive on the left side.
+    """Return, for each of k points and m edges, on which side of the edge the point lies, shape (k, m).
+
+    Values are positive on the left side.
 
     Args:
         start: Starts of the m edges, shape (m, 2).
@@ -277,10 +289,11 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     """Return the lowest possible vertical displacement of a hand at each of k instants [m], shape (k,).
 
-    A hand that is lower meets the table and stops there.
+    A hand that is commanded to be lower stops at this displacement. Every hand is stopped by the table.
 
-    Cloth below a hand does not stop the hand. The hand presses on the cloth and drags it along. Fingers are rigid
-    bodies. Therefore the arm must yield before its fingers crush the cloth.
+    If the fingers of a hand are not described, cloth below the hand does not stop it. If the fingers are described,
+    they are rigid bodies. Layers of cloth then stop them too, because the arm yields before its fingers crush the
+    cloth.
     """
     thickness = fold.garment.material.thickness
     table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))

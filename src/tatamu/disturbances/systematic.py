@@ -2,10 +2,11 @@
 
 The systematic part is equal in every fold of a set-up. The random part is new in each fold.
 
-Let a disturbance have the variance v and the systematic share a. The disturbance is the sum of two independent normal
-numbers. The first number has the variance a v, and is constant for a set-up (one robot, garment and table). The second
-number has the variance (1 - a) v, and is drawn for each fold. The second numbers of different disturbances are
-independent. Therefore all correlations in a file are correlations of the systematic parts.
+Let a disturbance have the variance v, and let a be the systematic share, the fraction of v that is systematic. The
+disturbance is the sum of two independent normal numbers. The first number has the variance a v, and is constant for a
+set-up (one robot, garment and table). The second number has the variance (1 - a) v, and is drawn for each fold. The
+second numbers of different disturbances are independent. Therefore all correlations in a file are correlations of the
+systematic parts.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class Split:
 
     @property
     def root(self) -> np.ndarray:
-        """A matrix B with B B' = `systematic`, shape (k, k)."""
+        """A matrix B with B B' = `systematic`, shape (k, k). B' is the transpose of B."""
         values, vectors = np.linalg.eigh(self.systematic)
         return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
 

@@ -17,7 +17,7 @@ from tatamu.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
 from tatamu.disturbances.description import Disturbances, LengthOfHands
 
 DIMENSIONS = 64
-"""Number of dimensions of the Sobol sequence. It must be at least the number of channels.
+"""Number of dimensions of the Sobol sequence. It must be at least the number of disturbances.
 
 Another number would change all worlds (random draws of the disturbances)."""
 
@@ -48,7 +48,7 @@ class World:
         return self.values.get(name, 0.0)
 
     def factor(self, name: str) -> float:
-        """Return the factor that belongs to a relative disturbance."""
+        """Return the factor by which a relative disturbance, whose value is a logarithm, changes a quantity."""
         return float(np.exp(self[name]))
 
     @property
@@ -154,7 +154,10 @@ def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarra
 
 
 def correlations_root(disturbances: Disturbances) -> np.ndarray:
-    """Return a root of the correlation matrix of the k channels, shape (k, k)."""
+    """Return a matrix B for the k disturbances, shape (k, k), so that B B' is their correlation matrix.
+
+    B' is the transpose of B.
+    """
     mixing = np.eye(len(CHANNELS))
     correlation = disturbances.correlation
     if correlation is not None and correlation.parameters:

@@ -52,7 +52,7 @@ class Evaluation:
     rollout: Rollout | None = None
     """Motion without disturbances; None if the simulation ended early or the motion was deleted to save memory."""
     simulations: int = 1
-    """Number of simulations."""
+    """Number of simulations that the evaluation needed."""
     hardest: tuple[int, ...] = ()
     """Numbers of the disturbed worlds that were simulated, hardest first; empty if the evaluation was ended early.
 
@@ -91,8 +91,8 @@ class Evaluation:
 class Incumbent:
     """The incumbent, which is the best known evaluation.
 
-    Another evaluation may end early if it cannot beat the incumbent. Its objective is then worse than the incumbent's
-    objective.
+    Another evaluation may end early if it cannot beat the incumbent. The objective of an evaluation that ended early is
+    worse than the objective of the incumbent.
     """
 
     objective: float = np.inf
@@ -100,13 +100,14 @@ class Incumbent:
     cost: float = 0.0
     """Part of the objective that is due to disturbances."""
     hardest: tuple[int, ...] = ()
-    """Numbers of the disturbed worlds in which other evaluations are simulated, hardest first.
+    """Numbers of the disturbed worlds in which later evaluations are simulated, hardest first.
 
-    It is empty if they are simulated in all worlds. A disturbed world is one random draw of all disturbances."""
+    The field is empty if later evaluations are simulated in all worlds. A disturbed world is one random draw of all
+    disturbances."""
 
 
 NOTHING = Incumbent()
-"""No incumbent. With it, every evaluation is complete."""
+"""Stands for the absence of an incumbent, which is an evaluation to beat. Without one, every evaluation is complete."""
 
 
 class Evaluator(ABC):
@@ -153,7 +154,7 @@ class Evaluator(ABC):
     def contains_length(self) -> bool:
         """Whether the trajectory length l_x of Eq. (10) is a part of the objective.
 
-        A search need not learn this part.
+        A search need not learn this part, because it is known before the simulation.
         """
         return False
 
@@ -166,7 +167,7 @@ class Evaluator(ABC):
     def scouts(self) -> int:
         """Number of first evaluations, which find the hardest disturbances for later evaluations.
 
-        Later evaluations wait for them.
+        Later evaluations wait until these evaluations (scouts) have ended.
         """
         return 0
 
@@ -267,7 +268,7 @@ class Wrapper(Evaluator):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations for which all later evaluations wait."""
+        """Number of first evaluations (scouts), for which all later evaluations wait."""
         return self.inner.scouts
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:

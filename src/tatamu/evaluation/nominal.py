@@ -31,7 +31,7 @@ class Nominal(Evaluator):
     ends_early: bool = False
     """Whether to end a simulation when the hands have arrived, if the fold cannot beat the incumbent.
 
-    After the arrival, the layers of a fold can only come undone."""
+    After the arrival, the layers of a fold can only come undone, so the fold does not become better."""
     centre: World = NOMINAL
     """The simulated values of the disturbances: their means. By default all means are zero."""
 
@@ -76,7 +76,7 @@ class Nominal(Evaluator):
         return self._evaluate(parameters, manipulation, scene)
 
     def fixed(self, manipulation: Manipulation) -> Evaluation:
-        """Evaluate a manipulation that has no parameters, for example one along polylines."""
+        """Evaluate a manipulation that has no parameters, for example with paths that are polylines."""
         return self._evaluate({}, manipulation, scene_of(self.task.fold, manipulation))
 
     def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:

@@ -13,7 +13,7 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.simulators.native.simulation import Simulation
 
 BEFORE = 0.02
-"""Simulated time before the measurement [s]. During this time the cloth comes to rest, and kernels are loaded."""
+"""Simulated time before the measurement [s]. During this time the cloth comes to rest, and compiled code is loaded."""
 MEASURED = 0.1
 """Simulated time whose wall time is measured [s]."""
 

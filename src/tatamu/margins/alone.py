@@ -1,7 +1,7 @@
-"""The range of a single disturbance within which a fold succeeds.
+"""Finds the range of a single disturbance within which a fold succeeds.
 
-The farthest tried value is `FARTHEST`. If the fold succeeds there, the range ends there. Otherwise the end of the range
-is found by bisection.
+The farthest value that is tried is `FARTHEST` standard deviations away from the mean. If the fold succeeds at this
+value, the range ends there. Otherwise the end of the range is found by bisection.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ class Side:
         return World({**self.centre.values, self.channel.name: self._value(deviations)})
 
     def shown(self, deviations: float) -> float:
-        """Return the value of the disturbance, in the unit for readers, that is `deviations` from the mean."""
+        """Return the value that is `deviations` standard deviations away from the mean, in the unit for readers."""
         return self.channel.shown(self._value(deviations))
 
     def _value(self, deviations: float) -> float:
         return self.centre[self.channel.name] + self.sign * deviations * self.deviation
 
     def search(self, limits: Limits) -> WorldSearch:
-        """Find the farthest value at which the fold still succeeds; None if it succeeds at `FARTHEST`."""
+        """Find the farthest value at which the fold still succeeds. The result is None if it succeeds at `FARTHEST`."""
         if limits.hold((yield self.world(FARTHEST))):
             return None
         near = limits.hold((yield self.world(NEAR)))

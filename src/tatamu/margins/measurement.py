@@ -102,7 +102,7 @@ def measure(
         limits: Limits of a successful fold; None for the limits that are usual in the field.
         simulator: Name of the simulator; None for the simulator in which the fold was learned.
         fine: Whether to simulate only the fine mesh, even if a coarser mesh exists.
-        alone: Whether to measure the range of each disturbance alone, too.
+        alone: Whether to also measure the range of each disturbance alone.
         executor: Executor of the simulations. None for threads on all processors, if the simulator supports threads.
         progress: Function that is called after every simulation.
 
@@ -164,7 +164,7 @@ def check_draws(draws: int, seed: int) -> None:
 
 
 def _sides(disturbances: Disturbances) -> list[Side]:
-    """Return every disturbance in both directions: first below zero, then above zero."""
+    """Return every disturbance in both directions: first below its mean, then above its mean."""
     known = deviations(disturbances)
     channels = [channel for channel in CHANNELS if channel.name in known]
     centre = mean_world(disturbances)

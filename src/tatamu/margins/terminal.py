@@ -55,7 +55,7 @@ def _spread(spread: Spread) -> str:
 
 @contextmanager
 def reporting(console: Console, title: str, what: str = "simulations") -> Iterator[Callable[[int, int], None]]:
-    """Yield a callback that draws a progress bar. Without a terminal, the callback prints a line now and then."""
+    """Yield a callback that draws a progress bar. Without a terminal, it prints a line after every 50 simulations."""
     if not console.is_terminal:
         yield lambda done, total: _line(console, title, done, total, what)
         return

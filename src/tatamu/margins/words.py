@@ -46,7 +46,7 @@ TITLES = {
 }
 """What a positive value of each disturbance means, in words."""
 SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / 3.141592653589793, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
-"""For each unit in files: the factor to the unit for readers, and the name of the unit for readers."""
+"""Units for readers, by the units in files. Each has the factor that converts a value, and the name for readers."""
 
 
 def amount(value: float, unit: str) -> str:
@@ -57,7 +57,7 @@ def amount(value: float, unit: str) -> str:
 
 
 def reach(margin: AloneMargin) -> tuple[str, str]:
-    """Return how far a disturbance may go below and above zero, as two texts."""
+    """Return the lowest and the highest tolerated value of a disturbance, as two texts."""
     return _side(margin.low, margin.tried[0], margin.unit), _side(margin.high, margin.tried[1], margin.unit)
 
 

@@ -46,7 +46,8 @@ class Draws:
     difference: np.ndarray
     """Marks on the fine mesh minus marks on the mesh of the draws [m], shape (m,).
 
-    Marks are the m lengths that are measured after a fold. Here every disturbance has its mean."""
+    Marks are the m lengths that are measured after a fold. The difference is taken with every disturbance at its
+    mean."""
     simulated: int
     """Number of new simulations."""
 
@@ -102,7 +103,7 @@ def sample(disturbances: Disturbances) -> list[World]:
 
 
 def widened(world: World, centre: World) -> World:
-    """Return a world whose disturbances are `WIDER` times as far from their means."""
+    """Return a world whose disturbances are `WIDER` times as far from their means as in the given world."""
     return World({name: centre[name] + WIDER * (value - centre[name]) for name, value in world.values.items()})
 
 

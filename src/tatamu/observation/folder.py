@@ -103,7 +103,7 @@ class ObservedFolder:
         return sum(len(self.files(each)) for each in known[:until])
 
     def photos(self) -> list[Path]:
-        """Return the path of the photograph of each observation. The file exists only if there was a photograph."""
+        """Return a path for each observation. If the observation has a photograph, its file is at this path."""
         return [file.with_suffix(".jpg") for variant in self.variants() for file in self.files(variant)]
 
     @classmethod

@@ -34,7 +34,7 @@ WIDE = 400
 
 @dataclass(frozen=True)
 class _Cloth:
-    """The cloth on the mesh on which the draws were simulated."""
+    """The cloth, with the mesh on which the draws of the disturbances were simulated."""
 
     fold: TargetFold
 
@@ -105,7 +105,7 @@ def _predicted(observed: Observed, fold: Fold) -> np.ndarray:
 def _rows(observed: Observed, fold: Fold) -> list[tuple[str, list[str]]]:
     """Return a table row for each mark (measured length) of an observed fold.
 
-    A row has the measured value, its deviation, and the means before and after all observations.
+    A row has the measured value, its standard deviation, and the expected value before and after all observations.
     """
     measured = {number.name: number for number in fold.observation.measured}
     prior = fold.emulator.marks(observed.posterior.prior.mean + fold.correction)
@@ -145,7 +145,8 @@ def _mm(value: float) -> str:
 def _told(observed: Observed) -> Plot:
     """Return a chart of each error of the set-up before and after the observations.
 
-    The bars are standard deviations, as fractions of the deviation before the observations, and the points are means.
+    The points are means, and the bars are standard deviations. Both are divided by the standard deviation before the
+    observations.
     """
     rows = learned_most(observed)[::-1]
     names = [title(name) for name, *_ in rows]
@@ -165,7 +166,7 @@ def _told(observed: Observed) -> Plot:
 def _points(
     names: Sequence[str], middles: Sequence[float], spread: Sequence[float], name: str, colour: str, width: int
 ) -> dict[str, Any]:
-    """Return points with error bars along x."""
+    """Return points with horizontal error bars, as a trace of a chart."""
     return {
         "type": "scatter",
         "mode": "markers",

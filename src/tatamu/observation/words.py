@@ -30,14 +30,17 @@ MARK_TITLES = dict(
         strict=True,
     )
 )
-"""Meaning of each measured number."""
+"""Descriptions of the marks, which are lengths that are measured after a fold."""
 UNITS = {channel.name: channel.unit for channel in CHANNELS}
 NAMED = 4
-"""Number of disturbances that the terminal lists."""
+"""Largest number of disturbances that the terminal lists."""
 
 
 def shown(name: str, value: float) -> str:
-    """Return the value of a disturbance as text, with its sign and unit. Relative values are to first order."""
+    """Return the value of a disturbance as text, with its sign and unit.
+
+    The logarithm of a factor is shown as a relative change, to first order.
+    """
     return amount(value, UNITS[name])
 
 
@@ -54,7 +57,7 @@ def title(name: str) -> str:
 def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
     """Return the name, mean, prior deviation and posterior deviation of the inferred disturbances.
 
-    The most certain disturbance comes first.
+    The disturbance whose deviation was reduced by the largest factor comes first.
     """
     posterior = observed.posterior
     means = dict(zip(posterior.names, posterior.mean, strict=True))

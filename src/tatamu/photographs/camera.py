@@ -46,15 +46,18 @@ from tatamu.photographs.pose import Pose
 FINEST = 0.05
 """Least error that is assumed for a corner of the board in the photo [pixels]."""
 SQUARE = 0.6
-"""Height difference between two points of the cloth's rim: the point that is seen on the far side of the cloth, and the
-point that is seen on the near side.
+"""Difference in height between the points of the cloth's rim that a camera sees on the far side and on the near side.
 
-It is a fraction of the rim's height. The fraction is 1 for a square rim and 0.3 for a round rim.
+It is a fraction of the rim's height. The fraction would be 1 for a rim with a square cross-section, and 0.3 for a round
+rim.
 """
 SMOOTH = 2
 """Number of points before and after a point of an outline from which the direction of the outline is computed."""
 WORST = 5e-4
-"""Largest deviation of the corners of a flat board, as a fraction of the picture's longer side."""
+"""Largest root mean square deviation of the corners of the board from the corners of a flat board.
+
+It is a fraction of the picture's longer side.
+"""
 GRAZING = 75.0
 """Largest angle between the direction of a camera and straight down [degrees]."""
 LENS = 5
@@ -130,8 +133,8 @@ class Camera:
 
         The rim of the cloth reaches from the table up to the height `top`. On the side of the cloth that is nearer to
         the camera, the outline in the photo shows points near the rim's lower edge. On the far side, the outline shows
-        points near the upper edge. Because a hem is round, the points on either side are nearer to half of the height
-        `top`.
+        points near the upper edge. Because a hem is round, the points on both sides are not exactly at these edges, but
+        closer to the height `top` / 2.
 
         Args:
             outline: Outline as a closed curve [pixels], shape (n, 2).
@@ -176,9 +179,10 @@ class View:
             yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
 
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the standard deviations of positions on the table that result from the camera [m], shape (n,).
+        """Return the standard deviations of positions on the table [m], shape (n,).
 
-        The camera sees these positions at the given n pixels, shape (n, 2). They are at a height above the table [m].
+        They result from the uncertainty of the camera, which sees the positions at the given n pixels, shape (n, 2).
+        `height` is the height of the positions above the table [m].
         """
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]
@@ -211,7 +215,7 @@ def estimate(
     rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * FINEST
     if rms > WORST * max(size):
         raise InputError(f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay it flat")
-    if rms > FINEST:  # with larger errors of corners, the prior counts more
+    if rms > FINEST:  # if the errors of corners are larger, the prior counts more
         best = _fit(pages, size, lens, prior, spread, rms, 1.0, best.x)
     camera = _camera(best.x, size, lens)
     if camera.tilt > np.radians(GRAZING):

@@ -25,7 +25,10 @@ GIVEN = 0.001
 LARGEST = 1.5
 """Natural logarithm of the largest scale."""
 TIE = 0.001
-"""Largest difference in score between two poses that count as equally good [m]."""
+"""Largest difference in score between two poses that count as equally good [m].
+
+The score of a pose is the error of the fit, plus the penalty `STRETCH` for changed proportions.
+"""
 STRETCH = 0.02
 """Penalty for changed proportions [m], because a pose that keeps the proportions is more probable.
 
@@ -67,7 +70,7 @@ class Fit:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the distances `off` without the largest tenth [m]."""
+        """Root mean square of the distances `off` from the fitted outline, without the largest tenth of them [m]."""
         best = np.sort(np.abs(self.off))[: max(1, int(0.9 * len(self.off)))]
         return float(np.sqrt(np.mean(best**2)))
 

@@ -1,7 +1,7 @@
 """Describes the lens of a camera by its focal length, centre and distortion.
 
 These values are assumed, or are measured from several photographs of a board. The distortion has OpenCV's coefficients
-k1, k2, p1, p2, k3. Distances from the centre are measured in focal lengths.
+k1, k2, p1, p2, k3. In its formulas, distances from the centre are divided by the focal length.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from tatamu.records import Record
 DIAGONAL = 0.04327
 """Diagonal of 35 mm film [m]. The focal length that a photo's file states refers to this film."""
 USUAL, SPREAD = 0.85, 0.35
-"""Usual focal length of a phone's camera, as a fraction of the picture's longer side, and its relative standard
-deviation."""
+"""Usual focal length of a phone's camera, and its relative standard deviation.
+
+The focal length is a fraction of the picture's longer side.
+"""
 STATED_SPREAD = 0.05
 """Relative standard deviation of a focal length that a photo's file states."""
 KNOWN_SPREAD = 0.005
@@ -38,7 +40,7 @@ BENT, BENT_MORE = 0.03, 0.01
 """Standard deviations of the distortion coefficients k1 and k2 without a lens file. They are small because phones
 correct most of the distortion themselves."""
 APART = 20.0
-"""Least angle by which the board's direction must differ between two of the photos that determine a lens [degrees]."""
+"""Least angle by which the board must be turned between some two of the photos that determine a lens [degrees]."""
 FEWEST = 4
 """Least number of photos of a board that determine a lens."""
 
@@ -83,8 +85,8 @@ def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
 def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
     """Return the lens for pictures of another width and height [pixels].
 
-    The lens may have been described for wide pictures, although the new pictures are upright. The opposite is also
-    possible.
+    A lens that was described for wide pictures can also be used for upright pictures, and the other way round. Its
+    width and height are then exchanged.
 
     Raises:
         InputError: If the ratio of the sides is different.

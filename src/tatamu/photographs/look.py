@@ -111,7 +111,7 @@ def draw_located(located: Located) -> Image.Image:
 
 
 def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Image.Image:
-    """Draw a reading of a fold: the photograph with the outline, the corners, and the targets of the hem's corners.
+    """Draw what was read from the photograph of a fold: the outline, the corners, and the targets of the hem's corners.
 
     Args:
         reading: Reading of the fold, with its photograph.

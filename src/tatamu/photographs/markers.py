@@ -14,18 +14,18 @@ from tatamu.photographs.opencv import opencv
 FEWEST = 8
 """Least number of corners that determine the pose of a page."""
 WINDOW = 0.13
-"""Half the side of the window around a corner, as a fraction of a square's side.
+"""Half the side of the window in which a corner is refined, as a fraction of a square's side.
 
 The window must be so small that it does not contain the markers inside the squares.
 """
 WINDOWS = (2, 10)
-"""Smallest and largest half side of the window around a corner [pixels]."""
+"""Smallest and largest value of half the side of the window in which a corner is refined [pixels]."""
 LOST = 2.0
 """Largest distance by which the refinement may move a corner [pixels]. A corner that moves farther is dropped."""
 ROUNDS = 8
 """Number of rounds in which the window is moved to the corner that was found."""
 BLURRED = 9.0
-"""Width of the sharpest edges of a blurred photograph, in thousandths of its longer side."""
+"""Width of the sharpest edges above which a photograph counts as blurred, in thousandths of its longer side."""
 
 
 @dataclass(frozen=True)

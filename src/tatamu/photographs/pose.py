@@ -41,7 +41,7 @@ class Pose:
     def moving(cls, points: np.ndarray, places: np.ndarray) -> Pose:
         """Return the pose that moves n points onto the n positions `places`, by least squares.
 
-        Both have the shape (n, 2).
+        Both arrays have the shape (n, 2).
         """
         a, b = points - points.mean(axis=0), places - places.mean(axis=0)
         yaw = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))

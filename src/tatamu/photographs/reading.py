@@ -29,23 +29,23 @@ from tatamu.photographs.pose import Pose
 from tatamu.study.result import Result
 
 REACH = 0.06
-"""Distance from its target within which an edge is searched [m]."""
+"""Distance from the target position of an edge within which the edge is searched [m]."""
 LENGTH = 0.12
 """Length of the searched part of an edge, measured from the corner [m]."""
 UNSEEN = 0.012
 """Largest distance at which a hidden hem may lie from the outline [m].
 
-If the hem may lie farther away, the result has no value for it.
+If the hem may lie farther away, the result contains no value for this hem.
 """
 WIDER = 0.006
-"""Largest difference between a hem's visible width and its target [m].
+"""Largest difference between the visible width of a hem and the width that it should have [m].
 
 If the visible hem is even wider, its two corners probably belong to different layers.
 """
 GIVEN = 1.5
 """Standard deviation of a corner that the user gives [pixels]."""
 ROUND = 0.3
-"""Distance between the visible rim of the cloth and its edge, as a fraction of the thickness."""
+"""Distance between the visible rim of the cloth and the edge of the cloth, as a fraction of its thickness."""
 CORNERS = ("left", "right", "lower-left", "lower-right")
 """Names of corners that the user can give: two of the moved hem, and two of the lower hem."""
 
@@ -58,7 +58,9 @@ class FoldReading:
     """The result of reading a finished fold from a photograph."""
 
     values: Measured
-    """The fold's deviations from its target that the photograph shows, by the names of `folding.marks.MARKS`."""
+    """Deviations of the finished fold from its target, as read from the photograph.
+
+    The keys are the names of `folding.marks.MARKS`."""
     corners: Mapping[str, np.ndarray]
     """Pixels of the corners that were found, shape (2,), by the names of `CORNERS`."""
     outline: np.ndarray
@@ -202,7 +204,7 @@ class FoldReader:
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
         """Drop the positions across the fold if the moved hem appears too wide.
 
-        Then one of its corners probably belongs to the lower layer.
+        One corner of the hem then probably belongs to the lower layer.
         """
         if "left" not in found or "right" not in found:
             return
@@ -252,7 +254,7 @@ class FoldReader:
         return upper, lower
 
     def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
-        """Return the two areas in which the hem and the side edge that meet at a corner are expected."""
+        """Return two areas near a corner, in which the hem and the side edge are expected."""
         target = self._fold.target[:, :2]
         corner = target[vertex]
         other = target[self._hem[1] if side == "left" else self._hem[0]]

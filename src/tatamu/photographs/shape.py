@@ -14,7 +14,7 @@ from tatamu.garments import Garment
 SPACING = 0.002
 """Distance between points along an outline [m]."""
 ON = 0.004
-"""Largest distance between a corner and the outline [m]."""
+"""Largest distance from the outline at which a vertex can be a corner of the outline [m]."""
 SHARP = np.radians(35.0)
 """Least change of the outline's direction at a corner [rad]."""
 ARM = 0.02

@@ -29,7 +29,8 @@ A pixel counts as dark if its brightness is less than the first number times the
 the largest fraction of dark pixels.
 """
 LEVELS = (0.6, 0.7, 0.8, 0.88)
-"""Thresholds of brightness between the sheet and darker areas; each is tried."""
+"""Thresholds that separate the sheet from darker areas, as fractions of the largest brightness. Each threshold is
+tried."""
 RESIDUAL = 3.0
 """Largest root mean square error of a quadrangle's corners compared with the corners of a sheet [pixels]."""
 SIDE = 60

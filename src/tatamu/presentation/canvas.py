@@ -22,7 +22,7 @@ def paint(projection: Projection, shapes: Sequence[Shape], background: str) -> b
 
     Args:
         projection: Projection of the shapes to pixels.
-        shapes: Shapes of the drawing; each shape is painted over the shapes before.
+        shapes: Shapes of the drawing; each shape is painted over the shapes before it.
         background: Colour of the background, as a name of `palette`.
 
     Returns:

@@ -39,7 +39,10 @@ class Chart:
 
 
 def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
-    """Return a plot of traces with the standard layout. Values that are not finite become gaps."""
+    """Return a plot with the standard layout from Plotly traces, which are curves, dots or bars.
+
+    Values that are not finite become gaps.
+    """
     return {"data": [_with_gaps(trace) for trace in data], "layout": layout(**more)}
 
 

@@ -155,7 +155,11 @@ class Drawing(Projection):
 
 
 def _look(fill: str | None, stroke: str | None = None, width: float = 0.0, opacity: float = 1.0) -> str:
-    """Return the attributes that colour an SVG element. The attribute "class" has the names of its colours."""
+    """Return the attributes that colour an SVG element.
+
+    The colours themselves are for light mode. The attribute "class" contains their names, which the style element of
+    dark mode refers to.
+    """
     line = stroke if width else None
     named = [f"{what}-{colour}" for what, colour in (("fill", fill), ("stroke", line)) if colour in COLOURS]
     parts = [f'fill="{day(fill) if fill else "none"}"']
@@ -169,7 +173,7 @@ def _look(fill: str | None, stroke: str | None = None, width: float = 0.0, opaci
 
 
 def _dark(inside: str) -> str:
-    """Return a style element with the dark mode of all colours that the SVG elements `inside` use."""
+    """Return a style element that defines, for dark mode, all colours that the SVG elements `inside` use."""
     used = {name for names in re.findall(r' class="([^"]+)"', inside) for name in names.split()}
     rules = [
         f".{what}-{name}{{{what}:{night}}}"

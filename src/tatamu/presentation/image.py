@@ -18,7 +18,8 @@ LARGEST = 16 * MIB
 def png(pixels: np.ndarray) -> bytes:
     """Return the bytes of a PNG file for a picture.
 
-    The pixels are RGBA with straight alpha: uint8, shape (h, w, 4), with row 0 at the top.
+    The pixels are RGBA as uint8, shape (h, w, 4), with row 0 at the top. The alpha is straight, which means that the
+    colours are not multiplied by it.
     """
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, "PNG", optimize=True)

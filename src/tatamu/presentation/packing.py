@@ -24,7 +24,7 @@ def motion(steps: np.ndarray) -> bytes:
     negative difference give a small number. All low bytes are stored first, and then all high bytes.
 
     Args:
-        steps: Whole numbers from 0 to 65535, shape (f, ..).
+        steps: Whole numbers from 0 to 65535 in f frames, shape (f, ..).
     """
     wide = np.zeros((len(steps) + 2, *steps.shape[1:]), dtype=np.int64)
     wide[2:] = steps

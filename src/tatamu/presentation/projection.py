@@ -36,7 +36,10 @@ class Projection:
 
     @property
     def _corner(self) -> np.ndarray:
-        """Position of the upper left corner relative to the origin, to the right and up [m], shape (2,)."""
+        """Position of the upper left corner of the rectangle [m], shape (2,).
+
+        The coordinates are the distances from the origin of the plane to the right and upwards.
+        """
         ends = np.array([self.low, self.high]) @ self.axes.T
         return np.array([ends[:, 0].min(), ends[:, 1].max()])
 

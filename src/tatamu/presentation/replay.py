@@ -68,9 +68,9 @@ def replay_data(
 
 
 def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
-    """Return the frames (f, n, 3) and the last shape (n, 3), with positions as whole numbers of `STEP` for n vertices.
+    """Return the frames, shape (f, n, 3), and the last shape of the cloth, shape (n, 3), for n vertices.
 
-    Positions are measured from the corner with the smallest coordinates.
+    Positions are whole numbers of `STEP`, measured from the corner with the smallest coordinates.
     """
     shown = np.concatenate([positions, last[None]])
     low = shown.min(axis=(0, 1))

@@ -16,7 +16,7 @@ SUN = np.array([-0.35, -0.30, 0.89]) / np.linalg.norm([-0.35, -0.30, 0.89])
 
 @dataclass(frozen=True)
 class PaintedMesh:
-    """A triangle mesh with one colour for each of its sides."""
+    """A triangle mesh whose fronts and backs may have different colours."""
 
     points: np.ndarray
     """Positions of the vertices [m], shape (n, 3)."""
@@ -115,7 +115,7 @@ def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> 
 def shrink(image: np.ndarray, times: int) -> np.ndarray:
     """Reduce an image by averaging blocks of `times` x `times` pixels, shape (h, w, 4).
 
-    The image has premultiplied alpha.
+    In the image, colours are multiplied by alpha (premultiplied).
     """
     height = image.shape[0] // times
     width = image.shape[1] // times
@@ -124,7 +124,10 @@ def shrink(image: np.ndarray, times: int) -> np.ndarray:
 
 
 def to_pixels(image: np.ndarray) -> np.ndarray:
-    """Convert linear light with premultiplied alpha to uint8 pixels with straight alpha, shape (h, w, 4)."""
+    """Convert an image with linear light to uint8 pixels, shape (h, w, 4).
+
+    In the image, colours are multiplied by alpha (premultiplied). In the pixels, they are not (straight alpha).
+    """
     alpha = image[..., 3:]
     colour = np.clip(image[..., :3] / np.maximum(alpha, 1e-6), 0.0, 1.0) ** (1 / 2.2)
     return (np.concatenate([colour, np.clip(alpha, 0.0, 1.0)], axis=-1) * 255.0 + 0.5).astype(np.uint8)

@@ -14,7 +14,8 @@ def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, 
     path = _spaced(path, radius)
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    # The direction must never be along the path. A hand stays near the vertical plane through the ends of its path.
+    # The direction must never be along the path. A hand stays near the vertical plane through the ends of its path,
+    # so the direction is across this plane.
     span = path[-1] - path[0]
     side = np.cross(along, [-span[1], span[0], 0.0] if np.hypot(span[0], span[1]) > radius else [0.0, 1.0, 0.0])
     side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
@@ -25,7 +26,7 @@ def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, 
 
 
 def _spaced(path: np.ndarray, apart: float) -> np.ndarray:
-    """Return the points of a path whose distance from the point before is at least `apart`."""
+    """Return some points of a path, each at least `apart` away from the previous returned point."""
     kept = [path[0]]
     for place in path[1:]:
         if np.linalg.norm(place - kept[-1]) >= apart:

@@ -1,4 +1,4 @@
-"""Makes HTML pages about a learned fold, about a whole plan and about a garment, and pictures of folds.
+"""Makes HTML pages about a learned fold, a plan of several folds, or a garment. Also makes pictures of folds.
 
 The pages are built with the package `presentation`, which does not depend on folds. The data of a fold's page come from
 the modules `headline`, `tables`, `measures`, `topview`, `errormap`, `histogram`, `search`, `paths`, `replay` and

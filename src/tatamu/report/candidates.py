@@ -26,10 +26,10 @@ TITLE = 40
 
 
 def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
-    """Return the marks of all folds of a plan for a drawing of the flat garment.
+    """Return the marks of all folds of a plan: fold lines and grasps, for a drawing of the flat garment.
 
-    In later steps, the garment is already folded. The grasps of these steps are nevertheless drawn where the grasped
-    vertices are on the flat garment.
+    In later steps of the plan, the garment is already folded. The drawing nevertheless shows the flat garment. The
+    grasps of later steps are therefore drawn at the positions of the grasped vertices on the flat garment.
     """
     flat = garment.vertices[:, :2]
     titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]

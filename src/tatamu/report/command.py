@@ -56,12 +56,15 @@ def request(record: ResultRecord, folder: Path | None) -> TaskRequest:
 
 
 def _is_late(record: ResultRecord) -> bool:
-    """Return whether the study belongs to the second or a later step of a plan. Such a study has no coarse mesh."""
+    """Return whether a study belongs to the second or a later step of a plan.
+
+    Such a study has no coarse mesh, even if the user did not exclude coarse meshes.
+    """
     return record.task.step is not None and record.task.step[0] > 1
 
 
 def _disturbances(record: ResultRecord, folder: Path | None) -> str | None:
-    """Return the option for the disturbances of a study: a name or a file; None for the default disturbances."""
+    """Return the name or file that gives the disturbances of a study; None if they are the default disturbances."""
     if record.disturbances is None:
         return "none"
     if record.disturbances == default_disturbances().describe():
@@ -71,7 +74,7 @@ def _disturbances(record: ResultRecord, folder: Path | None) -> str | None:
 
 
 def _quantile(record: ResultRecord) -> float | str | None:
-    """Return the option for the quantile of the objective as the user gave it; None for the default."""
+    """Return the option for the quantile of the objective, as the user gave it; None if it is the default quantile."""
     if record.disturbances is None:
         return None
     if record.quantile is None:

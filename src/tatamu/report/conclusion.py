@@ -10,9 +10,12 @@ from tatamu.report.measures import OVERLAP, SUCCESS, grade
 from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
-"""Fraction of all trials. If the best trial comes after this fraction of the trials, the search was still improving."""
+"""Fraction of the trials of a search. If the best trial comes later, the search was probably still improving."""
 EDGE = 0.01
-"""Distance from a bound of the search below which a value counts as on the bound, as a fraction of the range."""
+"""Largest distance from a bound of the search at which a parameter counts as being on the bound.
+
+It is a fraction of the range of the parameter.
+"""
 MEANING = {
     "x1": "P1 ahead of the grasp",
     "z1": "P1 above the grasp",
@@ -41,7 +44,7 @@ class Conclusion:
 
     @property
     def text(self) -> str:
-        """Success or failure in one line, with the values that decide."""
+        """One line that states success or failure, and the values that decide between them."""
         return f"{'succeeded' if self.succeeded else 'failed'}: {', '.join(self.measures)}"
 
 
@@ -77,9 +80,10 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
 
 
 def _origin(result: ResultRecord) -> list[str]:
-    """Return a note on where the best fold came from: from the search, or from a curve that the search was given.
+    """Return a note on the origin of the best fold: found by the search, or given to the search as a curve.
 
-    There is no note if the search was given no curves on the mesh of the best trial.
+    Curves that were given are only compared if they ran on the same mesh as the best trial. Without such curves, there
+    is no note.
     """
     best = result.best_trial
     if result.best_is_given:
@@ -98,7 +102,7 @@ def on_bounds(result: ResultRecord) -> list[str]:
 
     Grasps at the corner of the cloth are not reported.
     """
-    if result.best_is_given:  # given curves are on bounds on purpose
+    if result.best_is_given:  # curves that were given to the search may lie on its bounds on purpose
         return []
     chosen = result.best_trial.parameters
     found = []

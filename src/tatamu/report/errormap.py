@@ -18,7 +18,7 @@ from tatamu.study import Result
 CELLS = 45_000
 """Approximate number of cells of a map."""
 HIDDEN = 0.02
-"""Fraction of cells in which the upper layer hides the lower layer.
+"""Largest fraction of cells in which the upper layer may hide the lower layer.
 
 If more cells are hidden, each layer gets its own map.
 """
@@ -47,10 +47,10 @@ def maps(fold: Result) -> list[Chart]:
 
 
 def _seen(fold: Result, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return two arrays of shape (h, w): the visible triangle, and its error e_i [mm], in each cell of a map.
+    """Return the visible triangle, and the error [mm], in each cell of a map: two arrays of shape (h, w).
 
-    The cloth is seen from above if `sign` is 1, and from below if `sign` is -1. The error e_i is the distance between
-    vertex i and its target.
+    The cloth is seen from above if `sign` is 1, and from below if `sign` is -1. The error in a cell is interpolated
+    from the errors e_i of the triangle's corners. The error e_i is the distance between vertex i and its target.
     """
     view = area.view(round(np.sqrt(CELLS * area.size[0] / area.size[1])))
     projected = view.project(fold.start) * [1.0, 1.0, sign]

@@ -140,7 +140,7 @@ def _draw_scale(drawing: Drawing) -> None:
 
 
 def facts(garment: Garment) -> list[tuple[str, str]]:
-    """Return names and values that describe a garment."""
+    """Return facts about a garment, such as its size, as pairs of a name and a value."""
     rest = garment.unstrained
     mass = float(areas(rest, garment.faces).sum()) * garment.material.areal_density
     width, length = garment.size

@@ -1,4 +1,4 @@
-"""Provides the top of a learned fold's page: the fold's name, its grade, the main numbers and a gauge."""
+"""Provides the top of a learned fold's page: the fold's name, its grade, and the main measures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tatamu.report.measures import FAILED, GRADES, MEASURES, SUCCESS, Measure, g
 from tatamu.study import Result, ResultFolder
 
 GAUGE = (0.0005, 0.08)
-"""Ends of the gauge's logarithmic scale [m]."""
+"""Smallest and largest mean vertex distance on the logarithmic scale of the gauge [m]."""
 TILES = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_bend", "trajectory_length")
 
 
@@ -34,9 +34,10 @@ def word(fold: Result) -> str:
 
 
 def sureness(fold: Result) -> tuple[str, str] | None:
-    """Return the success rate in disturbed simulations as text, and its grade for the colour; None if unknown.
+    """Return the success rate in disturbed simulations as text, and its grade, which sets the colour.
 
-    The rate comes from the margins of the fold if they were measured, otherwise from the study.
+    The rate comes from the results of `tatamu margins` if they exist, otherwise from the study. The result is None if
+    neither of them contains a rate.
     """
     margins = ResultFolder(fold.folder).margins if fold.folder else None
     joint = margins.joint if margins else fold.record.judged
@@ -45,7 +46,7 @@ def sureness(fold: Result) -> tuple[str, str] | None:
 
 @dataclass(frozen=True)
 class Gauge:
-    """A bar of all grades with a needle at the mean vertex distance of a fold.
+    """A bar that is divided into grades, with a needle at the mean vertex distance of a fold.
 
     All positions and widths are in per cent of the bar's length.
     """
@@ -91,6 +92,6 @@ def events(fold: Result) -> list[tuple[float, str]]:
 
 
 def tiles() -> list[Measure]:
-    """Return the main measures, which the page shows in large type."""
+    """Return the most important measures of a fold, which the page shows in large type."""
     chosen = {measure.key: measure for measure in MEASURES}
     return [chosen[key] for key in TILES]

@@ -13,7 +13,7 @@ BINS = 40
 
 
 def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
-    """Return one histogram for each moment of the search; all have the same error axis.
+    """Return one histogram for each moment of the search. All histograms have the same axis of errors.
 
     Args:
         moments: Title of each moment, and the errors e_i of all n vertices at this moment [m], shape (n,). The moments

@@ -53,7 +53,8 @@ def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
 def _in_plane(path: np.ndarray) -> np.ndarray:
     """Project a path with k points, shape (k, 3), onto the vertical plane through its ends, shape (k, 2).
 
-    The path is given relative to the grasp. The result has the distance towards the end of the path, and the height.
+    The path is given relative to the grasp. In the result, the first column is the horizontal distance from the grasp,
+    towards the end of the path. The second column is the height.
     """
     along = path[-1, :2] / max(float(np.linalg.norm(path[-1, :2])), 1e-9)
     return np.column_stack([path[:, :2] @ along, path[:, 2]])

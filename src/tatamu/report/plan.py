@@ -117,7 +117,7 @@ def _next(parts: list[HandTrack | None]) -> np.ndarray | None:
 
 
 def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarray:
-    """Return the path of a hand in a step [m], shape (f, 3). After it opens, the hand moves to its next grasp."""
+    """Return the path of a hand in a step [m], shape (f, 3). After the hand opens, it moves to its next grasp."""
     opens = part.holds[-1][1]
     if goal is None or opens is None:
         return part.path
@@ -130,7 +130,7 @@ def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarr
 def joined_path(paths: list[np.ndarray | None], folds: list[Result]) -> np.ndarray:
     """Return the paths of a hand in all steps, joined to one path [m].
 
-    In a step in which the hand does not grasp, it waits.
+    The path of a step is None if the hand does not grasp in this step. The hand then waits.
     """
     joined: list[np.ndarray] = []
     for path, fold in zip(paths, folds, strict=True):

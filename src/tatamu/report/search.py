@@ -108,9 +108,9 @@ def _shorter(result: ResultRecord, trial: Trial) -> str:
 
 
 def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
-    """Return dots at trial numbers and values.
+    """Return dots in a chart, each at the number of a trial and its value.
 
-    If `shorter`, the reason for less time, is given, the dots are hollow.
+    The text `shorter` is the reason why the trials took less time. If there is such a reason, the dots are hollow.
     """
     return {
         "x": [number for number, _ in places],

@@ -22,7 +22,7 @@ SIZE = (720, 1280)
 FINER = 2
 """Factor by which the picture is first drawn larger. Then it is reduced by averaging, which makes edges smooth."""
 SHADOW = 1200
-"""Height and width of the image as seen from the sun, which determines the shadows [pixels]."""
+"""Height and width of an image of the scene as seen from the sun, which determines the shadows [pixels]."""
 
 
 def picture(folder: Path, out_png: Path) -> Path:
@@ -100,7 +100,7 @@ def _height(fold: Result) -> float:
 
 
 def _eye(points: np.ndarray) -> View:
-    """Return a view from the front and from above in which all points (n, 3) are visible."""
+    """Return a view from the front and obliquely from above, in which all points (n, 3) are visible."""
     turn = np.radians(-62.0)
     rise = np.radians(33.0)
     near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
@@ -154,7 +154,7 @@ def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: PaintedMesh, 
 
 def _table(view: View, sun: _Sun, height: float) -> np.ndarray:
     """Return an image of the table with the cloth's shadow, shape (h, w, 4). Far away, the table fades to white."""
-    view = replace(view, scale=view.scale / FINER, shape=SIZE)  # soft light
+    view = replace(view, scale=view.scale / FINER, shape=SIZE)  # fewer pixels, because the light is soft
     rows, columns = view.shape
     y, x = np.mgrid[0:rows, 0:columns] + 0.5
     across = np.stack([(x - columns / 2) / view.scale, (rows / 2 - y) / view.scale], axis=-1)

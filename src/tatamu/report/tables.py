@@ -50,7 +50,7 @@ def parameters(fold: Result) -> Facts:
     ]
     count = fold.record.task.candidates
     of = f" of {count}" if count else ""
-    # The paper searches g1 and g2 as continuous numbers and rounds them down.
+    # The paper searches the grasps g1 and g2 as continuous numbers, and rounds these numbers down.
     grasps = [
         (f"g{'₁₂'[k]}, {hand} grasp", f"{int(given[name])}{of}")
         for k, (name, hand) in enumerate((("g1", "left"), ("g2", "right")))

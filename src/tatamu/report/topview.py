@@ -90,13 +90,19 @@ def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.
 
 
 def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
-    """Return the pixels that the cloth (n, 3) covers from above, in the size of `draw`, shape (h, w)."""
+    """Return the mask of the pixels that the cloth (n, 3) covers as seen from above, shape (h, w).
+
+    The mask has the size of the image that `draw` returns.
+    """
     view = area.view(area.wide * FINER)
     return rasterise(view.project(points), fold.faces, view.shape).mask
 
 
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Return an image over which the border of a mask is drawn, three pixels wide on either side of the border."""
+    """Return an image over which the border of a mask is drawn.
+
+    The line covers three pixels on each side of the border.
+    """
     border = binary_dilation(mask, iterations=3) & binary_dilation(~mask, iterations=3)
     copy = image.copy()
     copy[border, :3] = rgb(TARGET)

@@ -32,11 +32,11 @@ class Judged:
 
     nominal: MeshVerdict
     worlds: list[MeshVerdict]
-    """Verdicts on the given worlds, in the order of the worlds."""
+    """Verdicts on the given worlds (draws of the disturbances), in the order of the worlds."""
     findings: list[float | None]
-    """Results of the searches, in the order of the searches."""
+    """Results of the searches (see `WorldSearch`), in the order in which the searches were given."""
     seen: list[MeshVerdict]
-    """Verdicts on all simulated worlds. The worlds of the searches are included."""
+    """Verdicts on all simulated worlds (draws of the disturbances), including those that the searches requested."""
 
 
 @dataclass

@@ -25,13 +25,19 @@ from tatamu.robustness.verdict import Verdict
 from tatamu.simulators.source import source_digest
 
 PAIRS = 12
-"""Largest number of draws that are always simulated on both meshes. They are chosen evenly from best to worst."""
+"""Largest number of draws that are always simulated on both meshes, the coarse and the fine mesh.
+
+These draws are spread evenly over all draws, sorted from worst to best.
+"""
 DRAWS_PER_PAIR = 8
-"""Number of draws for each draw that is simulated on both meshes, unless `PAIRS` gives fewer."""
+"""One draw in this many is simulated on both meshes, but at most `PAIRS` draws."""
 VERSION = 2
 """Version of the contents of a verdict. Verdicts of other versions are not used again."""
 FEWEST = 3
-"""Least number of pairs of verdicts on both meshes. It also applies to the fit of a line."""
+"""Least number of draws that are simulated on both meshes.
+
+`fit_distances` needs at least as many to fit a line.
+"""
 
 
 DistanceOf = Callable[[Verdict], float | None]
@@ -103,7 +109,10 @@ class SlackRange:
         return SlackRange(self.limits, min([self.low, *differences]), max([self.high, *differences]))
 
     def is_conclusive(self, coarse: Verdict) -> bool:
-        """Return whether the verdict of the coarse mesh is final. The result is False if the simulation failed."""
+        """Return whether the verdict of the coarse mesh is final, so that no simulation on the fine mesh is needed.
+
+        The result is False if the simulation failed.
+        """
         if coarse.error is not None:
             return False
         slack = self.limits.slack(coarse)
@@ -111,7 +120,10 @@ class SlackRange:
 
 
 def select_pairs(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
-    """Return the numbers of the draws that are simulated on both meshes. They are chosen evenly from worst to best."""
+    """Return the numbers of the draws that are simulated on both meshes.
+
+    These draws are spread evenly over all draws, sorted from worst to best.
+    """
     ranked = sorted(range(len(verdicts)), key=lambda number: (limits.slack(verdicts[number]), number))
     count = min(PAIRS, max(FEWEST, len(ranked) // DRAWS_PER_PAIR), len(ranked))
     places = np.linspace(0, len(ranked) - 1, count).round().astype(int)

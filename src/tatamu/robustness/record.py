@@ -26,13 +26,13 @@ class AloneMargin(OpenRecord):
     unit: str
     """Unit of the values: m, rad or s; 1 if the values are relative changes."""
     low: float | None
-    """Lowest value, below zero, at which the fold still succeeded.
+    """Lowest value, below the mean, at which the fold still succeeded.
 
-    None if the fold succeeded at all tried values below zero."""
+    None if the fold succeeded at all tried values below the mean."""
     high: float | None
-    """Highest value, above zero, at which the fold still succeeded.
+    """Highest value, above the mean, at which the fold still succeeded.
 
-    None if the fold succeeded at all tried values above zero."""
+    None if the fold succeeded at all tried values above the mean."""
     deviation: float
     """Standard deviation of the disturbance. For a relative change, it is the deviation of the logarithm."""
     tried: tuple[float, float]
@@ -143,8 +143,8 @@ CONFIDENCE = 0.95
 SURE, LIKELY = 0.9, 0.8
 """Limits of the grades of a success rate.
 
-The grade is "near-perfect" if the lower end of the interval is not below the first limit. Otherwise it is "fair" if the
-success rate is not below the second limit. Otherwise it is "failed"."""
+The grade is "near-perfect" if the lower end of the confidence interval is at least the first limit. Otherwise it is
+"fair" if the success rate is at least the second limit, and "failed" if the success rate is lower."""
 
 
 class MeshUsed(OpenRecord):
@@ -154,7 +154,10 @@ class MeshUsed(OpenRecord):
     """Spacing of the mesh on which all draws of the disturbances were simulated [m]."""
     vertices: int
     coarser: bool
-    """Whether this mesh is coarser than the fine mesh. If it is, all uncertain verdicts come from the fine mesh."""
+    """Whether the mesh of all draws is coarser than the fine mesh.
+
+    If it is coarser, all uncertain verdicts come from the fine mesh.
+    """
     own_spacing: float | None = None
     """Spacing of the fine mesh [m]; None in files of earlier versions."""
     own_simulations: int | None = None
@@ -162,9 +165,9 @@ class MeshUsed(OpenRecord):
     checked: int = 0
     """Number of draws of the disturbances that were simulated on both meshes."""
     same: int = 0
-    """Number of these draws that had the same verdict, success or failure, on both meshes."""
+    """Number of draws with the same verdict, success or failure, on both meshes, among the `checked` draws."""
     apart: float = 0.0
-    """Largest difference of the mean vertex distance between both meshes [m], over these draws."""
+    """Largest difference of the mean vertex distance between both meshes [m], among the `checked` draws."""
 
 
 class MarginsResult(OpenRecord):
@@ -186,7 +189,7 @@ class MarginsResult(OpenRecord):
     """Number of draws without a score, by the reason of the failure."""
     mesh: MeshUsed
     simulations: Annotated[int, Field(ge=0)]
-    """Number of simulations."""
+    """Number of simulations on all meshes."""
     disturbances: dict[str, Any]
     """The disturbances that were used."""
 

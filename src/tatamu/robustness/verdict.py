@@ -16,15 +16,16 @@ class Verdict:
     """The result of a fold in one world, which is one random draw of all disturbances."""
 
     mean_vertex_distance: FiniteFloat | None
-    """Mean vertex distance e_i, Eq. (12) [m]; None if the simulation failed."""
+    """Mean of the vertex distances e_i, Eq. (12) [m]; None if the simulation failed."""
     mask_iou: FiniteFloat | None
     """Overlap of the outcome and the target, seen from above [-]; None if the simulation failed."""
     error: str | None = None
     """Reason why the simulation failed; None if it did not fail."""
     moving_vertex_distance: FiniteFloat | None = None
-    """Mean vertex distance e_i over the part that moves [m]; None if the simulation failed."""
+    """Mean of the vertex distances e_i in the part that moves [m]; None if the simulation failed."""
     marks: dict[str, FiniteFloat] | None = None
-    """Marks of the fold, by the names of `folding.marks.MARKS` [m].
+    """Marks of the fold, which are lengths that a user could measure after it [m], by the names of
+    `folding.marks.MARKS`.
 
     None if there is no rollout, and in verdicts of earlier versions."""
 

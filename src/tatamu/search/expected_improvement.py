@@ -3,14 +3,15 @@
 Far from the best point, expected improvement is below the smallest floating-point number. Therefore the logarithm is
 used.
 
-Let b be the lowest objective so far, and C the objective at a point. Phi is the distribution function of the standard
-normal variable, and phi is its density. C is either a normal variable Y, or a known part l plus a log-normal variable
-e^Y:
+Let b be the lowest objective so far, and C the objective at a point. EI is the expected improvement. Phi is the
+distribution function of the standard normal variable, and phi is its density. C is either a normal variable Y, or a
+known part l plus a log-normal variable e^Y:
 
     C = Y,          Y ~ N(m, s^2):      EI = s (z Phi(z) + phi(z)),                      z = (b - m) / s
     C = l + e^Y,    Y ~ N(m, s^2):      EI = (b - l) Phi(d) - e^(m + s^2/2) Phi(d - s),  d = (log(b - l) - m) / s
 
-The second formula is the price of a put option (Black and Scholes 1973). It is used for the objective of a fold:
+The second formula is also known as the price of a put option (Black and Scholes 1973). It is used for the objective of
+a fold:
 
     C = l_x + alpha D
 
@@ -28,12 +29,12 @@ LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 FAR = -1.0
 """Value of z below which another formula is used.
 
-There the two terms of expected improvement nearly cancel."""
+Below this value, the two terms of the usual formula nearly cancel, so rounding errors would be large."""
 TINY = 1e-300
 
 
 def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the expected improvement at p points with normal objectives.
+    """Return the logarithm of the expected improvement at p points, if the objectives are normal variables.
 
     All arrays have the shape (p,).
     """
@@ -53,7 +54,7 @@ def log_expected_improvement_beyond(
 ) -> np.ndarray:
     """Return the logarithm of the expected improvement of objectives with a known part and a log-normal part.
 
-    The result is minus infinity if the known part is not below `best`.
+    If the known part is not below `best`, no improvement is possible, and the result is minus infinity.
 
     Args:
         best: Lowest objective so far.

@@ -24,13 +24,16 @@ from scipy.optimize import minimize
 
 SQRT5 = np.sqrt(5.0)
 JITTER = 1e-6
-"""Number added to the diagonal of R. Without it, R cannot be factorised if two observations lie close together."""
+"""Number that is added to the diagonal of the correlation matrix R.
+
+Without this number, R cannot be factorised if two observations lie close together.
+"""
 PRIOR_OBSERVATIONS = 2.0
-"""n0: number of observations for which the prior of the variance, s^2 = 1, counts."""
+"""Weight n0 of the prior of the variance, s^2 = 1. The prior counts like this number of observations."""
 LOG_LENGTH_SPREAD = 1.0
-"""v: standard deviation of log l_k in the prior."""
+"""Standard deviation v of log l_k in the prior of the lengths l_k."""
 SHORTEST, LONGEST = 0.03, 30.0
-"""Bounds of the lengths l_k, in sides of the unit cube."""
+"""Smallest and largest length l_k of the covariance, in sides of the unit cube."""
 START = 0.5
 """Length l_k at which the search for the lengths starts, in sides of the unit cube."""
 IMPOSSIBLE = 1e25
@@ -144,7 +147,7 @@ class _Posterior:
         lower, _ = dpotri(factor, lower=1)
         inverse = np.tril(lower) + np.tril(lower, -1).T
         sensitivity = (np.outer(weights, weights) / variance - inverse).ravel()
-        sensitivity *= 5.0 / 3.0 * (1.0 + distance) * decay  # of R to log l_k, without the factor squares / l_k^2
+        sensitivity *= 5.0 / 3.0 * (1.0 + distance) * decay  # times dR / dlog l_k, without squares / l_k^2
         gradient = -0.5 * inverse_squares * (self._squares @ sensitivity)
         return float(loss), gradient + deviation / LOG_LENGTH_SPREAD
 

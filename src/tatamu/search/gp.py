@@ -1,9 +1,11 @@
-"""The paper's search: a Gaussian process with a Matern kernel, and expected improvement. Noise is zero (beta = 0).
+"""The paper's search: a Gaussian process with a Matern kernel, and expected improvement.
+
+The noise of observations is zero (beta = 0).
 
 This search differs from the paper's search in two ways. First, the kernel has a separate length for each parameter.
 Second, a part of the objective may be known before a trial runs, such as l_x of Eq. (10). Then the process models the
-logarithm of the rest, and the known part need not be learned. The logarithm is used because the objectives of good
-folds differ by hundredths. The objectives of bad folds differ by whole numbers.
+logarithm of the rest, and the known part need not be learned. The logarithm is used because objectives of good folds
+differ from each other only by hundredths, but objectives of bad folds by whole numbers.
 
 A proposal takes a few milliseconds.
 """
@@ -22,9 +24,13 @@ from tatamu.search.search import Search
 from tatamu.search.space import KnownPart, Parameters, Space
 
 THREADS = ThreadpoolController()
-"""Controls the number of threads of linear algebra. With more threads, small matrices take ten times as long."""
+"""Controls the number of threads of linear algebra. With more than one thread, small matrices take ten times as
+long."""
 LEAST_UNKNOWN = 1e-6
-"""Least value of an objective minus its known part. It prevents zero and negative values by rounding."""
+"""Least value of the unknown part of an objective (the objective minus its known part).
+
+Without this limit, rounding errors could make the unknown part zero or negative.
+"""
 LEAST_DEVIATION = 0.1
 """Least standard deviation by which observed logarithms are divided.
 
@@ -36,7 +42,7 @@ It is a fraction of the side of the unit cube."""
 TAKEN = 1e9
 """Amount by which log expected improvement is lowered at points nearer than `APART` to a known or pending point.
 
-Such a point is proposed only if no other point may improve on the best trial."""
+Such a point is proposed only if no other point is expected to improve on the best trial."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ class Maximisation:
     spreads: tuple[float, ...] = (0.02, 0.1, 0.3)
     """Spreads of the points around the best trials, in sides of the cube."""
     kept: int = 6
-    """Number of best points around which each round places new points."""
+    """Number of best points that each round keeps. New points are placed around them."""
     per_kept: int = 21
     """Number of new points around each kept point in a round."""
     rounds: int = 8
@@ -115,7 +121,10 @@ def _acquisition(
 
 
 def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return an acquisition function that is lowered within `APART` of the n taken points, shape (n, d)."""
+    """Return an acquisition function that is lowered near the n taken points, shape (n, d).
+
+    Taken points are known or pending. A point is near if it differs by less than `APART` from a taken point.
+    """
 
     def lowered(at: np.ndarray) -> np.ndarray:
         near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)

@@ -25,7 +25,7 @@ LESS, MORE = 0.2, 5.0
 MOST_DAMPING = 1e3
 """Largest damping. If no step lowers the sum of squares with this damping or less, the search ends."""
 SHORTEST_STEP = 1e-3
-"""Length of a step below which the search ends, in sides of the cube. The length is the largest coordinate."""
+"""Length of a step below which the search ends, in sides of the cube. The length is the step's largest coordinate."""
 LEAST_GAIN = 1e-3
 """Relative decrease of the sum of squares below which the search ends."""
 DIGITS = 9
@@ -46,11 +46,12 @@ def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pen
     """Return the next point at which the searches need residuals.
 
     The searches are run one after the other. If all points that a search needs are pending, the function returns
-    neighbours of the search's trial step. The search needs these neighbours if the step succeeds. If they are pending
-    too, the next search starts.
+    neighbours of the point that the search tries. The search will need these neighbours if this point is better than
+    the last. If the neighbours are pending too, the next search starts.
 
     Args:
-        starts: Starting points of the searches in the unit cube. There must be enough points for all searches.
+        starts: Starting points of the searches in the unit cube, one for each search. There must be more than are ever
+            needed.
         known: Residuals at evaluated points.
         pending: Points that are being evaluated.
     """

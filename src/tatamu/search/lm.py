@@ -6,8 +6,8 @@ difference takes one trial. Li et al. do not state the steps, the damping or the
 from three curves: the curve shipped with their code, a high arch and a low arch. When all three searches have
 converged, more searches start from the points of a Halton sequence.
 
-The squares of the residuals sum to the objective. Observations are the only state, because each proposal repeats the
-searches on all observations.
+The squares of the residuals sum to the objective. For each proposal, the searches are repeated on all observations, so
+the observations are the only state.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SEARCHED = ("x1", "x2", "z1", "z2")
 """Names of the parameters that are searched."""
 GRASPS = ("g1", "g2")
 FURTHER = 1000
-"""Number of starting points after the three curves. No study needs this many."""
+"""Number of starting points after the three curves. It is larger than the number that any study needs."""
 
 
 class LMSearch(Search):
@@ -60,7 +60,7 @@ class LMSearch(Search):
         return np.concatenate([np.sqrt(self.space.known_part(columns)), observation.residuals])
 
     def _by_point(self, observations: Sequence[Observation]) -> Mapping[Key, Observation]:
-        """Return the observations with hands at the corners, by their points."""
+        """Return the observations in which the hands grasp the corners, by their points of the search space."""
         chosen = [each for each in observations if not any(int(each.parameters[name]) for name in GRASPS)]
         points = self._curves.points([each.parameters for each in chosen])
         return {key_of(point): each for point, each in zip(points, chosen, strict=True)}

@@ -22,9 +22,15 @@ class Schedule:
 
     trials: Trials
     fidelities: int = 1
-    """Number of fidelities: 1, or 2 if the search starts at low fidelity."""
+    """Number of fidelities, which are accuracies of the evaluated model.
+
+    It is 2 if the search starts at low fidelity, otherwise 1.
+    """
     high_share: float = 0.12
-    """Fraction of trials at high fidelity if there are two fidelities. They follow the trials at low fidelity."""
+    """Fraction of the trials that run at high fidelity, after the trials at low fidelity.
+
+    The field has no effect if there is only one fidelity.
+    """
     least_high: int = 5
     """Least number of trials at high fidelity."""
     least_gain: float = 0.001
@@ -35,9 +41,9 @@ class Schedule:
     in_a_row: int = 3
     """Number of successive proposals with a low expected gain after which a search with "auto" has converged."""
     most_auto: int = 100
-    """Largest number of trials with "auto"."""
+    """Largest number of trials of a study whose number of trials is "auto"."""
     most_high: int = 20
-    """Largest number of trials at high fidelity with "auto" and two fidelities."""
+    """Largest number of trials at high fidelity, if the number of trials is "auto" and there are two fidelities."""
 
     @property
     def most(self) -> int:

@@ -23,7 +23,7 @@ from tatamu.errors import InputError
 from tatamu.search.space import Parameters, Space
 
 LOW, HIGH = 0, 1
-"""Fidelities of an evaluation: low for a cheaper model, and high for the model itself."""
+"""The two fidelities of an evaluation. At low fidelity, a cheaper model is evaluated instead of the model itself."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Proposal(Mapping[str, int | float]):
 
     parameters: Parameters
     fidelity: int = HIGH
-    """Fidelity of the model that is evaluated."""
+    """Fidelity at which the proposal is evaluated: `LOW` (a cheaper model) or `HIGH` (the model itself)."""
     gain: float | None = None
     """Expected improvement as a fraction of the best objective; None if the search does not estimate it."""
 
@@ -48,12 +48,12 @@ class Proposal(Mapping[str, int | float]):
 
 @dataclass(frozen=True)
 class Observation:
-    """The result of one proposal."""
+    """The result of a proposal that was evaluated."""
 
     parameters: Parameters
     objective: float
     residuals: np.ndarray | None = None
-    """Vector whose squares sum to the unknown part of the objective; None if it is not known."""
+    """Vector whose squares sum to the unknown part of the objective; None if the vector is not known."""
 
 
 class Evaluated(Protocol):
@@ -66,12 +66,12 @@ class Evaluated(Protocol):
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """Vector whose squares sum to the unknown part of the objective; None if it is not known."""
+        """Vector whose squares sum to the unknown part of the objective; None if the vector is not known."""
         ...
 
 
 class Search(ABC):
-    """Base of all searches. It stores observations and pending proposals; subclasses implement `propose`."""
+    """Base class of all searches. It stores observations and pending proposals. Subclasses implement `propose`."""
 
     needs_residuals = False
     """Whether the search needs the residuals of an evaluation as well as its objective."""
@@ -83,8 +83,8 @@ class Search(ABC):
             space: Bounds of the parameters.
             seed: Random seed of the search.
             first: Parameters of the first proposals. Parameters that occur twice are proposed once. The proposal after
-                these is random, because all given points may fail. From a failed point, the search only learns the
-                known part of the objective.
+                these is random. Otherwise the search would know nothing about the objective, except its known part, if
+                all the given parameters failed.
         """
         self.space = space
         self.seed = seed

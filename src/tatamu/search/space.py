@@ -19,7 +19,7 @@ KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 
 Its argument maps the name of each parameter to p values, shape (p,). Its result has the shape (p,)."""
 ROUNDING = 1e-9
-"""Distance outside a bound that counts as a rounding error, as a fraction of the range."""
+"""Largest distance outside a bound that still counts as a rounding error, as a fraction of the range."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Space:
         return {name: each.nearest(0.5 * (each.low + each.high)) for name, each in self.bounds.items()}
 
     def random(self, seed: int) -> Parameters:
-        """Return random parameters, evenly distributed.
+        """Return random parameters. All points of the space have the same probability.
 
         Optuna's `RandomSampler` returns the same parameters for this seed.
         """

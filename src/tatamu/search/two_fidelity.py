@@ -38,11 +38,14 @@ class CoKriging:
     """Settings of the model that combines both fidelities."""
 
     handful: int = 3
-    """Least number of trials at high fidelity from which the difference d is modelled."""
+    """Number of trials at high fidelity from which on the difference d between the fidelities is modelled."""
     different: float = 0.1
-    """Difference in one parameter, as a fraction of its range, from which two trials count as different."""
+    """Least difference in one parameter with which two trials count as different, as a fraction of its range."""
     least_difference: float = 1.0
-    """Least standard deviation of the difference d. With 1.0, alpha D may differ by a factor of about three."""
+    """Least standard deviation of the difference d between the logarithms of alpha D at both fidelities.
+
+    A difference of 1.0 corresponds to a factor of about three.
+    """
 
 
 class TwoFidelitySearch(Search):
@@ -115,9 +118,9 @@ class TwoFidelitySearch(Search):
         return self.space.parameters(point), float(np.exp(height) / high[1].min())
 
     def _best_different(self) -> Parameters:
-        """Return the best trial of low fidelity that differs from all trials of high fidelity.
+        """Return the parameters of the best trial of low fidelity that differs from all trials of high fidelity.
 
-        If no trial differs, return the best trial of low fidelity.
+        If no trial of low fidelity differs from them, return the parameters of the best one.
         """
         points, objectives = _arrays(self.space, self.low.told)
         known = [each.parameters for each in self.told] + [each.parameters for each in self.pending]

@@ -27,9 +27,9 @@ from tatamu.errors import InputError, UnavailableError
 Value = TypeVar("Value")
 
 OPENING_SECONDS = 10.0
-"""Time for which the first connection is attempted [s]."""
+"""Time after which attempts to connect for the first time are given up [s]."""
 RETRY_SECONDS = 120.0
-"""Time for which a lost connection is attempted again [s]."""
+"""Time after which attempts to open a lost connection again are given up [s]."""
 HOLD_SECONDS = 15.0
 """Time for which a client waits if another client has locked the study [s]."""
 PAUSE = 0.25
@@ -37,13 +37,16 @@ PAUSE = 0.25
 CONNECTIONS = 4
 """Largest number of connections of one client. The connection that locks its studies is not counted."""
 SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp_keepalives_count=3"
-"""Connection options with which the server releases the locks of a machine that has disappeared."""
+"""Options of a connection. With them, the server notices that a machine has disappeared, and releases its locks."""
 LOST_STATES = ("08", "57P", "53300")
-"""SQLSTATE codes, or their beginnings, of a connection that is not available at the moment.
+"""SQLSTATE error codes, or their beginnings, which mean that the database is not available at the moment.
 
-They mean that the connection was lost, the server shuts down, or the server has too many clients."""
+The connection was lost, the server shuts down, or the server has too many clients."""
 PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
-"""SQLSTATE codes of temporary errors. They include conflicts, and tables that another client creates."""
+"""SQLSTATE codes of temporary errors, after which an operation is repeated.
+
+They include conflicts with other clients, and tables that another client creates at the same time.
+"""
 PASSING_WORDS = (
     "refused",
     "starting up",
@@ -58,14 +61,14 @@ PASSING_WORDS = (
     "reset by peer",
     "no such file or directory",
 )
-"""Texts of temporary errors, for drivers that give no SQLSTATE code."""
+"""Parts of the messages of temporary errors, for drivers that give no SQLSTATE code."""
 
 
 class ConnectionLostError(Exception):
     """The connection to the database was lost.
 
-    This class is not an error of SQLAlchemy. Optuna therefore does not repeat the operation before tatamu has checked
-    whether the operation was done.
+    This class is not a subclass of an SQLAlchemy error, after which Optuna would repeat the operation by itself.
+    Instead, tatamu first checks whether the operation was done before the connection was lost.
     """
 
 
@@ -91,7 +94,7 @@ def parse_storage(given: str) -> str:
 
 @dataclass
 class SharedDatabase:
-    """A shared database, with the connections of this process."""
+    """A database that several machines use, with the connections of this process to it."""
 
     address: str
     """`postgresql://USER@HOST/DB`, without a password."""
@@ -119,11 +122,11 @@ class SharedDatabase:
 
         Args:
             operation: Function that reads, or that writes in one transaction.
-            done: Function that returns whether an earlier attempt did the operation although its answer was lost. It is
-                called before each new attempt.
+            done: Function that is called before each new attempt. It returns whether an earlier attempt did the
+                operation, although the answer was lost.
 
         Returns:
-            The result of the operation; None if an attempt did the operation but its answer was lost.
+            The result of the operation; None if the operation was done but the answer was lost.
         """
         first = True
 
@@ -243,7 +246,7 @@ class SharedDatabase:
 def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
     """Yield the database of an address while the block runs; None if the address is None.
 
-    The database uses few connections.
+    The database opens only a few connections.
 
     Args:
         address: Address `postgresql://USER@HOST/DB`, or None.

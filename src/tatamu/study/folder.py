@@ -1,4 +1,4 @@
-"""The folder of a learned fold, or of a learned plan with several steps: file names, reading and writing.
+"""The folder of a learned fold, or of a learned plan with several steps: names of its files, reading and writing.
 
 Every file is described in docs/reference/result-folder.md.
 """
@@ -34,7 +34,7 @@ MARGINS = "margins"
 """Name of the folder that contains the margins of the fold: the errors that the fold tolerates."""
 
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
-"""Names of all files of a study except its database."""
+"""Names of all files in the folder of a study, except the database."""
 STEP = "step-"
 """Beginning of the names of the folders for a plan's steps."""
 
@@ -46,7 +46,10 @@ def step_name(number: int) -> str:
 
 @dataclass(frozen=True)
 class ResultFolder:
-    """A folder of a learned fold. Files are read and validated at their first use, and always written completely."""
+    """A folder of a learned fold.
+
+    Files are read and validated when they are first used. They are written as a whole or not at all.
+    """
 
     path: Path
 
@@ -108,7 +111,7 @@ class ResultFolder:
         return ResultFolder(self.path / step_name(number))
 
     def learned_steps(self) -> list[ResultFolder]:
-        """The folders of the plan's steps that have a manipulation, in the order of the steps."""
+        """The folders of the plan's steps that were learned, in the order of the steps."""
         folders = [file.parent for file in self.path.glob(f"{STEP}*/{MANIPULATION}")]
         return [ResultFolder(path) for path in sorted(folders, key=lambda path: (len(path.name), path.name))]
 
@@ -167,7 +170,7 @@ class ResultFolder:
 
     @cached_property
     def manipulation(self) -> Manipulation:
-        """The best manipulation.
+        """The manipulation (motion of the hands) of the best trial.
 
         Raises:
             InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
@@ -176,7 +179,7 @@ class ResultFolder:
 
     @cached_property
     def scene(self) -> Scene:
-        """The best trial as a scene.
+        """The scene in which the best trial is simulated.
 
         Raises:
             InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
@@ -185,7 +188,7 @@ class ResultFolder:
 
     @cached_property
     def rollout(self) -> Rollout:
-        """The motion of the cloth in the best trial, or in all steps of a plan. The `target` is in its field `extra`.
+        """The motion of the cloth in the best trial, or in all steps of a plan. The field `extra` contains the target.
 
         Raises:
             InputError: If the file cannot be read or is not a rollout.
@@ -218,8 +221,8 @@ class ResultFolder:
         Args:
             manipulation: The best manipulation.
             scene: The best trial as a scene.
-            rollout: Rollout of the best trial. `extra` contains the `target` and the distances e_i of earlier trials
-                (`result.MOMENTS`).
+            rollout: Rollout of the best trial. Its field `extra` contains the `target`, and the vertex distances e_i of
+                earlier trials under the names in `result.MOMENTS`.
         """
         manipulation.save(self.manipulation_file)
         scene.save(self.scene_file)
@@ -241,7 +244,7 @@ def locked(folder: ResultFolder) -> AbstractContextManager[object]:
     """Return a lock on a folder. The lock ends with the process, even if the process crashes.
 
     Raises:
-        InputError: If the folder cannot be written, another run uses it, or it contains other files.
+        InputError: If the folder cannot be written, is used by another run, or contains other files.
     """
     path = folder.path
     foreign = [name for name in LEARNED if os.path.exists(path / name)]

@@ -23,7 +23,10 @@ LARGEST_INPUT = 256 * MIB
 
 @dataclass(frozen=True)
 class Sources:
-    """The files of one input, or its text if the input has no file. The first file refers to the other files."""
+    """The files of one input, such as the garment, or the text of an input without a file.
+
+    If there are several files, the first file refers to the others.
+    """
 
     files: Sequence[Path] = ()
     text: str = ""
@@ -32,7 +35,9 @@ class Sources:
 
 
 def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:
-    """Copy the sources of a learned fold into its folder. Each kind of source has the folder `inputs/KIND`.
+    """Copy the input files of a learned fold into its folder.
+
+    Each kind of input, such as the garment, has its own folder `inputs/KIND`.
 
     Files keep their positions relative to each other, so relative paths in the files remain valid.
 
@@ -45,7 +50,7 @@ def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:
 
 
 def _keep(folder: Path, source: Sources) -> str:
-    """Copy one input, and return the relative path of its first file."""
+    """Copy one input into a folder, and return the path of its first file relative to this folder."""
     if not source.files:
         write_text(folder / source.name, source.text)
         return source.name
@@ -59,7 +64,9 @@ def _keep(folder: Path, source: Sources) -> str:
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:
-    """Return the path of the copy of an input of a learned fold, or of its plan; None if there is no copy.
+    """Return the path of the copy of an input of a learned fold; None if there is no copy.
+
+    If the folder of the fold contains no copies, the copies in the folder of its plan are used.
 
     Raises:
         InputError: If the index of the copies is invalid.

@@ -1,4 +1,4 @@
-"""Learning a task: one study for each step of its plan. Studies are kept in a folder or in memory."""
+"""Learns a task: runs one study for each step of its plan. Studies are kept in a folder or in memory."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class Places:
     out: Path | None = None
     """Folder of the result; None if the result is only kept in memory."""
     executor: Executor | None = None
-    """Executor that runs the trials; None for threads on all processors."""
+    """Executor that runs the trials; None to run them in threads on all processors."""
     database: SharedDatabase | None = None
-    """Database in which the studies are stored; None for the file `study.db` in each folder."""
+    """Database in which the studies are stored; None to store each study in the file `study.db` of its folder."""
     progress: Callable[[Progress], object] = field(default=lambda _: None)
     """Function that is called when a study is opened, after every trial, and when another stage starts."""
     written: Callable[[Result | PlanResult], object] = field(default=lambda _: None)
@@ -81,8 +81,8 @@ def learn(
         options: Options of the study; None for the defaults.
         places: The executor, the storage and the callbacks of the study; None for this machine and storage in memory.
         evaluate: Evaluator of the manipulations; None for the evaluator that follows from the options.
-        first: More parameters with which the search of the first step starts. The last of these are the first
-            parameters on the fine mesh.
+        first: Parameters of further manipulations with which the search of the first step starts. On the fine mesh, the
+            search starts with the last of these manipulations.
 
     Raises:
         InputError: If an option is wrong, or the folder cannot be used.
@@ -93,7 +93,7 @@ def learn(
     from tatamu.study.store import load_settings  # this import takes half a second
 
     options = options or LearnOptions()
-    if evaluate is not None:  # a given evaluator defines its own disturbances
+    if evaluate is not None:  # an evaluator that the user gives defines its own disturbances
         options = options.model_copy(update={"disturbances": "none", "quantile": None})
     places = places or Places()
     check_pending(options, task.simulator)
@@ -127,9 +127,9 @@ class _Learning:
     places: Places
     """The executor, storage and callbacks of the whole plan."""
     known: tuple[Parameters, ...] = ()
-    """More parameters with which the search of the first step starts.
+    """Parameters of further manipulations with which the search of the first step starts.
 
-    The last of these are the first parameters on the fine mesh."""
+    On the fine mesh, the search starts with the last of these manipulations."""
 
     def first(self, task: Task) -> list[Parameters]:
         """Return the parameters with which the search of a first step starts."""
@@ -219,7 +219,7 @@ class _Learning:
         if study.is_over(schedule) and folder and folder.complete and not (baselines and study.baselines is None):
             return replace(Result.load(folder.path), made_from=study.evaluator.task)
         if folder is not None:
-            folder.report_file.unlink(missing_ok=True)  # it is written last and shows that all is there
+            folder.report_file.unlink(missing_ok=True)  # a report shows that the folder is complete
         try:
             places.progress(study.progress(schedule.most))
             for stage in study.run(schedule, baselines):

@@ -47,11 +47,15 @@ class Progress:
     trials: int
     """Largest number of trials of the study."""
     best: float | None = None
-    """Lowest objective so far: on the fine mesh if trials have run there, otherwise on the coarse mesh."""
+    """Lowest objective so far.
+
+    If a trial is complete on the fine mesh, only trials on the fine mesh are counted. Otherwise trials on the coarse
+    mesh are counted.
+    """
     best_distance: float | None = None
     """Mean vertex distance of the best trial [m]."""
     coarse: bool = False
-    """Whether the best trial ran on the coarse mesh."""
+    """Whether the best trial so far ran on the coarse mesh."""
     stage: Stage = "trials"
     disturbed: bool = False
     """Whether the objective is taken over simulations with disturbances. Otherwise it is C of Eq. (10)."""
@@ -69,7 +73,7 @@ class Progress:
 
 
 class Study:
-    """The trials of one study. Rollouts that the result needs are kept in memory, and other rollouts are deleted."""
+    """The trials of one study. Only those rollouts are kept in memory that the result needs."""
 
     def __init__(
         self, evaluator: Evaluator, search: Search, store: StudyStore, record: StudyRecord, executor: Executor
@@ -118,16 +122,19 @@ class Study:
         """Run the remaining trials, and then the fixed trajectories.
 
         A proposal uses the results of all earlier trials except the last `parallel` - 1 trials. The results of these
-        are not used, whether the trials have ended or not. There is one exception. The first trials (scouts, see
-        `Evaluator.scouts`) find the hardest disturbances. The first proposal after them uses all of their results. A
-        study therefore does not depend on the number of processors, and a resumed study repeats the same proposals.
+        last trials are not used even if the trials have ended. Proposals therefore do not depend on the number of
+        processors, and a resumed study repeats the same proposals.
+
+        There is one exception. The first trials (scouts, see `Evaluator.scouts`) find the hardest disturbances. The
+        first proposal after the scouts uses the results of all scouts.
 
         Args:
             schedule: Number of trials and their fidelities.
             baselines: Whether to score the fixed trajectories too, if they have no scores yet.
 
         Yields:
-            The stage, after each new trial and when only the fixed trajectories remain.
+            The name of the current stage, after each new trial, and when only the fixed trajectories remain to be
+            simulated.
         """
         proposals: list[Proposal] = []
         known: list[Evaluation] = []
@@ -167,7 +174,7 @@ class Study:
         trial = self.trials[number]
         proposal = trial.proposal(self.record.coarse)
         self._search.expect(proposal)
-        self.evaluator.refuse(proposal)  # the robot's later answers depend on its earlier ones
+        self.evaluator.refuse(proposal)  # the robot's later answers depend on its earlier answers
         known: Future[Evaluation] = Future()
         known.set_result(trial.evaluation(self.record.coarse))
         return proposal, known
@@ -261,10 +268,10 @@ class Study:
         return self._kept[number]
 
     def moments(self) -> dict[str, np.ndarray]:
-        """Return the vertex distances e_i of Eq. (12) at several moments of the study [m], each of shape (n,).
+        """Return the vertex distances e_i of Eq. (12) after several numbers of trials [m], each of shape (n,).
 
-        They belong to the best trial among the first trials. The keys are the names in `MOMENTS`, which states how many
-        first trials are compared.
+        The distances are those of the best trial until then. The keys are the names in `MOMENTS`, which also contains
+        the numbers of trials.
         """
         counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.trials)}
         numbers = {name: self.best(count) for name, count in counts.items()}
@@ -275,7 +282,7 @@ class Study:
         }
 
     def validate(self, disturbances: Disturbances, parameters: Mapping[str, int | float]) -> SuccessRate:
-        """Return how often a fold succeeds under random disturbances that were not used to learn it (validation)."""
+        """Return the success rate of a fold under random disturbances that were not used to learn it (validation)."""
         low = self.evaluator.low_fidelity(parameters)
         coarse = None if low is None else FoldOnMesh(*low)
         worlds = sample_worlds(disturbances, VALIDATION_WORLDS, self.record.seed, Stream.JUDGING)

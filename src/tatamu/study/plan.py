@@ -26,13 +26,14 @@ class PlanResult:
     record: PlanRecord
     steps: list[Result]
     rollout: Rollout
-    """The motion of the cloth in all steps. Its field `extra` contains the `target` and `step_starts`."""
+    """The motion of the cloth in all steps. Its field `extra` contains the `target` shape, and in `step_starts` the
+    time at which each step starts [s]."""
     folder: Path | None = field(default=None)
     """Folder of the result; None if the result is only in memory."""
 
     @property
     def final(self) -> FromFlat:
-        """Deviation of the final garment from the ideal: the flat garment after ideal folds in all steps."""
+        """Deviation of the final garment from its ideal shape, which perfect folds in all steps would give."""
         return self.record.final
 
     def save(self, path: Path | str) -> ResultFolder:
@@ -134,7 +135,7 @@ def _step(number: int, task: Task, result: Result, whole: FromFlat) -> StepRecor
 def from_flat(faces: np.ndarray, ideal: np.ndarray, state: np.ndarray) -> FromFlat:
     """Return the deviation of a state from the ideally folded garment.
 
-    Both are positions of n vertices [m], shape (n, 3).
+    The arrays `ideal` and `state` contain the positions of n vertices [m], shape (n, 3).
     """
     reached, wanted = top_views(faces, state, ideal)
     return FromFlat(

@@ -13,23 +13,26 @@ from tatamu.study.trial import Scored
 
 
 class FromFlat(OpenRecord):
-    """Deviation of a state from the ideal: the flat garment after ideal folds in all steps so far."""
+    """Deviation of a folded garment from its ideal shape, which perfect folds in all steps so far would give."""
 
     mean_vertex_distance: float
-    """Mean distance between the vertices of the state and of the ideal [m]."""
+    """Mean distance between the vertices of the folded garment and their ideal positions [m]."""
     mask_iou: float
-    """Overlap of the state and the ideal, seen from above: intersection over union [-]."""
+    """Overlap of the folded garment and the ideal, seen from above: intersection over union [-]."""
     area_error: float
-    """Deviation of the area that the state covers from the area of the ideal [%]."""
+    """Difference between the area that the folded garment covers and the area of the ideal [%]."""
 
     @property
     def moving_vertex_distance(self) -> None:
-        """Return None, because all folds of a plan together leave little cloth where it was."""
+        """Return None, because this measure is only defined for a single fold.
+
+        It refers to the part of the cloth that moves. All folds of a plan together move nearly all of the cloth.
+        """
         return None
 
 
 class StepRecord(Scored):
-    """One step of a plan: the error of its own fold, and the deviation from the ideal of all folds so far."""
+    """One step of a plan: the measures of its own fold, and the deviation of the garment after all folds so far."""
 
     folder: str
     """Name of the step's folder within the plan's folder."""
@@ -40,7 +43,7 @@ class StepRecord(Scored):
     trials: int
     """Number of trials of the step."""
     best: Index
-    """Number of the complete trial with the lowest objective."""
+    """Number of the best trial: the complete trial with the lowest objective."""
     crossings: Crossings
     whole: FromFlat
 

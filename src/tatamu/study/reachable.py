@@ -1,4 +1,7 @@
-"""Checks before the first trial whether a robot can execute a task. Without them, a search could learn nothing."""
+"""Checks before the first trial whether a robot can execute a task.
+
+If every fold is out of reach, a search cannot learn anything.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,10 @@ from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Reach, Task
 
 HEIGHTS = (0.2, 0.5)
-"""Heights of the control points P1 and P2 of the tested folds, in spans: a low curve and a high curve."""
+"""Heights of the control points P1 and P2 of the tested paths, for a low path and for a high path.
+
+They are fractions of the span, the distance from grasp to release.
+"""
 
 
 def check_reach(task: Task) -> None:
@@ -17,11 +23,13 @@ def check_reach(task: Task) -> None:
 
     Each step starts from the ideal result of the previous step.
 
-    Typical folds are tried, the easiest first. They combine grasps at the corners, at the last candidates and half-way
-    with a low curve and a high curve. The task is accepted if one of these folds is within the robot's reach.
+    Typical folds are tried, the easiest first. In these folds, the hands grasp the corners, the last candidates for the
+    grasp, or the candidates half-way between them. The hands move along a low curve or a high curve. The task is
+    accepted if one of these folds is within the robot's reach.
 
     Raises:
-        InputError: If none of these folds is within reach, or a fold is pressed. The message states the reason.
+        InputError: If none of these folds is within reach, or if the plan asks to press a fold. The message states the
+            reason.
     """
     if task.reach is None:
         return

@@ -58,7 +58,7 @@ class TaskDescription(OpenRecord):
     translation: Annotated[list[float], Field(min_length=3, max_length=3)] | None = None
     """Displacement from grasp to release [m]."""
     candidates: int | None = None
-    """Number M of grasp candidates of each hand."""
+    """Number M of vertices that each hand may grasp (grasp candidates)."""
     hands: int = 2
     """Number of hands that fold."""
     fingers: Fingers | None = None
@@ -72,7 +72,10 @@ class TaskDescription(OpenRecord):
     shift: list[HandShift] | None = None
     """Correction of the manipulation of each hand, left before right; None if there is no correction."""
     digest: str | None = None
-    """Digest of the mesh, the grasps, the ratio of the areas, and the file of the robot."""
+    """Digest of the properties of the task that have no field of their own.
+
+    They are the mesh, the grasps, the ratio of the areas, and the file of the robot.
+    """
 
 
 def describe_plan(task: Task) -> PlanDescription:
@@ -109,7 +112,7 @@ def describe_task(task: Task) -> TaskDescription:
 
 
 def _digest(task: Task) -> str:
-    """Return a digest of the remaining properties of a task.
+    """Return a digest of the properties of a task that have no field of their own in its description.
 
     These are the mesh to the micrometre, the grasps, the ratio of the areas, and the file of the robot.
     """
@@ -120,7 +123,7 @@ def _digest(task: Task) -> str:
 
 
 class SharedStudyRecord(OpenRecord):
-    """The file `study.json`: where in a shared database the study of a folder is stored."""
+    """The file `study.json`, which states the database and the name under which the study of a folder is stored."""
 
     version: Literal[1]
     storage: str
@@ -130,7 +133,10 @@ class SharedStudyRecord(OpenRecord):
 
 
 class StudyRecord(OpenRecord):
-    """The task of a study and the settings of its search. A study is resumed only if they are unchanged."""
+    """The task of a study and the settings of its search.
+
+    A study is resumed only if the task and settings are unchanged.
+    """
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "disturbances", "worlds", "quantile"})
 
@@ -142,13 +148,13 @@ class StudyRecord(OpenRecord):
     parallel: int = 1
     """Number of trials that may be pending at the same time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the first trials, if they are given and not proposed by the search.
+    """Parameters of the first trials, which were given to the search and not proposed by it.
 
-    If `coarse` is given, the last of these parameters are used in the first trial on the fine mesh."""
+    If the study has a coarse mesh, the last of these parameters are those of the first trial on the fine mesh."""
     coarse: float | None = None
     """Spacing of the coarse mesh on which the search starts [m]; None if all trials run on the fine mesh."""
     disturbances: dict[str, Any] | None = None
-    """The disturbances; None if the objective is C of Eq. (10)."""
+    """The disturbances; None if there are no disturbances, and the objective is C of Eq. (10)."""
     worlds: int | None = None
     """Number of random draws of the disturbances; None if there are no disturbances."""
     quantile: float | None = None
@@ -156,12 +162,12 @@ class StudyRecord(OpenRecord):
 
 
 class Crossings(OpenRecord):
-    """Number of edges of the cloth that pass through its triangles."""
+    """Numbers of crossings in a rollout: edges of the cloth that pass through triangles of the cloth."""
 
     final: int
-    """Number of crossings at the end."""
+    """Number of crossings in the last frame."""
     most: int
-    """Number of crossings in the worst frame."""
+    """Number of crossings in the frame with the most crossings."""
 
     @classmethod
     def of(cls, rollout: Rollout) -> Self:
@@ -187,11 +193,14 @@ class ResultRecord(StudyRecord):
     judged: SuccessRate | None = None
     """Success rate of the best fold under disturbances that were not used to learn it; None without disturbances."""
     asked: TaskOptions | None = None
-    """Names and files of the task as the user gave them; None if the task was made from objects."""
+    """Names and files of the task as the user gave them; None if the task was made from Python objects."""
     wall_seconds: float | None = None
     """Sum of the wall time of all trials [s]."""
     best: Index | None
-    """Number of the complete trial with the lowest objective on the fine mesh; None if all trials failed there."""
+    """Number of the best trial, which is complete and has the lowest objective on the fine mesh.
+
+    None if all trials on the fine mesh failed.
+    """
     crossings: Crossings | None = None
     """Crossings in the best trial; None if all trials failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
@@ -212,7 +221,7 @@ class ResultRecord(StudyRecord):
 
     @property
     def lowest_objective(self) -> Trial | None:
-        """The complete trial with the lowest C on the fine mesh, which is the paper's best trial.
+        """The complete trial with the lowest C of Eq. (10) on the fine mesh. The paper counts this trial as the best.
 
         None if all trials on the fine mesh failed.
         """
@@ -232,12 +241,15 @@ class ResultRecord(StudyRecord):
 
     @property
     def best_is_given(self) -> bool:
-        """Whether the best trial has some of the first parameters, which were given to the search."""
+        """Whether the best trial is one of the first trials, whose parameters were given to the search."""
         return any(self.best_trial.parameters == each for each in self.first)
 
     @property
     def best_given(self) -> Trial | None:
-        """The best trial on the fine mesh with given first parameters; None if no such trial is complete."""
+        """The best trial on the fine mesh among the trials whose parameters were given to the search.
+
+        None if no such trial is complete.
+        """
         given = [trial for trial in self.trials if trial.state == "complete" and trial.parameters in self.first]
         here = [trial for trial in given if not self.is_coarse(trial)]
         return min(here, key=lambda trial: (trial.minimised, trial.number), default=None)

@@ -27,10 +27,10 @@ MOMENTS = {
     "error_10": (10, "Best after 10"),
     "error_50": (50, "Best after 50"),
 }
-"""Arrays of `rollout.npz` with the vertex distances e_i [m], shape (n,), of early trials.
+"""Names of arrays of `rollout.npz`. They contain the vertex distances e_i of early trials [m], shape (n,).
 
-Each array belongs to the best trial among the first trials. The value contains the number of these trials, and a
-title."""
+For example, "error_10" belongs to the best of the first 10 trials. Each name is mapped to this number of trials, and to
+a title."""
 SAME = 1e-6
 """Largest difference between the target in the folder and the target that another version computes [m].
 
@@ -46,13 +46,14 @@ class Result:
     manipulation: Manipulation
     """The best manipulation."""
     scene: Scene
-    """The best manipulation as a scene."""
+    """The scene in which the best manipulation is simulated."""
     rollout: Rollout
-    """The motion of the cloth without disturbances. `extra` contains the `target` and the errors of earlier trials."""
+    """The motion of the cloth without disturbances. Its field `extra` contains the target shape, and the vertex
+    distances of earlier trials."""
     folder: Path | None = None
     """Folder of the result; None if the result is only in memory."""
     made_from: Task | None = field(default=None, repr=False)
-    """The task; None if the task must be made again from the record."""
+    """The task, if the fold was learned in this process; None if the task must be made again from the record."""
 
     @property
     def best(self) -> Trial:
@@ -114,7 +115,7 @@ class Result:
 
     @property
     def moments(self) -> list[tuple[str, np.ndarray]]:
-        """Titles and vertex distances e_i [m], shape (n,) for n vertices, at several moments of the search.
+        """Titles and vertex distances e_i [m], shape (n,), of the best trials at several moments of the search.
 
         The last entry is the learned fold.
         """

@@ -1,4 +1,4 @@
-"""Preparation of a study: its options with all defaults, evaluator, search, schedule and record."""
+"""Prepares a study: replaces defaults in its options, and makes its evaluator, search, schedule and record."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from tatamu.simulators import SIMULATORS, capabilities
 from tatamu.study.record import StudyRecord, describe_task
 
 ROBUST_SHARE = 0.24
-"""Fraction of trials on the fine mesh if there are disturbances.
+"""Fraction of the trials that run on the fine mesh, if a study has disturbances.
 
 It is larger than without disturbances, because a coarse mesh predicts failures less reliably."""
 LATER_SHARE = 0.3
-"""Fraction of trials on the fine mesh in later steps of plans.
+"""Fraction of the trials that run on the fine mesh, in the second and later steps of plans.
 
 It is larger than in the first step, because coarse meshes rank the folds of later steps least reliably."""
 
@@ -64,7 +64,7 @@ def make_evaluator(task: Task, options: LearnOptions) -> Evaluator:
 def _disturbances(
     task: Task, options: LearnOptions, held: StudyRecord | None
 ) -> tuple[Disturbances | None, float | None]:
-    """Return the disturbances and the quantile (None for the mean).
+    """Return the disturbances of a study, and the minimised quantile of the objective (None for its mean).
 
     They come from the options, or from the settings with which a resumed study started.
     """
@@ -72,13 +72,16 @@ def _disturbances(
         return None if held.disturbances is None else Disturbances.model_validate(held.disturbances), held.quantile
     found = _given_disturbances(task, options)
     material = task.asked.material if task.asked else None
-    if found is not None and material is not None and not found.mean:  # means come from observed folds
+    if found is not None and material is not None and not found.mean:  # means are from observed folds
         found = with_calibrated(found, Path(material), task.garment.material)
     return found, options.chosen_quantile
 
 
 def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | None:
-    """Return the disturbances of the options, of the robot, or by default; None if no disturbances are wanted."""
+    """Return the disturbances of the options, otherwise of the robot, otherwise the defaults.
+
+    The result is None if the user wants no disturbances.
+    """
     given = options.disturbances
     if isinstance(given, Disturbances):
         return given
@@ -126,7 +129,10 @@ def make_record(task: Task, options: LearnOptions, evaluator: Evaluator, first: 
 
 
 def _robust(evaluator: Evaluator) -> Disturbed | None:
-    """Return the evaluator over disturbances that other evaluators wrap; None if no evaluator has disturbances."""
+    """Return the evaluator that applies disturbances. It may be wrapped by other evaluators.
+
+    The result is None if the study has no disturbances.
+    """
     while not isinstance(evaluator, Disturbed):
         inner = getattr(evaluator, "inner", None)
         if inner is None:
@@ -136,7 +142,7 @@ def _robust(evaluator: Evaluator) -> Disturbed | None:
 
 
 def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
-    """Return the search of a study. With two fidelities, the search uses both."""
+    """Return the search of a study. If there are two fidelities (a coarse and a fine mesh), the search uses both."""
     make = find_search(record.sampler)
     if fidelities == 2:
         return TwoFidelitySearch(make, space, record.seed, record.first)

@@ -1,4 +1,4 @@
-"""Storage for the trials of a study: a file, a shared database, or memory. It uses Optuna.
+"""Stores the trials of a study in a file, in a shared database, or in memory, with Optuna.
 
 Only finished trials are written, each in one transaction. If a run is killed, no trial is half written. Only Optuna's
 public interface is used, so `optuna-dashboard` can open the file and the database.
@@ -42,7 +42,10 @@ TRANSIENT = {
     "readonly": "cannot be written",
     "disk I/O error": "cannot be read or written now",
 }
-"""Parts of SQLite messages about temporary errors of an undamaged file, and their meanings."""
+"""Parts of the messages of SQLite about temporary errors, and their meanings.
+
+The file is not damaged after such an error.
+"""
 
 
 class StudyStore:
@@ -177,7 +180,7 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
             return operation()
         except (InputError, UnavailableError):
             raise
-        except Exception as error:  # a damaged database, or one of another Optuna, can cause any error
+        except Exception as error:  # damaged files and other versions of Optuna can cause any error
             raise _file_error(label, error) from None
 
     try:
@@ -191,7 +194,7 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
 def _file_error(label: str, error: BaseException) -> Exception:
     """Return the error of tatamu that corresponds to an error of Optuna or SQLite.
 
-    Its message contains the text of the last cause.
+    If the error was caused by another error, the message contains the text of the original cause.
     """
     cause = error
     while cause.__cause__ is not None:
@@ -205,7 +208,7 @@ def _file_error(label: str, error: BaseException) -> Exception:
 
 @contextmanager
 def memory_store() -> Iterator[StudyStore]:
-    """Yield a storage in memory. It is lost when the process ends."""
+    """Yield a storage in memory. The stored trials are lost when the process ends."""
     storage = InMemoryStorage()
     yield StudyStore("study", lambda operation, done=None: operation(), lambda: storage, KEY)
 
@@ -236,7 +239,7 @@ def held_store(
         record: Settings of the study. Its name in a shared database is made from these settings.
 
     Raises:
-        InputError: If the study of this folder is stored elsewhere.
+        InputError: If the study of this folder is stored in another place.
         UnavailableError: If the database does not answer, or another client has locked the study.
     """
     if folder is None:
@@ -263,7 +266,7 @@ def load_settings(folder: ResultFolder | None, database: SharedDatabase | None) 
     """Return the settings of the study of a folder; None if the folder has no study.
 
     Raises:
-        InputError: If the study of this folder is stored elsewhere, or cannot be read.
+        InputError: If the study of this folder is stored in another place, or cannot be read.
     """
     if folder is None:
         return None
@@ -294,7 +297,10 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
 
 
 def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
-    """Return a name that no other folder and task have. It is equal on all machines with the folder at this path."""
+    """Return a name for a study that differs from the names of all other folders and tasks.
+
+    The name is equal on all machines on which the folder has this path.
+    """
     task = record["task"]
     fixed = {name: value for name, value in record.items() if name != "parallel"}
     whole = json.dumps([str(folder.path.absolute()), fixed], sort_keys=True)
@@ -303,7 +309,7 @@ def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
 
 
 def _difference(held: Any, wanted: Any, where: str = "") -> str:
-    """Return a description of the first difference between two plain structures."""
+    """Return a description of the first difference between two structures of plain data."""
     if isinstance(held, dict) and isinstance(wanted, dict):
         for key in [*held, *(k for k in wanted if k not in held)]:
             if held.get(key) != wanted.get(key):

@@ -1,4 +1,4 @@
-"""Trials and fixed trajectories, as they are stored in `result.json` and in the study.
+"""Defines the records of trials and fixed trajectories, which are stored in `result.json` and in the study.
 
 See docs/reference/result-folder.md.
 """
@@ -21,14 +21,17 @@ from tatamu.scene import Index, Points
 from tatamu.search import HIGH, LOW, Parameters, Proposal
 
 OWN_VALUES = ("objective", "trajectory_length")
-"""Names of the measures that failed trials also have."""
+"""Names of the measures that exist even if a trial failed."""
 
 
 class Scored(OpenRecord):
     """Base of records that contain the measures of a fold among their own fields."""
 
     objective: float | None = None
-    """Objective C = l_x + alpha D of Eq. (10) without disturbances, or a penalty if the fold failed."""
+    """Objective C of Eq. (10) without disturbances, or a penalty if the fold failed.
+
+    C = l_x + alpha D is the length of the hands' path plus the weighted distance of the cloth from its target.
+    """
     trajectory_length: float | None = None
     """Trajectory length l_x of Eq. (10) [m]."""
     score: Score | None = None
@@ -37,7 +40,7 @@ class Scored(OpenRecord):
     @model_validator(mode="before")
     @classmethod
     def _gather(cls, value: Any) -> Any:
-        """Combine the measures in a file to a score."""
+        """Combine the measures, which are separate fields in a file, to a score."""
         if not isinstance(value, dict) or "score" in value or value.get("state") == "failed":
             return value
         measures = {name: value[name] for name in MEASURES if value.get(name) is not None}
@@ -67,7 +70,7 @@ class Trial(Scored):
     seconds: float | None = None
     """Wall time of the trial [s]."""
     spacing: float | None = None
-    """Spacing of the mesh on which the trial ran [m]; None for the task's own mesh.
+    """Spacing of the mesh on which the trial ran [m]; None if the study has only one mesh.
 
     The shape distance D is a sum over vertices, so it is smaller on a coarse mesh. To make D comparable, D on a coarse
     mesh is multiplied by the number of vertices of the fine mesh and divided by the number of vertices of the coarse
@@ -77,19 +80,22 @@ class Trial(Scored):
 
     None if the trial was not stopped early."""
     expected_gain: float | None = None
-    """Expected improvement, as a fraction of the best objective; None if the search does not estimate it."""
+    """Improvement that the search expected of the trial, as a fraction of the best objective.
+
+    None if the search does not estimate improvements.
+    """
     worlds: int | None = None
     """Number of simulations with different disturbances; None if the study has no disturbances.
 
     The simulation without disturbances is counted."""
     expected_objective: float | None = None
-    """The minimised value, or a bound of this value if the trial was stopped early.
+    """The value that the search minimises, if it is not `objective`; None if the search minimises `objective`.
 
-    A trial is stopped early if it cannot become the best.
+    If the trial was stopped early because it could not become the best, this field is a bound of the value.
 
-    If `objective` is minimised, the field is None. With disturbances, the minimised value is a quantile or the mean
-    over simulations with different disturbances. The quantile equals C if the fold succeeds in most simulations, and is
-    larger otherwise. If the user gave an evaluator, the field contains the value of this evaluator.
+    With disturbances, the minimised value is a quantile or the mean over simulations with different disturbances. The
+    quantile equals the objective C if the fold succeeds in most simulations, and is larger otherwise. If the user gave
+    an evaluator, the minimised value comes from this evaluator.
     """
     hardest: list[Index] = Field(default_factory=list, exclude=True)
     """Numbers of the disturbed worlds in which the trial was simulated, hardest first.
@@ -179,13 +185,13 @@ class Baseline(Scored):
     state: Literal["complete", "failed"] = "complete"
     error: str | None = None
     seconds: float | None = None
-    """Wall time of its evaluation [s]."""
+    """Wall time of the evaluation of the trajectory [s]."""
     path: Points
     """Path of the left hand relative to its grasp, k points [m], shape (k, 3)."""
 
     @property
     def label(self) -> str:
-        """Name of the trajectory for readers."""
+        """Name of the trajectory as pages and tables show it."""
         return self.title or self.name
 
     @classmethod
