@@ -86,7 +86,7 @@ loop-closed: $(DEV)  ## hidden set-ups observed and corrected: the tables of doc
 	$(BIN)/python -m benchmarks.updates --write-docs
 
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
-	$(BIN)/python benchmarks/times.py --out runs/times --write-docs
+	$(BIN)/python -m benchmarks.times --out runs/times --write-docs
 
 folds: $(READY)  ## the figures of docs/notes/folds.md: T-shirt, trousers and towel in all their folds; hours
 	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs

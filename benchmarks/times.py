@@ -1,6 +1,6 @@
 """How long whole commands take, as ratios to one rollout of the same run: the table "times" of docs/notes/learning.md.
 
-    python benchmarks/times.py --out runs/times [--cases towel,tshirt,leg,disturbed,shop] [--seeds 1] [--one-mesh]
+    python -m benchmarks.times --out runs/times [--cases towel,tshirt,leg,disturbed,shop] [--seeds 1] [--one-mesh]
                                [--write-docs]
 
 Every command is a process of its own, one after the other, with compiled kernels there; its report and its three fixed
@@ -22,7 +22,7 @@ from statistics import median
 from time import perf_counter
 from typing import NamedTuple
 
-from tables import markdown, publish
+from benchmarks.tables import markdown, publish
 
 from tatamu.evaluation import Nominal
 from tatamu.files import read_json, write_json
