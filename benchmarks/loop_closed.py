@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from benchmarks.hidden import CASES, Case, Row, SetUp, Shifts, measured_rows
 from benchmarks.tables import markdown, publish
-from benchmarks.times import COMMAND, Used, timed
+from benchmarks.times import COMMAND, timed
 
 from tatamu.observation.correction import find_correction
 from tatamu.observation.posterior import Fold, posterior
@@ -88,15 +88,14 @@ def ratio(after: np.ndarray, before: np.ndarray) -> str:
     return f"{np.median(after) / np.median(before):.2f} ({low:.2f} to {high:.2f})"
 
 
-def fastest(words: Sequence[str], times: int) -> Used:
-    """Run a command several times, and return the least of its times."""
-    runs = [timed([*COMMAND, *words]) for _ in range(times)]
-    return Used(min(run.wall for run in runs), min(run.processor for run in runs))
+def least_time(words: Sequence[str], times: int) -> float:
+    """Run a command several times, and return the least of its processor times [s]."""
+    return min(timed([*COMMAND, *words]).processor for _ in range(times))
 
 
 def timed_commands(learned: Path) -> Iterator[dict[str, str]]:
-    """Yield the times of the commands on a fold whose draws are there, and how often the program could start."""
-    start = fastest(["--version"], 3)
+    """Yield the processor times of the commands on a fold whose draws are there, and as multiples of the start."""
+    start = least_time(["--version"], 3)
     with TemporaryDirectory() as folder:
         copy = str(copytree(learned, Path(folder) / "towel"))
         commands = {
@@ -105,12 +104,11 @@ def timed_commands(learned: Path) -> Iterator[dict[str, str]]:
             "learn --after": (["learn", "--after", copy, "--out", str(Path(folder) / "next")], 1),
         }
         for name, (words, times) in commands.items():
-            used = fastest(words, times)
+            seconds = least_time(words, times)
             yield {
                 "command": f"`tatamu {name}`",
-                "seconds": f"{used.wall:.1f}",
-                "processor seconds": f"{used.processor:.1f}",
-                "times `tatamu --version`": f"{used.processor / start.processor:.0f}",
+                "processor seconds": f"{seconds:.1f}",
+                "times `tatamu --version`": f"{seconds / start:.0f}",
             }
 
 

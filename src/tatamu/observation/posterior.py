@@ -28,10 +28,10 @@ from tatamu.observation.emulator import TAILS, Emulator
 from tatamu.observation.measured import Observation
 from tatamu.observation.sampling import sample
 
-WIDTH = 0.7
-"""Uncertainty of the deviations in a file: standard deviation of the logarithm of their error factor.
-
-It corresponds to a factor of two."""
+WIDTH = 1.0
+"""Uncertainty of the deviations in a file: standard deviation of the logarithm of their error factor."""
+NINETY = 3.29
+"""Width of the 90 % interval of a normal distribution, in its standard deviations."""
 UNSURE_DISTANCE = 0.003
 """Standard deviation of an emulated mean vertex distance [m]. It is used if a fold was observed as failed."""
 SET_UPS = 10_000
@@ -132,6 +132,8 @@ class Posterior:
     prior: Split
     members: np.ndarray
     """Equally probable sets of values of the systematic disturbances, shape (members, k)."""
+    factor: np.ndarray
+    """Factor of all deviations in the file for each member, shape (members, 1)."""
     effective: float
     """Effective number of members."""
     chances: tuple[float, ...]
@@ -156,8 +158,11 @@ class Posterior:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Posterior covariance of the systematic parts, shape (k, k)."""
-        return np.cov(self.members.T) if self.used else self.prior.systematic
+        """Posterior covariance of the systematic parts, shape (k, k). Its deviations are those of `_deviation`."""
+        if not self.used:
+            return self.prior.systematic
+        scale = _deviation(self.members) / np.maximum(self.members.std(axis=0), 1e-30)
+        return np.asarray(np.cov(self.members.T) * np.outer(scale, scale))
 
     @property
     def world(self) -> World:
@@ -175,17 +180,17 @@ class Posterior:
 
         The prior deviation contains the uncertainty of the deviations in the file.
         """
-        before, after = (
-            np.sqrt(np.diag(each)) for each in (np.exp(2.0 * WIDTH**2) * self.prior.systematic, self.covariance)
-        )
+        widened = _widening(np.exp(WIDTH * np.random.default_rng(1).standard_normal(self.factor.shape)))
+        before, after = (np.sqrt(np.diag(each)) for each in (widened**2 * self.prior.systematic, self.covariance))
         return [(name, float(b), float(a)) for name, b, a in zip(self.names, before, after, strict=True) if b]
 
     def untold(self, share: float = 0.9) -> list[str]:
-        """Return the disturbances about which the observations tell little.
+        """Return the disturbances about which the observations tell little, except for the factor of all deviations.
 
-        Their posterior deviation is at least the fraction `share` of their prior deviation.
+        Their posterior deviation is at least the fraction `share` of the deviation that follows from this factor alone.
         """
-        return [name for name, before, after in self.deviations if after >= share * before]
+        alone = dict(zip(self.names, _widening(self.factor) * np.sqrt(np.diag(self.prior.systematic)), strict=True))
+        return [name for name, _, after in self.deviations if after >= share * alone[name]]
 
     def alike(self, least: float = 0.4) -> list[Alike]:
         """Return pairs of disturbances that cannot be distinguished. The most correlated pair comes first."""
@@ -238,7 +243,23 @@ def posterior(disturbances: Disturbances, folds: Sequence[Fold], seed: int = 0) 
     used = [fold for fold, chance in zip(folds, chances, strict=True) if chance >= IMPLAUSIBLE]
     model = _Model(prior, used)
     drawn = sample(model.likelihood, model.dimensions, seed)
-    return Posterior(prior, model.systematic(drawn.members), drawn.effective, chances, disturbances)
+    members, factor = model.systematic(drawn.members), model.factor(drawn.members)
+    return Posterior(prior, members, factor, drawn.effective, chances, disturbances)
+
+
+def _deviation(members: np.ndarray) -> np.ndarray:
+    """Return the standard deviations of the normal distributions with the 90 % intervals of members, shape (k,).
+
+    The standard deviations of the members themselves depend on few very large values.
+    """
+    low, high = np.quantile(members, (0.05, 0.95), axis=0)
+    return np.asarray((high - low) / NINETY)
+
+
+def _widening(factor: np.ndarray) -> float:
+    """Return the `_deviation` of a normal error whose standard deviation is the factor, shape (members, 1)."""
+    errors = np.random.default_rng(0).standard_normal((len(factor), 25))
+    return float(_deviation((factor * errors).reshape(-1, 1))[0])
 
 
 class _Model:
@@ -259,16 +280,16 @@ class _Model:
     def systematic(self, members: np.ndarray) -> np.ndarray:
         """Return the k systematic disturbances of each member (one sample of all numbers), shape (members, k)."""
         drawn = members[:, : self._count] @ self._root.T
-        return np.asarray(self._prior.mean + self._factor(members) * drawn)
+        return np.asarray(self._prior.mean + self.factor(members) * drawn)
 
-    def _factor(self, members: np.ndarray) -> np.ndarray:
+    def factor(self, members: np.ndarray) -> np.ndarray:
         """Return the factor of the deviations for each member (one sample of all numbers), shape (members, 1)."""
         return np.asarray(np.exp(WIDTH * members[:, [self._count]]))
 
     def likelihood(self, members: np.ndarray) -> np.ndarray:
         """Return the logarithm of the likelihood of each member (one sample of all numbers), shape (members,)."""
         same = self.systematic(members)
-        deviations = self._factor(members) * np.sqrt(self._prior.random[self._new])
+        deviations = self.factor(members) * np.sqrt(self._prior.random[self._new])
         total = np.zeros(len(members))
         first = self._count + 1
         for number, fold in enumerate(self._folds):
