@@ -75,9 +75,9 @@ def make_dataset(
 
 
 def _check(specification: DatasetSpecification) -> list[LearnedFold]:
-    """Return the learned folds of a specification.
+    """Check that a dataset can be recorded and written, and return the learned folds of its specification.
 
-    An error is raised before any episode is recorded if the dataset cannot be recorded or written.
+    If the check fails, an error is raised before the first episode is recorded.
     """
     load_disturbances(specification.disturbances)
     needed("pyarrow")

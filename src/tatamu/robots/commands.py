@@ -2,8 +2,8 @@
 
     approach ─▶ close ─▶ fold ─▶ open ─▶ leave
 
-The robot is at rest before the jaws close, and again before the jaws open. At these times a program can wait for a
-person.
+The robot is at rest before the jaws close, and again before the jaws open. At these times, a program can wait until a
+person lets it continue.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from tatamu.robots.stage import stage
 def touches(
     robot: Robot, table_height: float, configurations: np.ndarray, limits: Mapping[str, float]
 ) -> dict[str, Distance]:
-    """Return the contact with the smallest distance for each kind of pair that comes nearer than its limit.
+    """Return the smallest distance of each kind of pair, only for kinds whose distance falls below their limit.
 
     Args:
         robot: The robot.

@@ -3,10 +3,10 @@
 A fold prescribes the position of a hand in three directions, and the orientation of the hand in three more. An arm with
 six or more joints can keep all six directions.
 
-An arm with five joints can keep only two directions of the orientation. These two directions belong to the axis along
-which the jaw opens. This axis stays at right angles to the edge of the cloth, and keeps the jaw's tilt. The arm may
-turn freely about this axis, in the plane of the finger pads. The cloth between the pads turns with the pads. If an arm
-had fewer than five joints, its jaw could not stay across the edge.
+An arm with five joints can keep only two directions of the orientation. With them, the arm controls the
+direction of the axis along which the jaw opens. This axis stays at right angles to the edge of the cloth, and keeps the
+jaw's tilt. The jaw may turn freely about this axis, in the plane of the finger pads. The cloth between the pads turns
+with the pads. If an arm had fewer than five joints, its jaw could not stay across the edge.
 """
 
 from __future__ import annotations

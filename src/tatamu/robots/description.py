@@ -52,7 +52,7 @@ class ArmDescription(Record):
     joints: list[str]
     """Names of the arm's joints in the model, from the base outwards."""
     link: str
-    """Body of the wrist: the body that the last joint moves, or a body fixed to that one."""
+    """Body of the wrist: the body that the last joint moves, or another body that is fixed to this body."""
     tool: Frame
     """Pose X_WT of the tool T in the wrist W. T is between the ends of the closed fingertips.
 
@@ -65,7 +65,7 @@ class ArmDescription(Record):
     acceleration: Numbers
     """Largest acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
-    """Joints whose `speed` is used although the model's own limit is lower."""
+    """Joints whose limit in `speed` is used even if the model's own limit is lower."""
     ros: RosNames = RosNames()
     """Names of the arm's controllers and joints in ROS."""
     lerobot: LeRobotNames = LeRobotNames()

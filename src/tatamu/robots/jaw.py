@@ -34,7 +34,7 @@ class Jaw(FingerSize):
     depth: Length = 0.011
     """Distance from the edge of the cloth to the place where the fingertips meet, at right angles to the edge [m]."""
     tilt: tuple[Angle, Angle] = (0.17, 1.05)
-    """Smallest and largest angle between the approach and straight down [rad]."""
+    """Smallest and largest angle from straight down to the direction of approach [rad]."""
     yaw: Angle = 1.05
     """Largest angle by which the jaw may turn about the vertical, towards the other hand [rad].
 

@@ -125,7 +125,7 @@ def _candidates(
     count = min(CANDIDATES, reach.good)
     if count == 0:
         refusals.append(out_of_reach(robot, hands, reach))
-        count = int(reach.reached[:, 0].min() == len(reach.times))  # planned anyway; the plan reports what touches
+        count = int(reach.reached[:, 0].min() == len(reach.times))  # if the arms reach all points, one is planned
     return [
         (PlacedFold(robot, hands, placement, holds, folder), reach)
         for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]

@@ -106,9 +106,12 @@ class JawFile(OpenRecord):
     """The grasp of the cloth's edge by one hand."""
 
     tilt: float
-    """Angle between the approach and straight down [rad]."""
+    """Angle from straight down to the direction of approach [rad]."""
     yaw: float
-    """Angle about the vertical between the jaw's plane and the plane at right angles to the edge of the cloth [rad]."""
+    """Rotation of the jaw about the vertical [rad].
+
+    At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
+    """
     opening: float = Field(ge=0)
     """Distance between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
@@ -158,7 +161,7 @@ class PlanFile(OpenRecord):
     trunk_turning: float = 0.0
     """Fraction by which the trunk turns towards the middle between the hands, from 0 to 1.
 
-    At 1, it faces this middle.
+    At 1, the trunk faces this middle.
     """
     tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
     """Pose of the simulated hand in each arm's wrist, shape (4, 4). The simulated hand grips the edge of the cloth."""
@@ -177,8 +180,8 @@ class PlanFile(OpenRecord):
     hover: float = Field(0.0, ge=0)
     """Height by which the whole motion is raised above the motion that folds [m].
 
-    At the height 0, the motion folds the cloth. Above 0, it only shows the fold: the jaws stay open and there are no
-    events.
+    At the height 0, the motion folds the cloth. Above 0, the motion only shows the fold: the jaws stay open and there
+    are no events.
     """
     stages: list[StageTime] = Field(default_factory=list)
     checks: dict[str, PlanCheck] = Field(default_factory=dict)
