@@ -73,7 +73,7 @@ def describe(error: ValidationError) -> str:
     if first["type"] == "literal_error":
         message = f"must be {first['ctx']['expected']}".replace("'", "")
     given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
-    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # not those that contain it
+    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # without its parents
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
 
 

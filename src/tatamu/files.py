@@ -29,7 +29,7 @@ from tatamu.errors import InputError, UnavailableError, describe
 Model = TypeVar("Model", bound=BaseModel)
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Error numbers of a disk that is full or cannot be written."""
+"""Error numbers of the operating system that mean that a disk is full or cannot be written."""
 MIB = 1 << 20
 LARGEST_TEXT = 32 * MIB
 """Largest size of text and JSON files [bytes]. It is three times the size of a large garment's mesh."""
@@ -166,7 +166,7 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
 
 @contextmanager
 def foreign(path: Path, what: str) -> Iterator[None]:
-    """Run a library's reader in a context. Any error becomes one line, and the library's output is suppressed.
+    """Guard a `with` statement in which a library reads a file. Any error becomes one line, and output is suppressed.
 
     Args:
         path: Path of the file to read.

@@ -27,7 +27,7 @@ KEPT = 256_000_000
 """Largest total size of the shared arguments that are kept on the workers for later calls [bytes]. An argument that is
 in use is always kept."""
 PLAIN = (str, bytes, int, float, bool, type(None))
-"""Types of arguments that are never shared."""
+"""Types of arguments that are sent with each call, and are never shared by calls."""
 
 
 class SharedArguments:

@@ -97,7 +97,7 @@ def record_episode(recorder: Recorder, number: int) -> Episode:
     """Record an episode. The same arguments give the same bytes in every process.
 
     Args:
-        recorder: Everything that is needed to record an episode, except its number.
+        recorder: Everything that is needed to record an episode, except the number of the episode.
         number: Number of the episode, from 0.
 
     Raises:

@@ -113,7 +113,7 @@ class DatasetFolder:
         return _read_record(self.file)
 
     def locked(self) -> AbstractContextManager[object]:
-        """Lock the folder for this process, while the context lasts.
+        """Lock the folder for this process, until the `with` statement ends.
 
         Raises:
             InputError: If another process writes a dataset here, or the folder cannot be written.

@@ -49,7 +49,7 @@ def make_dataset(
     Args:
         specification: The specification, or its file.
         out: Folder of the dataset.
-        executor: Executor that records the episodes; None for threads on every processor.
+        executor: Executor that records the episodes; None for threads of this process, one for each processor.
         progress: Function that is called after every episode.
 
     Raises:

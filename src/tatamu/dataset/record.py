@@ -20,7 +20,7 @@ class EpisodeRecord(Subject):
     task: str
     """The task as text."""
     source: str
-    """"drawn" for a randomly drawn fold, or the folder of the learned fold."""
+    """Source of the fold: the word "drawn" for a randomly drawn fold, or the folder of a learned fold."""
     parameters: dict[str, float]
     """Parameters x1, z1, x2, z2 [m], g1 and g2 of the hands' curve, Eq. (9)."""
     world: dict[str, float]

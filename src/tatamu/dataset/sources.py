@@ -26,7 +26,7 @@ MOST_RUNS = 10_000
 class DrawnFold:
     """A fold before its garment is made.
 
-    It has the names of garment, plan and material, and the random numbers for the curve of the hands.
+    It contains the names of the garment, the plan and the material, and the random numbers for the hands' curve.
     """
 
     source: str

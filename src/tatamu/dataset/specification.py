@@ -60,9 +60,9 @@ class FoldDraw(Record):
 
     source: Literal["drawn", "learned", "sweep"] = "drawn"
     plan: Names = "half"
-    """Name or file of a fold plan, whose first step is folded. Only for randomly drawn folds."""
+    """Name or file of a fold plan, whose first step is folded. Used only for randomly drawn folds."""
     hands: Literal[1, 2] | None = None
-    """Number of hands that fold; None for the plan's number. Only for randomly drawn folds."""
+    """Number of hands that fold; None for the number in the fold plan. Used only for randomly drawn folds."""
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
     """Largest difference of each curve parameter from the middle curve, as a fraction of the search space.
 

@@ -53,7 +53,7 @@ def extend(extents: dict[str, Extent], episode: Episode) -> None:
 
 
 class StateWriter:
-    """A Zarr group that is being written. It writes each shard only once."""
+    """A Zarr group that is being written. Each shard, a file with several episodes, is written only once."""
 
     def __init__(self, root: Path, count: int, extents: Mapping[str, Extent], about: Mapping[str, Any]) -> None:
         """Create the arrays of the group.

@@ -1,4 +1,4 @@
-"""Cameras with names. They make small pictures of cloth and hands for policies, and are fast."""
+"""Named cameras that quickly make small pictures of cloth and hands, from which a policy learns."""
 
 from __future__ import annotations
 

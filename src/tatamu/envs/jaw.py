@@ -24,11 +24,11 @@ class HandsOptions:
     If it is smaller than 0.6 times the spacing of the mesh, 0.6 times this spacing is used instead.
     """
     beside: float = 0.25
-    """Largest horizontal distance from a hand outside the flat cloth to the cloth [m]."""
+    """Largest horizontal distance of a hand from the area of the flat cloth [m]."""
     highest: float = 0.6
     """Largest height of the hands [m]."""
     calm: float = 0.02
-    """Largest mean speed of the cloth at which a fold may count as successful [m/s]."""
+    """Limit for the mean speed of the cloth [m/s]. A fold can count as successful only below this limit."""
     torn: float = -1.0
     """Reward of a step whose simulation fails because the cloth tears or flies away. The step ends the episode."""
 

@@ -8,7 +8,7 @@ Each of the following sources is given with the data that were read from it.
 
 [PANDA]  example-robot-data 6.0.0, panda_description/urdf/panda.urdf: joints, limits, masses, boxes of its meshes
 [FR3]    Franka Robotics, Robot and interface specifications, limits for Franka Research 3
-         (frankarobotics.github.io/docs/control_parameters.html); links and joint positions are Panda's
+         (frankarobotics.github.io/docs/control_parameters.html); links and joint positions are the same as in [PANDA]
 [UR]     Universal Robots, Parameters for calculations of kinematics and dynamics: Denavit-Hartenberg parameters, masses
 [UR-M]   robosuite 1.5.2, robots/ur5e/robot.xml: ranges, boxes of its collision meshes
 [XARM]   example-robot-data 6.0.0, xarm_description/urdf/xarm7.urdf: joints, limits, masses
@@ -22,8 +22,8 @@ Each of the following sources is given with the data that were read from it.
 
 The sizes of the fingertips and their sources are in `tatamu.folding.fingers`.
 
-Plans accelerate by at most 5 rad/s^2. This limit is below Franka's own limits: 7.5 for Panda, 10 for FR3. MoveIt's
-configurations of UR arms have limits from 5 to 10. No published limit of UFACTORY's xArm was found.
+In plans, joints accelerate by at most 5 rad/s^2. This limit is below Franka's own limits: 7.5 for Panda, 10 for FR3.
+MoveIt's configurations of UR arms have limits from 5 to 10. No published limit of UFACTORY's xArm was found.
 
 The boxes come from `python -m benchmarks.link_boxes`. Their faces are moved outwards to whole millimetres.
 """

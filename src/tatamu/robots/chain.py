@@ -176,7 +176,7 @@ class Chain:
 
     @property
     def turns_freely(self) -> bool:
-        """Whether the tool may turn about the jaw's opening axis, because the arm has too few joints to prevent it."""
+        """Whether the arm has too few joints to control the rotation of the tool about the jaw's opening axis."""
         return demand.turns_freely(len(self.axes))
 
     @property

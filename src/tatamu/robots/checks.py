@@ -1,6 +1,6 @@
 """Checks that a plan must pass before it is written.
 
-A check has a value, its limit, and the time of the worst value.
+A check has the worst value during the motion, the limit of this value, and the time at which the worst value occurs.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ class Checks:
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
-        """Check the speed of the tools. It must not exceed the speed of the simulated hands."""
+        """Check that the tools are never faster than the highest speed of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)

@@ -81,8 +81,8 @@ class Clearance:
     def set_table(self, height: float) -> None:
         """Move the table top to a height in the base B [m].
 
-        An obstacle that is completely below the table top counts as a part of the table: a floor, or the model's own
-        table.
+        An obstacle that is completely below the table top, such as a floor or the model's own table, counts as a part
+        of the table.
         """
         top = self._data.body(self._base).xpos[2] + height
         self.model.geom_pos[self._table][2] = top - self.model.geom_size[self._table][2]
@@ -145,7 +145,7 @@ class Clearance:
     def _bounds(self, pairs: np.ndarray) -> np.ndarray:
         """Return a lower bound of the distance of each of n pairs [m], shape (n,).
 
-        Only the second shape of a pair may be a plane.
+        Only the second shape of a pair can be a plane.
         """
         first, second = pairs.T
         between = self._data.geom_xpos[first] - self._data.geom_xpos[second]

@@ -21,7 +21,7 @@ EVERY = 20
 
 
 def simulated_cloth(task: PlacedFold) -> Rollout | None:
-    """Return the simulated motion of the cloth in the learned fold; None if the folder does not contain it."""
+    """Return the simulated motion of the cloth in the learned fold; None if the fold's folder has no such motion."""
     folder = ResultFolder(task.source)
     return folder.rollout if folder.rollout_file.is_file() else None
 

@@ -1,4 +1,4 @@
-"""Commands to the grippers, and the times at which a program that plays a plan may stop.
+"""Commands to the grippers, and the times at which a program that plays a plan can stop.
 
     approach ─▶ close ─▶ fold ─▶ open ─▶ leave
 
@@ -17,7 +17,7 @@ SHUT = 0.0
 
 
 def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
-    """Return the parts of a motion. A program that plays the motion may stop between two parts."""
+    """Return the parts of a motion. A program that plays the motion can stop between two parts."""
     closing, opening = motion.part("close"), motion.part("open")
     end = max(part.start + part.timed.duration for part in motion.parts)
     spans = (

@@ -1,4 +1,7 @@
-"""A constraint on learned folds: the robot must be able to do them. Its value is negative if the robot cannot."""
+"""A constraint on learned folds: the robot must be able to do them.
+
+The value of the constraint is negative if the robot cannot do a fold.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,9 @@ class ReachConstraint:
         self._known: list[tuple[Robot, Placement]] = []
 
     def __call__(self, manipulation: Manipulation) -> float:
-        """Return the quality of the best placement of a fold: from 0 (just possible) to 1, or negative if impossible.
+        """Return the quality of a fold's best placement.
+
+        The quality is from 0 (just possible) to 1. It is negative if the robot cannot do the fold.
 
         Args:
             manipulation: The hands' paths, on Bezier curves.

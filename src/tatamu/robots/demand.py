@@ -22,14 +22,14 @@ OPENING = 1
 
 
 def turns_freely(joints: int) -> bool:
-    """Return whether an arm with this number of joints may turn its tool about the jaw's opening axis."""
+    """Return whether an arm has too few joints to control the rotation of its tool about the jaw's opening axis."""
     return joints < ALL
 
 
 def weights(joints: int) -> np.ndarray:
     """Return the weights of rotations about the axes of the tool T, shape (3,).
 
-    The weight is 1 if the arm controls the rotation about this axis, and 0 if not.
+    The weight is 1 if an arm with this number of joints controls the rotation about an axis, and 0 if not.
     """
     counted = np.ones(3)
     if turns_freely(joints):

@@ -107,7 +107,7 @@ class Description(Record):
     model: str | None = None
     """URDF or MJCF file of the whole robot, relative to the description."""
     base: str = "world"
-    """Body whose frame plans are written in. It must not move."""
+    """Body in whose frame plans are written. This body must not move."""
     table_heights: tuple[Length, Length] = (0.0, 0.0)
     """Lowest and highest table top that may be chosen, in the base [m]."""
     lerobot_type: str = ""
@@ -119,7 +119,7 @@ class Description(Record):
     standing: dict[str, float] = Field(default_factory=dict)
     """Positions of joints outside the arms [rad, m], by their names in the model of the whole robot."""
     disturbances: str | dict[str, Any] | None = None
-    """Disturbances of this robot: a file relative to the description, or the contents of a disturbances file."""
+    """Disturbances of this robot: path of a file, relative to the description, or the contents of such a file."""
     larm: ArmDescription
     rarm: ArmDescription
 

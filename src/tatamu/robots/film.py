@@ -33,7 +33,7 @@ SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
 
 
 def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | None:
-    """Write the GIF. Return None, or the reason if this machine cannot draw.
+    """Write the GIF, and return None. If this machine cannot draw, return the reason instead.
 
     MuJoCo draws with OpenGL. The environment variable MUJOCO_GL selects the variant of OpenGL.
     """

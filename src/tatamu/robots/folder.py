@@ -30,7 +30,7 @@ from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.version import __version__
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
-"""Files of the learned fold that a plan contains. All files except the first may be missing."""
+"""Files of the learned fold that a plan contains. All files except the first can be missing."""
 
 
 def check_out(out: Path) -> None:

@@ -22,7 +22,7 @@ class RosNames(Record):
     gripper: Name | None = None
     """Controller of the gripper; None if its name is `larm_gripper` or `rarm_gripper`."""
     joints: list[str] | None = None
-    """Names of the joints in the messages, from the base outwards; None if the names are those in the plan."""
+    """Names of the joints in the messages, from the base outwards; None if they are the same as in the plan."""
 
 
 class LeRobotNames(Record):

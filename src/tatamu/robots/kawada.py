@@ -124,7 +124,7 @@ def _spec(rows: tuple[facts.Joint, ...], fingertip: float) -> Any:
 
 
 def _left(name: str) -> tuple[str, float]:
-    """Return the name of the left arm's matching link, and the sign that mirrors y."""
+    """Return the name of the link whose numbers are listed, and the factor of y, which is -1 for the right arm."""
     return (f"L{name[1:]}", -1.0) if name.startswith("RARM") else (name, 1.0)
 
 

@@ -69,7 +69,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class StartPose:
-    """A pose in which motions may start, with the name that the robot's own software gives it."""
+    """A pose in which motions can start, and the name of this pose."""
 
     name: str
     larm: np.ndarray
@@ -97,7 +97,7 @@ class Robot:
     trunk_acceleration: float
     """Limit of the trunk's acceleration in plans [rad/s^2]."""
     poses: tuple[StartPose, ...]
-    """Poses from which motions may start, the usual pose first.
+    """Poses in which motions can start, the usual pose first.
 
     The field `initial` of the arms is one of these poses.
     """
@@ -127,8 +127,8 @@ class Robot:
     def with_hands(self, hands: int) -> tuple[Robot, ...]:
         """Return the robot as it can fold with this number of hands.
 
-        For two hands, both arms fold. For one hand, the robot is returned twice: each arm folds alone in one of the
-        two.
+        For two hands, one robot is returned, whose arms both fold. For one hand, two robots are returned: the left arm
+        of the first robot and the right arm of the second robot fold alone.
         """
         return (self,) if hands == 2 else tuple(replace(self, alone=arm.name) for arm in self.arms)
 
@@ -212,7 +212,7 @@ class Robot:
     def planned(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest speeds [rad/s] and accelerations [rad/s^2] in plans.
 
-        Both have one value for each of the nq joints.
+        Both arrays have one value for each of the nq joints.
         """
         speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
         for arm in self.arms:

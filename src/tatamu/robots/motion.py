@@ -35,11 +35,14 @@ class Pace(Record):
     """Speeds [m/s] and waiting times [s] of a motion."""
 
     lead: float = Field(3.0, ge=0.1)
-    """Time of rest at the start. A robot that is not exactly at its initial pose moves there during this time."""
+    """Time of rest at the start [s]. A robot that is not exactly at its initial pose moves there during this time."""
     closing: float = Field(1.0, ge=0.0)
-    """Time in which the fingers close."""
+    """Time in which the fingers close [s]."""
     opening: float = Field(1.5, ge=0.0)
-    """Time in which the fingers open. They open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
+    """Time in which the fingers open [s].
+
+    The fingers open slowly, so that the cloth keeps its shape (paper, section VI-C).
+    """
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
     speed_scale: float = Field(1.0, ge=0.05, le=1.0)

@@ -93,7 +93,7 @@ def _apart(fold: Refold | None) -> list[Chart]:
 
 
 def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
-    """Return the viewer's data over the whole motion.
+    """Return the data with which the page's viewer shows the whole motion.
 
     The cloth and the hands are in the fold's frame. The robot's links are boxes.
     """

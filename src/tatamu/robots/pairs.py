@@ -4,7 +4,8 @@ These kinds of pairs are compared:
 
 - *between arms*: every shape of one arm with every shape of the other arm.
 - *within an arm*: shapes with three or more of the arm's joints between them.
-- *to the trunk*: the body that carries the arm, and bodies fixed to it, with all links after the arm's second joint.
+- *to the trunk*: the body that carries the arm, and bodies fixed to this body, with all links that at least three of
+  the arm's joints move.
 - *to obstacles*: every link with everything else that does not move: walls, floors, furniture, and the other arm's
   foot.
 - *to the table*: the table of the plan with every link except the fingers.

@@ -179,7 +179,7 @@ class Paths:
         return tools
 
     def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the motion down to the table next to the edge of the cloth, along the tool's axis."""
+        """Return the motion along the tool's axis down to the table, next to the edge of the cloth."""
         s = np.linspace(0, LIFT, 7)
         return self._line(time, s, self._beside(time, np.full(len(s), UNDER), LIFT - s), start, 0.0)
 

@@ -41,7 +41,7 @@ class RobotPlan:
     motion: Motion
     checks: dict[str, PlanCheck]
     reach: PlacementRanking | None
-    """Result of the search for placements; None if the placement was given."""
+    """Result of the search for placements; None if the user gave the placement."""
 
     @property
     def via_times(self) -> np.ndarray:
@@ -60,7 +60,7 @@ class RobotPlan:
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """The parts of the motion. A program that plays the motion may stop between two parts."""
+        """The parts of the motion. A program that plays the motion can stop between two parts."""
         return segments(self.motion, self.task.hover)
 
 

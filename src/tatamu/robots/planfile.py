@@ -55,7 +55,7 @@ class GripperCommand(OpenRecord):
 
 
 class Segment(OpenRecord):
-    """A part of the motion that starts and ends at rest. A program that plays the motion may pause after this part."""
+    """A part of the motion that starts and ends at rest. A program that plays the motion can pause after this part."""
 
     name: Literal["approach", "fold", "leave"]
     start: float = Field(ge=0)
@@ -87,7 +87,7 @@ class PlanCheck(OpenRecord):
     unit: str
     ok: bool
     where: str = ""
-    """Text with the joint or the links, and the time, of the worst value."""
+    """Text that names the joint or the links with the worst value, and the time of this value."""
     frame: int = 0
     """Number of the simulation's frame in which the worst value occurs.
 
@@ -115,7 +115,7 @@ class JawFile(OpenRecord):
     opening: float = Field(ge=0)
     """Distance between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
-    """Thickness of one finger at its tip, along the opening [m]."""
+    """Thickness of one finger at its tip, in the direction in which the jaw opens [m]."""
     width: float = Field(0.03, gt=0, le=0.15)
     """Width of one finger along the edge of the cloth [m]."""
     length: float = Field(0.02, ge=0.005, le=0.2)

@@ -106,7 +106,8 @@ def _arms(plan: PlanFile) -> tuple[str, ...]:
 def _check_events(path: Path, plan: PlanFile) -> None:
     """Raise an error if a hand of the plan does not close exactly once and open exactly once.
 
-    A plan that only hovers above the table has no such events. It must have three segments.
+    A plan that only hovers above the table has no such events. Instead, it must have the segments approach, fold and
+    leave.
     """
     if plan.hover:
         if [segment.name for segment in plan.segments] != ["approach", "fold", "leave"]:

@@ -52,7 +52,7 @@ class Mount:
 
 
 def side_by_side(y: float) -> Mount:
-    """Return a mount with feet at the distance 2 y, both facing the table."""
+    """Return a mount with arms side by side, which both face the table. Their feet are 2 y apart."""
     return Mount(0.0, y, 0.0, 0.15)
 
 

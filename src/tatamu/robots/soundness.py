@@ -5,7 +5,7 @@
 - The arms must be able to move in every direction that a fold needs.
 - `Chain`, with which plans are computed, and MuJoCo must have the same kinematics.
 
-These checks use random configurations from the joints' whole ranges, with a fixed seed.
+The last three checks use random configurations from the joints' whole ranges, with a fixed seed.
 """
 
 from __future__ import annotations
