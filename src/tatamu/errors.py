@@ -3,7 +3,7 @@
 TatamuError
 ├── InputError              a file, an option or a scene is wrong; the command line exits with the code 2
 │   └── UnavailableError    a scheduler, a database or a disk does not answer; finished work is kept
-└── SimulationError         a simulation failed: the cloth stretched too far, was too fast, or had a number not finite
+└── SimulationError         a simulation failed: the cloth stretched too far, was too fast, or had no finite position
     ├── SceneError          no simulation of this scene can succeed; this class is also an InputError
     └── WorkerKilledError   a computation killed its processes repeatedly
 """

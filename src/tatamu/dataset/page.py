@@ -30,7 +30,7 @@ UNITS = {
     "slip": (1e3, "slip [mm]"),
     "residual_bend": (1e3, "residual bend [mm]"),
 }
-"""Factor and title of each measure on the page. The factor converts the measure from SI units to the title's unit."""
+"""Factor and title of each measure on the page. The factor converts the measure to the unit in the title."""
 
 
 def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Sequence[np.ndarray]) -> str:

@@ -37,7 +37,7 @@ class DrawnFold:
     At -1 and 1, a parameter has the largest difference that the specification's `spread` allows.
     """
     middle: Parameters | None = None
-    """Parameters of the middle curve, near which the hands' curve is drawn.
+    """Parameters of the middle curve. The hands' curve is chosen at random near the middle curve.
 
     They are the parameters of the learned fold. None if the middle curve is the default curve, an arch.
     """

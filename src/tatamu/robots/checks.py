@@ -53,8 +53,8 @@ TURN_ERROR = 5e-3
 SLOWEST = 5.0
 """Largest ratio of the fold's duration on the robot to its simulated duration.
 
-A slower motion would make another fold than the simulated fold. If the user asks for a slower plan, this limit is
-divided by the speed scale.
+A slower motion would make another fold than the simulated fold. If the user asks for a slower plan, for
+example at half the speed, the limit is raised accordingly.
 """
 
 
@@ -156,7 +156,7 @@ class Checks:
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _grasps(self) -> dict[str, PlanCheck]:
-        """Check how the hands grasp the edges of the cloth. Of two hands, the worse value is checked."""
+        """Check how the hands grasp the edges of the cloth. If two hands fold, the worse value is checked."""
         row, takes = grasp.takes(self._task, self._motion, self._tools)
 
         def worst(

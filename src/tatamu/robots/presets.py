@@ -2,7 +2,7 @@
 
 In some pairs, the arms face each other across the cloth. In others, they stand side by side.
 
-A mount is the positions of the arms' feet. For each pair, several mounts were compared, and the mount with which the
+A mount gives the positions of the arms' feet. For each pair, several mounts were compared, and the mount with which the
 pair can do the most folds was chosen.
 
 The origin of the base B is on the table, in the middle between both feet. The x axis is the direction of the fold, and

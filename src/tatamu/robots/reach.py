@@ -36,7 +36,7 @@ does not improve the quality of the motion.
 ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
 """Kinds of distances that depend on one arm alone."""
 TABLE_ROOM = 0.01
-"""Smallest allowed distance between a table and the robot above it at its initial pose [m]."""
+"""Smallest allowed distance between the table and the robot, which is above the table in its initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
 """Additional poses that are tested between the initial pose and the fold, as fractions of the way to the fold."""
 REFINED = 2
@@ -145,7 +145,7 @@ def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: b
 def _keep_clear(
     robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the distances between shapes for the most promising placements, and lower their quality accordingly.
+    """Lower the quality of promising placements if the arms come near each other, themselves or an obstacle.
 
     Returns:
         Two arrays for n placements: the quality, which now depends on the distances, shape (n,), and the number of the
