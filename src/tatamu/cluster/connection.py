@@ -1,4 +1,4 @@
-"""Connects to a scheduler that runs elsewhere, or starts worker processes that end with the program."""
+"""Connects to a scheduler that is already running, or starts a scheduler with processes that end with the program."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SETTINGS: dict[str, Any] = {
     "distributed.scheduler.allowed-failures": KILLED_WORKERS - 1,
     "distributed.comm.retry.count": 2,
     "distributed.worker.profile.enabled": False,  # profiling takes 1 % of a core
-    "distributed.admin.tick.interval": "1s",  # the default is fifty ticks a second, also in each nanny
+    "distributed.admin.tick.interval": "1s",  # the default is fifty ticks a second in every Dask process
     "distributed.deploy.lost-worker-timeout": "1 day",  # with less, a worker that dies twice in 15 s is not restarted
 }
 
@@ -75,7 +75,7 @@ def connected(address: str) -> Iterator[DaskExecutor]:
 
 
 def _configure() -> None:
-    """Import Dask with `SETTINGS`, which suppress its log messages."""
+    """Import Dask with the configuration `SETTINGS`, which also suppresses Dask's log messages."""
     try:
         import dask
     except ImportError:
@@ -140,7 +140,9 @@ def _opened(to: Any, name: str) -> Iterator[distributed.Client]:
 
 
 def refuse_other_versions(client: distributed.Client, name: str) -> None:
-    """Compare the versions of packages on all workers with the versions here. If processors differ, print a line.
+    """Compare the versions of packages on all workers with the versions in this process.
+
+    If the kinds of processors differ, a warning is printed.
 
     Raises:
         InputError: If a version differs.

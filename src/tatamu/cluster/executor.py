@@ -102,7 +102,7 @@ class DaskExecutor(Executor):
         self._send()
 
     def _send(self) -> None:
-        """Send waiting calls until each thread of the workers has its number of calls."""
+        """Send waiting calls until each thread of the workers has CALLS_PER_THREAD calls, or no call waits."""
         with self._lock:
             while self._waiting and len(self._away) < self._room:
                 call = self._waiting.popleft()

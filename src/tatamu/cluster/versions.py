@@ -22,15 +22,15 @@ Versions = Mapping[str, str]
 
 @cache
 def versions() -> Versions:
-    """Return the versions in this process, by name."""
+    """Return the versions of Python, of tatamu and of the packages in this process, by their names."""
     found = {"Python": platform.python_version(), "tatamu": f"{__version__} ({source_digest()})"}
     return found | {name: _version(name) for name in COMPUTING}
 
 
 def difference(there: Versions) -> str | None:
-    """Compare the versions of another process with the versions here.
+    """Compare the versions of another process with the versions in this process.
 
-    The result is a text on the first difference; None if all versions are equal.
+    Return a text that describes the first difference. Return None if all versions are equal.
     """
     for name, here in versions().items():
         if there.get(name) != here:

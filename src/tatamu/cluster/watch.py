@@ -28,14 +28,14 @@ class Patience:
     """Limits of the time that a call may take."""
 
     first: float = 1800.0
-    """Limit of the time of a call, until the first call has ended [s].
+    """Limit of the time of a call as long as no call has ended [s].
 
-    It is long because the first call includes a compilation.
+    This limit is long because the first call includes a compilation.
     """
     least: float = 60.0
-    """Least limit [s], which applies even if all calls are short."""
+    """Smallest limit of the time of a call [s]. It applies even if all finished calls were short."""
     factor: float = 10.0
-    """Ratio of the limit to the longest time of a finished call."""
+    """Ratio of a call's time limit to the longest time of a finished call."""
 
     def limit(self, longest: float | None) -> float:
         """Return the limit of the time of a call [s]; `longest` is the longest time of a finished call [s]."""

@@ -1,7 +1,8 @@
-"""The arms of a robot that lead the hands. States and actions are joint angles, under LeRobot's names.
+"""The arms of a robot that fold in a dataset. States and actions are joint angles, under LeRobot's names.
 
-F is the fold's frame, B the robot's base, and T the tool. An action contains a target for every joint [rad] and every
-gripper (1 is open, 0 is closed). The positions of the hands are computed from the joint angles, by forward kinematics.
+F is the frame of the fold, B is the frame of the robot's base, and T is the frame of the tool. An action contains a
+target for every joint [rad] and every gripper (1 is open, 0 is closed). The positions of the hands are computed from
+the joint angles, by forward kinematics.
 """
 
 from __future__ import annotations
@@ -29,9 +30,12 @@ from tatamu.robots.pose import pose
 from tatamu.robots.reach import DISTANCES, best_placements, search, table_heights
 
 REACHED = 1e-5
-"""Error below which a tool pose counts as reached [m]. Rotations [rad] are multiplied by LENGTH."""
+"""Error below which a tool pose counts as reached [m].
+
+Rotation errors [rad] are converted to metres by the factor `chain.LENGTH` [m per rad].
+"""
 ROUNDS = 4
-"""Largest number of times that a motion is slowed down until no joint is too fast."""
+"""Largest number of times that a motion is slowed down. A motion is slowed down until no joint is too fast."""
 
 
 class OutOfReachError(TatamuError):
@@ -45,15 +49,18 @@ class Stand(OpenRecord):
     place: list[float]
     """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base.
 
-    The last number tells how far the trunk turns towards the hands, as a fraction from 0 to 1.
+    A fifth number tells how far the trunk turns towards the hands, as a fraction from 0 to 1.
     """
     holds: list[tuple[float, float, bool]]
-    """Orientation of the left and of the right tool: tilt [rad], yaw [rad], and whether the two fingers have changed
-    sides.
+    """Orientation of the left tool and of the right tool.
+
+    The orientation has a tilt [rad], a yaw [rad], and a flag that is true if the two fingers have changed sides.
     """
     grips: list[tuple[float, float]]
-    """Two numbers for each hand: the direction in which it folds, as an angle about z [rad], and the height of its
-    grasp [m].
+    """Two numbers for each hand.
+
+    The first number is the direction in which the hand folds, as an angle about z [rad]. The second number is the
+    height of the hand's grasp [m].
     """
 
 
@@ -161,7 +168,7 @@ class Arms:
         return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
 
     def opened(self, state: np.ndarray) -> np.ndarray:
-        """Return the same state with open grippers, shape (k,)."""
+        """Return a copy of a state of the robot in which all grippers are open, shape (k,)."""
         left, right = (len(arm.joints) for arm in self.robot.arms)
         found = state.copy()
         found[[left, left + 1 + right]] = 1.0

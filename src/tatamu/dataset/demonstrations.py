@@ -29,8 +29,9 @@ def start_writer(
         root: Folder of the LeRobotDataset.
         specification: The specification of the dataset.
         stand: The robot, and the placement of the fold; None for floating hands.
-        first: Any episode, which shows the sizes of the arrays.
-        key_points: Number of key points of every garment; None if the garments have different numbers.
+        first: Any episode of the dataset, from which the sizes of the arrays are read.
+        key_points: Number of key points, such as corners, of every garment. None if the garments have different
+            numbers of key points.
 
     Raises:
         InputError: If a package or an encoder is missing, or the folder cannot be written.

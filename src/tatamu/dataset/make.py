@@ -49,7 +49,7 @@ def make_dataset(
     Args:
         specification: The specification, or its file.
         out: Folder of the dataset.
-        executor: Executor that records the episodes; None for threads on every processor.
+        executor: Executor that records the episodes; None for threads of this process, one for each processor.
         progress: Function that is called after every episode.
 
     Raises:
@@ -75,9 +75,9 @@ def make_dataset(
 
 
 def _check(specification: DatasetSpecification) -> list[LearnedFold]:
-    """Return the learned folds of a specification.
+    """Check that a dataset can be recorded and written, and return the learned folds of its specification.
 
-    An error is raised before any episode is recorded if the dataset cannot be recorded or written.
+    If the check fails, an error is raised before the first episode is recorded.
     """
     load_disturbances(specification.disturbances)
     needed("pyarrow")

@@ -30,7 +30,7 @@ UNITS = {
     "slip": (1e3, "slip [mm]"),
     "residual_bend": (1e3, "residual bend [mm]"),
 }
-"""Factor and title of each measure on the page."""
+"""Factor and title of each measure on the page. The factor converts the measure to the unit in the title."""
 
 
 def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Sequence[np.ndarray]) -> str:
@@ -137,7 +137,7 @@ def _distances(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _paths(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return a chart of the two parts of the objective, Eq. (10): a dot for each episode."""
+    """Return a chart with a dot for each episode. The axes are the two parts of the objective, Eq. (10)."""
     clouds = []
     for succeeds, colour, name in ((True, "@plot", "succeeds"), (False, "@warm", "fails")):
         own = [record for record in records[:MOST_POINTS] if record.success == succeeds]

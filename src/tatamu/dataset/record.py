@@ -16,15 +16,15 @@ class EpisodeRecord(Subject):
     episode: int
     """Number of the episode, from 0."""
     fold: int
-    """Number of the fold. Several episodes may have the same fold."""
+    """Number of the fold. Several episodes can have the same fold."""
     task: str
     """The task as text."""
     source: str
-    """"drawn" for a randomly drawn fold, or the folder of the learned fold."""
+    """Source of the fold: the word "drawn" for a randomly drawn fold, or the folder of a learned fold."""
     parameters: dict[str, float]
-    """Parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9)."""
+    """Parameters x1, z1, x2, z2 [m], g1 and g2 of the hands' curve, Eq. (9)."""
     world: dict[str, float]
-    """Value of each disturbance that is not 0."""
+    """Values of the disturbances, by their names. Disturbances with the value 0 are left out."""
     frames: int
     """Number of actions."""
     vertices: int
@@ -40,16 +40,16 @@ class EpisodeRecord(Subject):
     held: int = 0
     """Number of disturbed simulations in which the fold succeeded."""
     held_from: str = ""
-    """Source of the disturbed simulations.
+    """Word that names the source of the disturbed simulations; empty if there are no disturbed simulations.
 
-    It is one of the following words, or empty if there are no disturbed simulations:
+    The words mean:
 
     - "worlds": the additional simulations that the specification requests
     - "margins" or "study": the simulations of a learned fold
     - "episodes": the episodes with the same fold
     """
     held_share: float | None = None
-    """Share of disturbed simulations in which this fold succeeds; None without disturbances."""
+    """Share of disturbed simulations in which this fold succeeds; None if there are no disturbed simulations."""
     held_interval: tuple[float, float] | None = None
     """Confidence interval of the share at 95 % (Clopper and Pearson 1934)."""
     second_simulator: str = ""
@@ -59,7 +59,7 @@ class EpisodeRecord(Subject):
     second_mean_vertex_distance: float | None = None
     """Mean vertex distance to the target in the second simulator [m].
 
-    None without a second simulator, or if its simulation failed.
+    None if there is no second simulator, or if the second simulator failed.
     """
 
     def with_share(self, held: int, draws: int, source: str) -> EpisodeRecord:

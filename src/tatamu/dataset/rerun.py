@@ -19,7 +19,7 @@ from tatamu.lerobot import LeRobotReader
 
 @dataclass(frozen=True)
 class Replay:
-    """The outcome of the actions of an episode, simulated again."""
+    """The outcome of a new simulation of an episode's actions."""
 
     recorded: EpisodeRecord
     success: bool

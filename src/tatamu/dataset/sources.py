@@ -26,19 +26,23 @@ MOST_RUNS = 10_000
 class DrawnFold:
     """A fold before its garment is made.
 
-    It has the names of garment, plan and material, and the random numbers for the curve of the hands.
+    It contains the names of the garment, the plan and the material, and the random numbers for the hands' curve.
     """
 
     source: str
     subject: Subject
     unit: tuple[float, ...]
-    """Distances from the middle curve as fractions of `spread`, from -1 to 1, for x1, z1, x2, z2, g1 and g2."""
+    """Differences from the middle curve in its parameters x1, z1, x2, z2, g1 and g2, as numbers from -1 to 1.
+
+    At -1 and 1, a parameter has the largest difference that the specification's `spread` allows.
+    """
     middle: Parameters | None = None
-    """Parameters of the learned fold's curve, which is the middle curve; None if the default curve, an arch, is the
-    middle.
+    """Parameters of the middle curve. The hands' curve is chosen at random near the middle curve.
+
+    They are the parameters of the learned fold. None if the middle curve is the default curve, an arch.
     """
     known: tuple[int, int, str] | None = None
-    """Numbers of successes and of tests of the learned fold, and the source of these numbers; None if unknown."""
+    """Number of successes of the learned fold, number of its tests, and source of these numbers; None if unknown."""
 
 
 @dataclass(frozen=True)
@@ -98,10 +102,10 @@ def draw_fold(
 
 
 def check_names(specification: DatasetSpecification) -> None:
-    """Raise an error if a garment, plan or material is unknown or does not fit, before any episode is recorded.
+    """Check the garments, plans and materials of a specification, before any episode is recorded.
 
     Raises:
-        InputError: If a name is unknown or does not fit; the message contains the name.
+        InputError: If a name is unknown, or a plan or a size does not fit a garment.
     """
     garment = specification.drawn_garment
     materials = [None] if garment.material is None else _listed(garment.material)

@@ -60,17 +60,18 @@ class FoldDraw(Record):
 
     source: Literal["drawn", "learned", "sweep"] = "drawn"
     plan: Names = "half"
-    """Name or file of a fold plan, whose first step is folded. Only for randomly drawn folds."""
+    """Name or file of a fold plan, whose first step is folded. Used only for randomly drawn folds."""
     hands: Literal[1, 2] | None = None
-    """Number of hands that fold; None for the plan's number. Only for randomly drawn folds."""
+    """Number of hands that fold; None for the number in the fold plan. Used only for randomly drawn folds."""
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
-    """Largest distance from the default curve, an arch, or from the learned fold's curve, as a fraction of the search
-    space.
+    """Largest difference of each curve parameter from the middle curve, as a fraction of the search space.
+
+    The middle curve is the learned fold's curve. Without a learned fold, it is the default curve, an arch.
     """
     runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
-    """Folders of `tatamu learn`. Only for learned folds."""
+    """Folders with learned folds, written by `tatamu learn`; None if `source` is not "learned"."""
     sweep: Annotated[str, Field(min_length=1)] | None = None
-    """Folder of `tatamu sweep`. Only for folds of a sweep."""
+    """Folder of a sweep, written by `tatamu sweep`; None if `source` is not "sweep"."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -117,7 +118,7 @@ class OutcomeOptions(Record):
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
     """Number of additional disturbed simulations of each fold.
 
-    They give the share of simulations in which the fold succeeds.
+    The dataset contains the share of these simulations in which the fold succeeds.
     """
     simulator: Literal["mujoco", "blender"] | None = None
     """A second simulator that repeats the hands' motion of each episode; None for no second simulator."""

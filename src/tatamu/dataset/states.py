@@ -1,7 +1,7 @@
 """States in the format Zarr 3: the positions of every vertex and hand over time.
 
-The arrays are padded to the longest episode and the largest cloth. A shard is a file with a part of an array. It
-contains whole episodes, and is written only once, by one process.
+The arrays are padded to the longest episode and the largest cloth. A shard is a file with a part of an array. A shard
+contains whole episodes, and one process writes it only once.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def extend(extents: dict[str, Extent], episode: Episode) -> None:
 
 
 class StateWriter:
-    """A Zarr group that is being written. It writes each shard only once."""
+    """A Zarr group that is being written. Each shard, a file with several episodes, is written only once."""
 
     def __init__(self, root: Path, count: int, extents: Mapping[str, Extent], about: Mapping[str, Any]) -> None:
         """Create the arrays of the group.

@@ -1,4 +1,4 @@
-"""Cameras with names. They make small pictures of cloth and hands for policies, and are fast."""
+"""Named cameras that quickly make small pictures of cloth and hands, from which a policy learns."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ CAMERAS: tuple[Camera, ...] = get_args(Camera)
 The camera `top` looks from above. The others look from three sides, 45 degrees above the table.
 """
 FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
-"""Direction of each camera: angle about z from +x, and angle above the table [degrees]. A fold begins at -x."""
+"""Direction of each camera: angle about z from +x, and angle above the table [degrees].
+
+The hands of a fold start on the side of -x.
+"""
 FAR = 3.0
 """Distance of a camera from the middle of the cloth, as a multiple of the radius of the visible area."""
 ROOM = 1.1

@@ -14,15 +14,21 @@ class HandsOptions:
     """Limits of the hands, and the conditions of success."""
 
     speed: float = 0.6
-    """Largest speed along each axis [m/s]. It is the speed of a manipulation (De Gusseme and wyffels 2022)."""
+    """Largest speed of a hand along each axis [m/s].
+
+    Hands in planned folds have the same largest speed, which comes from De Gusseme and wyffels (2022).
+    """
     reach: float = 0.012
-    """Distance from a closing jaw within which vertices are grasped [m]. It is at least 0.6 spacings of the mesh."""
+    """Distance from a closing jaw within which vertices are grasped [m].
+
+    If it is smaller than 0.6 times the spacing of the mesh, 0.6 times this spacing is used instead.
+    """
     beside: float = 0.25
-    """Largest distance of the hands outside the flat cloth, measured horizontally [m]."""
+    """Largest horizontal distance of a hand from the area of the flat cloth [m]."""
     highest: float = 0.6
     """Largest height of the hands [m]."""
     calm: float = 0.02
-    """Largest mean speed of the cloth at which a fold may count as successful [m/s]."""
+    """Limit for the mean speed of the cloth [m/s]. A fold can count as successful only below this limit."""
     torn: float = -1.0
     """Reward of a step whose simulation fails because the cloth tears or flies away. The step ends the episode."""
 

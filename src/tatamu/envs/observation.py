@@ -63,7 +63,7 @@ class Observer:
             garment: The garment.
             start: Positions of the cloth before the fold [m], shape (n, 3).
             names: One name of `OBSERVATIONS` to get an array, or several names to get arrays by name.
-            hands: Number of hands that may be observed.
+            hands: Number of hands whose positions can be observed.
             pixels: Height and width of masks, depths and pictures.
 
         Raises:

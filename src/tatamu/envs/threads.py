@@ -1,6 +1,6 @@
-"""Several environments in the threads of `simulate_many`.
+"""Several environments that are simulated at the same time, in threads.
 
-Compiled code runs the simulations of all environments at the same time.
+The simulations run in compiled code, so the threads do not wait for each other.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         Args:
             seed: Seed of the first environment; each further environment has the next larger seed. It may also be a
                 list with one seed for each environment. None to continue the random sequences.
-            options: Options for each environment.
+            options: Options that every environment gets.
         """
         seeds = [seed + number for number in range(self.num_envs)] if isinstance(seed, int) else seed
         each = seeds or [None] * self.num_envs

@@ -16,7 +16,7 @@ VIDEO = "video"
 
 @dataclass(frozen=True)
 class Feature:
-    """A feature: one entry of every frame."""
+    """A feature: one entry that every frame of a dataset has, such as an action or a picture."""
 
     dtype: str
     """Type of the feature's numbers, by its name in NumPy; or `VIDEO`."""

@@ -1,4 +1,4 @@
-"""The growing files of a dataset: Parquet files with numbers, and videos with pictures.
+"""The files to which the episodes of a dataset are appended: Parquet files with numbers, and videos with pictures.
 
 When a file has reached its largest size, the next file is started.
 """

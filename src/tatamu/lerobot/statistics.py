@@ -17,7 +17,7 @@ Statistics = Mapping[str, np.ndarray]
 All have the shape of the feature, except count, which has the shape (1,).
 """
 QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
-"""Names of the quantiles, with the fraction of the values that are below each quantile."""
+"""Fraction of the values that are below each quantile, by the name of the quantile."""
 EVERY = 4
 """Distance between the pixels that are used for the statistics of pictures, along each side."""
 

@@ -24,10 +24,10 @@ class Chain:
     """The chain of one arm with k joints from the base B to the tool T, as a product of exponentials.
 
     The arm is at rest when its joint angles are r. The axis of joint i then goes through the point o_i in the direction
-    w_i, and the pose of the tool is X_BT(0). The axes, the points and the pose are given in the base B. With the joint
+    w_i, and the pose of the tool is X_BT(r). The axes, the points and the pose are given in the base B. With the joint
     angles q, the pose of the tool is
 
-        X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0)
+        X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(r)
 
     where exp(w, o, a) is the rotation by the angle a about the axis w through the point o.
 
@@ -36,9 +36,9 @@ class Chain:
     """
 
     offsets: np.ndarray
-    """Offsets between neighbouring joints at rest, in B [m], shape (k, 3).
+    """Offset from the previous joint to each of the k joints at rest, in the base B [m], shape (k, 3).
 
-    The first offset is from the base B to the first joint.
+    The first offset starts at the origin of the base B.
     """
     axes: np.ndarray
     """Unit vectors of the joint axes at rest, in the base B, shape (k, 3)."""
@@ -102,13 +102,11 @@ class Chain:
     def tool(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the tool poses in the base B, shape (n, 4, 4), and the Jacobians, shape (n, 6, k).
 
-        There are n configurations of the arm's k joints.
-
-        The first three rows of a Jacobian are the velocity of the tool [m per rad], the last three its rotation [rad
-        per rad].
+        The first three rows of a Jacobian describe the translation of the tool [m per rad]. The last three rows
+        describe the tool's rotation [rad per rad].
 
         Args:
-            angles: Joint angles [rad], shape (n, k).
+            angles: Angles of the arm's k joints in n configurations [rad], shape (n, k).
         """
         count = len(angles)
         R, p = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
@@ -137,7 +135,8 @@ class Chain:
             targets: The n target poses X_BT of the tool T in the base B, shape (n, 4, 4).
             start: Initial angles of the k joints for each target [rad], shape (n, k).
             steps: Number of iterations.
-            tolerance: Largest error of a reached target [m]. Rotations [rad] are multiplied by LENGTH.
+            tolerance: Largest error of a reached target [m]. Rotation errors [rad] are converted to metres by the
+                factor LENGTH [m per rad].
 
         Returns:
             The joint angles of each solution [rad], shape (n, k), and whether the solution reaches its target, shape
@@ -162,7 +161,8 @@ class Chain:
     def _error(self, angles: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the six errors of each tool pose [m], shape (n, 6), and the Jacobians in the same units.
 
-        Rotations are multiplied by LENGTH.
+        Three errors are of the position, and three are of the rotation. Rotation errors [rad] are converted to metres
+        by the factor LENGTH [m per rad].
         """
         X_BT, jacobian = self.tool(angles)
         turn = rotation_vector(targets[:, :3, :3] @ X_BT[:, :3, :3].transpose(0, 2, 1))
@@ -176,7 +176,7 @@ class Chain:
 
     @property
     def turns_freely(self) -> bool:
-        """Whether the tool may turn about the jaw's opening axis, because the arm has too few joints to prevent it."""
+        """Whether the arm has too few joints to control the rotation of the tool about the jaw's opening axis."""
         return demand.turns_freely(len(self.axes))
 
     @property
@@ -195,7 +195,7 @@ class Chain:
         return float(sum(np.linalg.norm(offset) for offset in between))
 
     def near(self, positions: np.ndarray) -> np.ndarray:
-        """Return for each of n paths whether all its positions are within the arm's reach, shape (n,).
+        """Return whether all positions of a path are within the arm's reach, for each of n paths, shape (n,).
 
         Each path has m positions [m]: `positions` has the shape (n, m, 3).
         """
@@ -204,7 +204,8 @@ class Chain:
     def singularity(self, angles: np.ndarray) -> np.ndarray:
         """Return the smallest singular value of the Jacobian at each of n configurations, shape (n,).
 
-        Lengths in the Jacobian are divided by LENGTH.
+        A small singular value means that the arm is near a singularity. Lengths in the Jacobian are first divided by
+        LENGTH [m per rad].
 
         Only the directions of motion that a fold requires from the arm count; see `demand`.
         """

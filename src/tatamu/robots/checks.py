@@ -1,6 +1,6 @@
 """Checks that a plan must pass before it is written.
 
-A check has a value, its limit, and the time of the worst value.
+A check has the worst value during the motion, the limit of this value, and the time at which the worst value occurs.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
-"""Number of samples from one distance query to the next (50 queries a second).
+"""Number of motion samples from one computation of distances to the next. There are 50 computations a second.
 
-MuJoCo tests contacts at every sample.
+In addition, MuJoCo tests at every sample whether shapes come too near.
 """
 TO_CLOTH = "to the cloth"
 LEAST_DISTANCE = {
@@ -38,7 +38,10 @@ LEAST_DISTANCE = {
     "of fingers to the table": 0.0003,
     TO_CLOTH: 0.002,
 }
-"""Smallest allowed distances [m] between boxes that contain the links. Fingers pass `jaw.GAP` above the table."""
+"""Smallest allowed distances [m] between boxes that contain the links, by the kind of distance.
+
+The limit for fingers and table is smaller than `jaw.GAP`, the planned distance of the lower finger above the table.
+"""
 LEAST_MARGIN = 0.01
 """Smallest allowed distance to joint limits [rad]."""
 LEAST_SINGULARITY = 0.03
@@ -48,9 +51,10 @@ PATH_ERROR = 1e-3
 TURN_ERROR = 5e-3
 """Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""Largest ratio of the fold's duration on the robot to its simulated duration, at full speed.
+"""Largest ratio of the fold's duration on the robot to its simulated duration.
 
-A motion that is even slower would make another fold than the simulated one.
+A slower motion would make another fold than the simulated fold. If the user asks for a slower plan, for
+example at half the speed, the limit is raised accordingly.
 """
 
 
@@ -144,7 +148,7 @@ class Checks:
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
-        """Check the speed of the tools. It must not exceed the speed of the simulated hands."""
+        """Check that the tools are never faster than the highest speed of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
@@ -152,7 +156,7 @@ class Checks:
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _grasps(self) -> dict[str, PlanCheck]:
-        """Check how the hands grasp the edges of the cloth. Each value belongs to the hand with the worse value."""
+        """Check how the hands grasp the edges of the cloth. If two hands fold, the worse value is checked."""
         row, takes = grasp.takes(self._task, self._motion, self._tools)
 
         def worst(

@@ -1,9 +1,10 @@
 """Clearance of the robot from itself, its surroundings and the table: MuJoCo's distances between collision shapes.
 
-The robot's own controller does not check collisions, so plans must. `pairs` defines which shapes are compared.
+The robot's own controller does not check collisions, so a plan must be checked before it is used. `pairs` defines which
+shapes are compared.
 
-A broad phase skips pairs of shapes whose bounds are farther apart than the smallest distance so far. The bounds are
-spheres; a plane is its own bound. A shape without a bound is never skipped.
+Every shape is enclosed in a sphere, except planes. Pairs of shapes whose spheres are farther apart than the smallest
+distance so far are skipped. Shapes for which no sphere is known are never skipped.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ FAR = 0.15
 
 @dataclass(frozen=True)
 class Distance:
-    """The smallest distance of one kind over many configurations."""
+    """The smallest distance of one kind, such as "between arms", over many configurations of the robot."""
 
     value: float
     """Distance [m]; `FAR` if all shapes were farther apart."""
@@ -37,7 +38,13 @@ class Clearance:
     """Distance queries on one robot."""
 
     def __init__(self, robot: Robot, kinds: tuple[str, ...] = KINDS, arm: str | None = None) -> None:
-        """Prepare the queries for all pairs of shapes, or only for these kinds of pairs or for one arm."""
+        """Prepare the queries for pairs of shapes.
+
+        Args:
+            robot: The robot.
+            kinds: Kinds of pairs that are compared, such as "between arms".
+            arm: Name of the arm whose pairs are compared; None for both arms.
+        """
         mujoco = needed("mujoco")
         self._mujoco, self.model = mujoco, robot.model
         self._data = robot.at_rest()
@@ -74,8 +81,8 @@ class Clearance:
     def set_table(self, height: float) -> None:
         """Move the table top to a height in the base B [m].
 
-        An obstacle that is completely below the table top counts as a part of the table: a floor, or the model's own
-        table.
+        An obstacle that is completely below the table top, such as a floor or the model's own table, counts as a part
+        of the table.
         """
         top = self._data.body(self._base).xpos[2] + height
         self.model.geom_pos[self._table][2] = top - self.model.geom_size[self._table][2]
@@ -120,7 +127,10 @@ class Clearance:
         self._mujoco.mj_kinematics(self.model, self._data)
 
     def _nearest(self, pairs: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
-        """Return the distance and names of the nearest pair; `limit` and empty names if every pair is farther away."""
+        """Return the distance of the nearest pair [m], and the names of the pair's two links.
+
+        If all pairs are farther apart than `limit`, return `limit` and empty names.
+        """
         value, names = limit, ("", "")
         bound = self._bounds(pairs)
         for number in np.argsort(bound):
@@ -135,7 +145,7 @@ class Clearance:
     def _bounds(self, pairs: np.ndarray) -> np.ndarray:
         """Return a lower bound of the distance of each of n pairs [m], shape (n,).
 
-        Only the second shape of a pair may be a plane.
+        Only the second shape of a pair can be a plane.
         """
         first, second = pairs.T
         between = self._data.geom_xpos[first] - self._data.geom_xpos[second]

@@ -21,15 +21,15 @@ EVERY = 20
 
 
 def simulated_cloth(task: PlacedFold) -> Rollout | None:
-    """Return the simulated motion of the cloth in the learned fold; None if the folder does not contain it."""
+    """Return the simulated motion of the cloth in the learned fold; None if the fold's folder has no such motion."""
     folder = ResultFolder(task.source)
     return folder.rollout if folder.rollout_file.is_file() else None
 
 
 def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Rollout) -> Distance:
-    """Return the smallest distance of the cloth from shapes other than fingers.
+    """Return the smallest distance of the cloth from the robot's shapes, except its fingers.
 
-    The distance is taken from the time when the hands are lowered until they have left the cloth. Shapes are
+    The distance is computed from the time when the hands are lowered until they have left the cloth. Shapes are
     represented by boxes that contain them, and the cloth by its vertices. The cloth is at rest before the fold starts
     and after the fold ends.
 

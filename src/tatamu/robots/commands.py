@@ -1,9 +1,9 @@
-"""Commands to the grippers, and the times at which a program that plays a plan may stop.
+"""Commands to the grippers, and the times at which a program that plays a plan can stop.
 
     approach ─▶ close ─▶ fold ─▶ open ─▶ leave
 
-The robot is at rest before the jaws close, and again before the jaws open. At these times a program can wait for a
-person.
+The robot is at rest before the jaws close, and again before the jaws open. At these times, a program can wait until a
+person lets it continue.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SHUT = 0.0
 
 
 def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
-    """Return the parts of a motion. A program that plays the motion may stop between two parts."""
+    """Return the parts of a motion. A program that plays the motion can stop between two parts."""
     closing, opening = motion.part("close"), motion.part("open")
     end = max(part.start + part.timed.duration for part in motion.parts)
     spans = (

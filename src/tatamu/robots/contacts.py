@@ -1,7 +1,7 @@
 """Find pairs of shapes that come too near along a motion, by MuJoCo's collision detection.
 
-This is a second check in addition to `clearance`. The two checks share only the list of pairs. The check of this module
-has no broad phase of its own, and tests every sample of the motion.
+This is a second check in addition to `clearance`. The two checks share only the list of pairs. This module tests
+every sample of the motion, and leaves it to MuJoCo to find the pairs that are near.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tatamu.robots.stage import stage
 def touches(
     robot: Robot, table_height: float, configurations: np.ndarray, limits: Mapping[str, float]
 ) -> dict[str, Distance]:
-    """Return the contact with the smallest distance for each kind of pair that comes nearer than its limit.
+    """Return the smallest distance of each kind of pair. Kinds whose distances all keep the limit are left out.
 
     Args:
         robot: The robot.

@@ -52,7 +52,7 @@ class ArmDescription(Record):
     joints: list[str]
     """Names of the arm's joints in the model, from the base outwards."""
     link: str
-    """Body of the wrist: the body that the last joint moves, or a body fixed to that one."""
+    """Body of the wrist: the body that the last joint moves, or another body that is fixed to this body."""
     tool: Frame
     """Pose X_WT of the tool T in the wrist W. T is between the ends of the closed fingertips.
 
@@ -65,7 +65,7 @@ class ArmDescription(Record):
     acceleration: Numbers
     """Largest acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
-    """Joints whose `speed` is used although the model's own limit is lower."""
+    """Joints whose limit in `speed` is used even if the model's own limit is lower."""
     ros: RosNames = RosNames()
     """Names of the arm's controllers and joints in ROS."""
     lerobot: LeRobotNames = LeRobotNames()
@@ -107,7 +107,7 @@ class Description(Record):
     model: str | None = None
     """URDF or MJCF file of the whole robot, relative to the description."""
     base: str = "world"
-    """Body whose frame plans are written in. It must not move."""
+    """Body in whose frame plans are written. This body must not move."""
     table_heights: tuple[Length, Length] = (0.0, 0.0)
     """Lowest and highest table top that may be chosen, in the base [m]."""
     lerobot_type: str = ""
@@ -119,7 +119,7 @@ class Description(Record):
     standing: dict[str, float] = Field(default_factory=dict)
     """Positions of joints outside the arms [rad, m], by their names in the model of the whole robot."""
     disturbances: str | dict[str, Any] | None = None
-    """Disturbances of this robot: a file relative to the description, or the contents of a disturbances file."""
+    """Disturbances of this robot: path of a file, relative to the description, or the contents of such a file."""
     larm: ArmDescription
     rarm: ArmDescription
 

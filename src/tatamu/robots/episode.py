@@ -19,7 +19,7 @@ from tatamu.robots.plan import RobotPlan
 from tatamu.study import ResultFolder
 
 FPS = 30
-"""Frames per second, as LeRobot records."""
+"""Frames per second. This is LeRobot's usual rate."""
 STATE, ACTION = "observation.state", "action"
 
 

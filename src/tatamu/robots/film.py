@@ -25,15 +25,15 @@ WIDTH, HEIGHT = 480, 360
 MARGIN = 0.12
 """Distance between the path of the tools and the edge of the table in the picture [m]."""
 LOOKS = 12
-"""Number of the robot's poses, evenly spread in time, that the camera must show completely."""
+"""Number of poses of the robot that the camera must show completely. The poses are evenly spread in time."""
 ACROSS = 1.4
-"""Ratio of width to depth above which a robot counts as two arms that face each other."""
+"""Ratio of a robot's width to its depth, seen from above. Above this ratio, its arms are assumed to face each other."""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
 """Names and colours of the two meshes for the front and the back of the cloth."""
 
 
 def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | None:
-    """Write the GIF. Return None, or the reason if this machine cannot draw.
+    """Write the GIF, and return None. If this machine cannot draw, return the reason instead.
 
     MuJoCo draws with OpenGL. The environment variable MUJOCO_GL selects the variant of OpenGL.
     """
@@ -96,7 +96,9 @@ def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
 def framed(
     points: np.ndarray, around: np.ndarray, direction: tuple[float, float], view: float
 ) -> tuple[np.ndarray, float]:
-    """Return the point that a camera must look at, and its distance [m], so that spheres fill the camera's picture.
+    """Find the nearest camera whose picture shows all given spheres.
+
+    Return the point that the camera looks at, and the camera's distance from this point [m].
 
     Args:
         points: Centres of the spheres [m], shape (n, 3).

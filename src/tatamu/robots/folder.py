@@ -30,14 +30,14 @@ from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.version import __version__
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
-"""Files of the learned fold that a plan contains. All files except the first may be missing."""
+"""Files of the learned fold that a plan contains. All files except the first can be missing."""
 
 
 def check_out(out: Path) -> None:
-    """Raise an error if this path exists and is not a plan, before any work is done.
+    """Check, before any work is done, that a plan can be written to this path.
 
     Raises:
-        InputError: If the path contains something else.
+        InputError: If the path exists and is not the folder of a plan.
     """
     if out.resolve() == Path.cwd():
         raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")
@@ -46,7 +46,7 @@ def check_out(out: Path) -> None:
 
 
 def save(plan: RobotPlan, out: Path) -> None:
-    """Write the folder of a plan. An earlier plan in this folder is replaced; other folders are not changed.
+    """Write the folder of a plan. If the folder contains an earlier plan, the earlier plan is replaced.
 
     Raises:
         InputError: If `out` cannot be written, or contains something other than a plan.

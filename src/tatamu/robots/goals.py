@@ -44,7 +44,7 @@ def write_goals(plan: RobotPlan, folder: Path) -> None:
 
 
 def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
-    """Return a step of the grippers. It contains command number `number` of each gripper."""
+    """Return a step that moves the grippers. The step contains the command with this number for each gripper."""
     arms = plan.task.robot.folding
     commands = plan.gripper_commands[len(arms) * number : len(arms) * (number + 1)]
     return {

@@ -13,7 +13,11 @@ from tatamu.robots.paths import PlacedFold
 UNDERNEATH = 0.003
 """Largest height of the lower finger above the table [m]. A higher finger would pass over the edge of the cloth."""
 ASKEW = 5e-3
-"""Amount by which the jaw may turn further than `Jaw.yaw` from the plane at right angles to the cloth's edge [rad]."""
+"""Tolerance of the jaw's angle about the vertical [rad].
+
+The angle is measured from the plane at right angles to the cloth's edge. The check allows `Jaw.yaw` plus this
+tolerance.
+"""
 
 
 @dataclass(frozen=True)
@@ -23,15 +27,16 @@ class Take:
     arm: str
     jaw: Jaw
     depth: float
-    """Distance from the cloth's edge to the place where the fingertips will meet, at right angles to the edge [m].
+    """Distance from the cloth's edge to the place where the fingertips will meet [m].
+
+    It is measured at right angles to the edge.
     """
     height: float
     """Height of the tool T above the table [m]."""
     askew: float
-    """Angle between the jaw's opening and the direction at right angles to the cloth's edge, seen from above [rad].
-    """
+    """Angle by which the jaw deviates from the plane at right angles to the cloth's edge, seen from above [rad]."""
     rise: float
-    """Sine of the angle between the jaw's opening and the horizontal."""
+    """Sine of the angle between the horizontal and the direction in which the jaw opens."""
 
     @property
     def lowest(self) -> float:

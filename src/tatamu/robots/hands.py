@@ -26,7 +26,7 @@ Travel = Callable[[np.ndarray], np.ndarray]
 class HandMotion:
     """The motion of one hand or two hands from the grasp to the release.
 
-    The left of two hands belongs to the arm `larm`.
+    If there are two hands, the left hand belongs to the arm `larm`.
     """
 
     frame_rate: float

@@ -11,11 +11,11 @@ angles [rad].
 
 These sources disagree on three numbers:
 
-- The wrist offset, from joint J4 to joint J5 along x, is -0.047 on NEXTAGE Open and in CAD since 2016 (pull request
-  461). It is -0.040 in [H-URDF] and [H-WRL]. The offset is therefore a parameter. A wrong offset misplaces the
-  fingertip by 7 mm.
-- The range of LARM_JOINT3 in [H-URDF] repeats the right arm's range; [H-WRL] and [N-WRL] mirror that range. NEXTAGE
-  Open uses the mirrored range. HIRONX uses the range that is common to both ranges.
+- The wrist offset, from joint J4 to joint J5 along x, is -0.047 on NEXTAGE Open, and in the CAD data since 2016
+  (pull request 461). It is -0.040 in [H-URDF] and [H-WRL]. The offset is therefore a parameter. A wrong offset
+  misplaces the fingertip by 7 mm.
+- The range of LARM_JOINT3 in [H-URDF] repeats the right arm's range; [H-WRL] and [N-WRL] mirror that range. In this
+  module, NEXTAGE Open has the mirrored range. HIRONX has only the angles that are in both ranges.
 - The fingertip is 0.093 from the wrist (JSK, hironxjsk-utils.l) or 0.097 (iv-plan). The distance is a parameter with
   the default 0.093.
 """

@@ -34,16 +34,16 @@ class Jaw(FingerSize):
     depth: Length = 0.011
     """Distance from the edge of the cloth to the place where the fingertips meet, at right angles to the edge [m]."""
     tilt: tuple[Angle, Angle] = (0.17, 1.05)
-    """Smallest and largest angle between the approach and straight down [rad]."""
+    """Smallest and largest angle from straight down to the direction of approach [rad]."""
     yaw: Angle = 1.05
-    """Largest angle by which the jaw may turn about the vertical, towards the other hand [rad].
+    """Largest allowed rotation of the jaw about the vertical, towards the other hand [rad].
 
     At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
     """
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
     """Joints of the model that move the fingers, with their positions at `opening` and when closed [rad, m]."""
     links: list[str] = Field(default_factory=list)
-    """Links of the model whose shapes are the fingers. They may come nearer to the table than the rest of the arm."""
+    """Links of the model whose shapes are the fingers. They are allowed nearer to the table than the arm."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

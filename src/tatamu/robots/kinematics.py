@@ -13,7 +13,10 @@ from tatamu.robots.model import Robot
 from tatamu.robots.pose import to_quaternion
 
 REACHED = 2e-6
-"""Error below which a tool pose counts as reached [m]. Rotations [rad] are multiplied by LENGTH."""
+"""Error below which a tool pose counts as reached [m].
+
+Rotation errors [rad] are converted to metres by the factor `chain.LENGTH` [m per rad].
+"""
 STEPS = 60
 NEAR, ALIGNED = 1e-4, 1e-3
 """Smallest distance [m] and angle [rad] between a tool and its target pose that messages report."""
@@ -83,8 +86,8 @@ class Kinematics:
             start: Angles of all nq joints at the start [rad], shape (nq,).
 
         Returns:
-            Configurations [rad] for the first m poses, shape (m, nq), and the pose after them, which has no solution.
-            If all n poses have a solution, m is n, and None is returned instead of the pose.
+            Configurations [rad] for the first m poses, shape (m, nq), and the next pose, which has no solution. If all
+            n poses have a solution, m is n, and None is returned instead of the next pose.
         """
         found: list[np.ndarray] = []
         q = start

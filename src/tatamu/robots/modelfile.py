@@ -20,7 +20,7 @@ from tatamu.robots.packages import located
 from tatamu.robots.urdf import read_urdf
 
 MESHES = (".stl", ".obj", ".msh")
-"""Formats of meshes that MuJoCo reads. Of the two .stl formats, it reads only the binary format."""
+"""Formats of meshes that MuJoCo reads. Of the two .stl formats, MuJoCo reads only the binary format."""
 CONVERTED = (".ply", ".off")
 """Formats of meshes that are converted to binary STL. ASCII STL is converted too.
 

@@ -20,7 +20,10 @@ ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open"
 """Names of the stages and waits in their order."""
 AT_THE_TABLE = ("lower", "enter", "raise")
 GENTLE = 0.25
-"""Fraction of the joints' accelerations that is used close above the table, because drives follow with a delay."""
+"""Fraction of the joints' accelerations that is used close above the table.
+
+Lower accelerations make the robot more accurate, because its drives follow commands with a delay.
+"""
 JOINT_MOVE = 20.0
 """Largest rate ds/dt of the path parameter s in stages from pose to pose [1/s]. The parameter runs from 0 to 1.
 
@@ -32,15 +35,18 @@ class Pace(Record):
     """Speeds [m/s] and waiting times [s] of a motion."""
 
     lead: float = Field(3.0, ge=0.1)
-    """Time of rest at the start. A robot that is not exactly at its initial pose moves there during this time."""
+    """Time of rest at the start [s]. A robot that is not exactly at its initial pose moves there during this time."""
     closing: float = Field(1.0, ge=0.0)
-    """Time in which the fingers close."""
+    """Time in which the fingers close [s]."""
     opening: float = Field(1.5, ge=0.0)
-    """Time in which the fingers open. They open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
+    """Time in which the fingers open [s].
+
+    The fingers open slowly, so that the cloth keeps its shape (paper, section VI-C).
+    """
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
     speed_scale: float = Field(1.0, ge=0.05, le=1.0)
-    """Speed of the whole motion, including waits, relative to the speed of a plan."""
+    """Speed of the whole motion, including waits, relative to the highest speed that the robot and the fold allow."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Files that a URDF names by `package://NAME/PATH`. They are searched as in ROS, or next to the URDF."""
+"""Finds the files that a URDF names by `package://NAME/PATH`, in the folders of ROS and in folders above the URDF."""
 
 from __future__ import annotations
 

@@ -79,7 +79,10 @@ def _views(fold: Refold | None) -> list[TopView]:
 
 
 def _apart(fold: Refold | None) -> list[Chart]:
-    """Return charts of the distance from each vertex to its position after a fold by ideal floating hands."""
+    """Return charts that compare the shape after the robot's fold with the shape after a fold by floating hands.
+
+    Floating hands move exactly as learned, without a robot. The charts show the distance of each vertex.
+    """
     if fold is None or fold.learned is None:
         return []
     floating = replace(fold.robot, extra={"target": fold.floating.positions[-1]})
@@ -90,7 +93,7 @@ def _apart(fold: Refold | None) -> list[Chart]:
 
 
 def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
-    """Return the viewer's data over the whole motion.
+    """Return the data with which the page's viewer shows the whole motion.
 
     The cloth and the hands are in the fold's frame. The robot's links are boxes.
     """

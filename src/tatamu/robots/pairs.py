@@ -1,8 +1,11 @@
 """Decide which pairs of a robot's collision shapes are compared when distances are computed.
 
+These kinds of pairs are compared:
+
 - *between arms*: every shape of one arm with every shape of the other arm.
 - *within an arm*: shapes with three or more of the arm's joints between them.
-- *to the trunk*: the body that carries the arm, and bodies fixed to it, with all links after the arm's second joint.
+- *to the trunk*: the body that carries the arm, and bodies fixed to this body, with all links that at least three of
+  the arm's joints move.
 - *to obstacles*: every link with everything else that does not move: walls, floors, furniture, and the other arm's
   foot.
 - *to the table*: the table of the plan with every link except the fingers.
@@ -26,9 +29,10 @@ from tatamu.robots.model import TABLE, Robot
 ON_TABLE, FINGERS, OBSTACLES = "to the table", "of fingers to the table", "to obstacles"
 KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE, FINGERS)
 STANDS_ON = 0.005
-"""Largest distance between an obstacle and an arm's first links at which the arm is assumed to stand on it [m]."""
+"""Largest distance between an obstacle and an arm's first two links [m] at which the arm is assumed to stand on the
+obstacle."""
 JOINTS_BETWEEN = 3
-"""Smallest number of an arm's joints between two shapes that are compared."""
+"""Number of joints of an arm. Two shapes of the arm are compared only if at least this many joints are between them."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,10 @@ class ShapePairs:
     rows: dict[str, np.ndarray]
     """Numbers of the two shapes of each pair, the arm's shape first, shape (n, 2) for each kind."""
     untested: list[tuple[str, str]]
-    """Names of a link and of an obstacle on which the link stands. These pairs are not tested."""
+    """Pairs that are not tested, because an arm stands on an obstacle.
+
+    Each pair has the name of the link that touches the obstacle, and the name of the obstacle.
+    """
 
 
 @dataclass(frozen=True)
@@ -57,7 +64,7 @@ class _Shape:
 
 
 def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
-    """Return the pairs of a robot, or only the pairs of one arm if `only` names an arm."""
+    """Return the pairs of a robot's shapes that are compared. If `only` names an arm, return only the arm's pairs."""
     model = robot.model
     shapes = _shapes(robot)
     rows: dict[str, list[tuple[int, int]]] = {kind: [] for kind in KINDS}

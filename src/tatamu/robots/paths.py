@@ -31,7 +31,7 @@ ROUNDS = 4
 
 
 class Unreachable(TatamuError):
-    """The error that an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
+    """An error: an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -46,7 +46,10 @@ class Stage:
     spline: CubicSpline
     """Full configurations of the robot [rad] as a function of s."""
     rate: float
-    """Upper bound on ds/dt. It is at most 1 if s is simulated time [s], and a speed [m/s] if s is a distance [m]."""
+    """Upper bound on the rate ds/dt, where t is the time of the robot's motion [s].
+
+    If s is the simulated time [s], the bound is at most 1. If s is a distance [m], the bound is a speed [m/s].
+    """
 
 
 @dataclass(frozen=True)
@@ -176,7 +179,7 @@ class Paths:
         return tools
 
     def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the motion down to the table next to the edge of the cloth, along the tool's axis."""
+        """Return the motion along the tool's axis down to the table, next to the edge of the cloth."""
         s = np.linspace(0, LIFT, 7)
         return self._line(time, s, self._beside(time, np.full(len(s), UNDER), LIFT - s), start, 0.0)
 
@@ -186,7 +189,7 @@ class Paths:
         return self._line(time, s, self._beside(time, UNDER - s), start, 0.0)
 
     def _leave(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the motion away from the folded edge, along the tool's axis, so that no finger lifts the edge."""
+        """Return the motion away from the folded edge. The tool moves along its axis, so no finger lifts the edge."""
         s = np.linspace(0, LIFT, 7)
         return self._line(time, s, self._back(time, s), start, 1.0)
 

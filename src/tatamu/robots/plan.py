@@ -41,7 +41,7 @@ class RobotPlan:
     motion: Motion
     checks: dict[str, PlanCheck]
     reach: PlacementRanking | None
-    """Result of the search for placements; None if the placement was given."""
+    """Result of the search for placements; None if the user gave the placement."""
 
     @property
     def via_times(self) -> np.ndarray:
@@ -60,7 +60,7 @@ class RobotPlan:
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """The parts of the motion. A program that plays the motion may stop between two parts."""
+        """The parts of the motion. A program that plays the motion can stop between two parts."""
         return segments(self.motion, self.task.hover)
 
 
@@ -125,7 +125,7 @@ def _candidates(
     count = min(CANDIDATES, reach.good)
     if count == 0:
         refusals.append(out_of_reach(robot, hands, reach))
-        count = int(reach.reached[:, 0].min() == len(reach.times))  # planned anyway; the plan reports what touches
+        count = int(reach.reached[:, 0].min() == len(reach.times))  # if the arms reach all points, one is planned
     return [
         (PlacedFold(robot, hands, placement, holds, folder), reach)
         for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]

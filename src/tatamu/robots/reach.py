@@ -28,19 +28,19 @@ DISTANCES = {
     "to the table": (0.003, 0.012),
     "of fingers to the table": (0.0004, 0.0008),
 }
-"""Two distances of each kind [m].
+"""Two limits for each kind of distance [m].
 
-If the distance is below the first value, the motion counts as impossible. Above the second value, a larger distance
-does not improve the quality.
+If the distance is below the first limit, the motion counts as impossible. Above the second limit, a larger distance
+does not improve the quality of the motion.
 """
 ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
 """Kinds of distances that depend on one arm alone."""
 TABLE_ROOM = 0.01
-"""Smallest distance of a table below the robot at its initial pose [m]."""
+"""Smallest allowed distance between the table and the robot, which is above the table in its initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Points on the way between the initial pose and the fold that are also tested, as fractions of this way."""
+"""Additional poses that are tested between the initial pose and the fold, as fractions of the way to the fold."""
 REFINED = 2
-"""Number of the best placements whose neighbourhoods are also searched."""
+"""Number of placements whose neighbourhoods are also searched. They are the best placements of the first search."""
 ASKED = 80
 """Number of the best placements whose distances are computed."""
 TRIED = 8
@@ -145,7 +145,7 @@ def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: b
 def _keep_clear(
     robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the distances of the most promising placements.
+    """Lower the quality of promising placements if the arms come near each other, themselves or an obstacle.
 
     Returns:
         Two arrays for n placements: the quality, which now depends on the distances, shape (n,), and the number of the
@@ -207,8 +207,8 @@ def _together(
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Return the joint angles of a motion [rad], extended by the ways from and to the initial pose.
 
-    The first additional angles lie on the way from `start` to the first of the m rows of `angles`. The others lie on
-    the way from the last row back to `start`. Each way adds n rows, so the result has m + 2 n rows.
+    The array `angles` has m rows. Before them, n rows are added on the way from `start` to the first row. After them, n
+    rows are added on the way from the last row back to `start`. The result therefore has m + 2 n rows.
     """
     way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
@@ -218,7 +218,7 @@ def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
     """Return the quality that follows from the smallest distance in n configurations, shape (n, nq).
 
-    It is at most 1, and negative if a distance is too small.
+    The quality is at most 1. It is negative if a distance is too small.
     """
     worst = 1.0
     for kind, found in clearance.least(configurations).items():

@@ -1,4 +1,4 @@
-"""Simulate the learned fold again: by the robot's hands as they really moved, and by floating hands.
+"""Simulate the learned fold again: by the robot's hands as they moved in the rehearsal, and by floating hands.
 
 Floating hands move exactly as learned, without a robot. Both simulations use the mesh of the learned fold, or a finer
 mesh if the simulator needs a finer mesh. All vertices of the learned mesh are also vertices of the finer mesh. Shapes

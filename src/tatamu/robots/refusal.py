@@ -12,7 +12,7 @@ from tatamu.robots.reach import PlacementRanking
 
 
 class Refused(TatamuError):
-    """An error: a placement was refused. `progress` is larger if the planning came further."""
+    """An error: a placement was refused. `progress` is a number that is larger if more steps of planning succeeded."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -25,7 +25,7 @@ def table_too_high(robot: Robot) -> Refused:
     return Refused(
         f"the table top must be below {np.floor(1e3 * lowest) / 1e3:.3f} m: at its pose '{robot.start}' the robot "
         "reaches down to there",
-        lowest - 10,  # below the progress of every other refusal; among start poses, the highest one wins
+        lowest - 10,  # below any other refusal; a start pose with higher arms has more progress
     )
 
 

@@ -31,7 +31,7 @@ SAMPLE = 5
 FINGER_PERIOD = 0.01
 """Time between commands to the fingers [s]."""
 STIFFNESS, RATIO = 60.0, 1.0
-"""Natural frequency of the joints' control [rad/s], and its damping ratio.
+"""Natural frequency of the joints' control [rad/s], and damping ratio of this control.
 
 The frequency is typical of industrial drives.
 """

@@ -15,9 +15,9 @@ from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 
 AS_FLOATING = 0.010
-"""Limit for the mean distance between a fold and the fold by floating hands [m].
+"""Limit for the mean distance between the robot's fold and the fold by floating hands, which move without a robot [m].
 
-Below this limit, both count as equal.
+If the distance is below this limit, the two folds count as equal.
 """
 
 

@@ -5,7 +5,7 @@
 - The arms must be able to move in every direction that a fold needs.
 - `Chain`, with which plans are computed, and MuJoCo must have the same kinematics.
 
-These checks use random configurations from the joints' whole ranges, with a fixed seed.
+The last three checks use random configurations from the joints' whole ranges, with a fixed seed.
 """
 
 from __future__ import annotations
@@ -36,11 +36,9 @@ SAME_POSE = 1e-6
 FOLLOWS = 1e-3
 """Largest allowed violation of an equality of the model [m, rad]."""
 LEAST_RANK = 1e-4
-"""Limit for the smallest singular value of the Jacobian.
+"""Limit for the smallest singular value of an arm's Jacobian, as computed by `Chain.singularity`.
 
-A usable arm must exceed this limit in at least one configuration.
-
-See `Chain.singularity`.
+An arm can be used only if the value exceeds this limit in at least one of the random configurations.
 """
 
 

@@ -25,7 +25,7 @@ START = "start"
 def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None = None) -> Any:
     """Build the model with the table top at a height in the base B [m].
 
-    Only pairs of shapes that the plan checks can touch.
+    In this model, two shapes can touch only if the checks of a plan compare these two shapes.
 
     Args:
         robot: The robot.

@@ -1,4 +1,4 @@
-"""A motion as tables for any programming language: CSV, JSON, and lists for playPatternOfGroup of hrpsys."""
+"""A motion as tables for any programming language: CSV, JSON, and lists for hrpsys, the control software of HIRONX."""
 
 from __future__ import annotations
 

@@ -32,13 +32,12 @@ class Timed:
     duration: float
     """Duration of the motion [s]."""
     angles: Callable[[np.ndarray], np.ndarray]
-    """Function from n times between 0 and `duration` [s] to the angles of k joints [rad], shape (n, k).
-    """
+    """Function from n times between 0 and `duration` [s] to the angles of k joints [rad], shape (n, k)."""
     parameter: Callable[[np.ndarray], np.ndarray]
     """Function from n times [s] to the path parameters s at these times, shape (n,)."""
 
     def slowed(self, scale: float) -> Timed:
-        """Return the same motion with its speed multiplied by `scale`."""
+        """Return the motion along the same path, with its speed multiplied by `scale`."""
         return Timed(
             self.duration / scale,
             lambda times: self.angles(times * scale),
@@ -47,7 +46,10 @@ class Timed:
 
 
 class _Path:
-    """The path q(s) for toppra, with s itself as the last coordinate."""
+    """The path q(s) as toppra needs it.
+
+    The parameter s is added as the last coordinate, so that the rate ds/dt can be limited.
+    """
 
     def __init__(self, spline: CubicSpline, columns: np.ndarray) -> None:
         self._spline, self._columns = spline, columns

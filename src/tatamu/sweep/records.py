@@ -114,7 +114,7 @@ def completed(record: TaskRecord, folder: Path) -> TaskRecord:
 def holds_task(record: TaskRecord, folder: Path, trials: int) -> bool:
     """Return whether a task needs no further work.
 
-    That is the case if the task is complete, has `trials` trials for each step, and its folder still exists.
+    A task needs no further work if it is complete, has `trials` trials for each step, and still has its result folder.
     """
     results = ResultFolder(folder)
     if record.state != "complete" or not (folder / "report.html").exists():

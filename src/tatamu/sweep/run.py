@@ -64,7 +64,7 @@ def run_sweep(
 
 
 def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, trials: int) -> TaskRecord:
-    """Return the record of a task at the start of this run."""
+    """Return a task's record at the start of this run: the earlier record if the task is complete, or a new record."""
     known = before.get(task.name)
     wanted = task.options.get("trials", trials)
     if known is not None and holds_task(known, folder.of_task(task.name), wanted):
