@@ -64,7 +64,7 @@ omega is the lowest angular frequency of the strip.
 WIDEST = 120.0
 """Largest angle that determines the friction [degrees].
 
-A larger angle only gives a bound of the friction, because the closed fold was hardly sharper than the released fold.
+A larger angle only gives a bound of the friction, because the fold hardly opened when it was released.
 """
 LEAST_GAP = 1.5
 """Smallest length of the band, in thicknesses of both boards. A shorter band could not go around the boards."""
@@ -158,7 +158,10 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.asarray(np.unique(self.mesh[0][:, 0].round(9), return_inverse=True)[1])
 
     def _folded(self) -> np.ndarray:
-        """Return the positions of the folded band: a half circle between two horizontal ends [m], shape (n, 3)."""
+        """Return the positions of the n vertices of the folded band [m], shape (n, 3).
+
+        The band is a half circle between two level ends.
+        """
         flat, _ = self.mesh
         links = CELLS + 2 * HELD_ROWS
         row = np.ptp(flat[:, 0]) / links
@@ -167,7 +170,7 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.column_stack([x[self._rows], flat[:, 1], z[self._rows]])
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test. The band is closed by its ends, then one of the ends is released."""
+        """Return the scene of this test. Both ends of the band are brought together, then one end is released."""
         flat, faces = self.mesh
         folded = self._folded()
         last = int(self._rows.max())

@@ -51,10 +51,11 @@ CELL = 0.2
 COLUMNS = 6
 HELD_ROWS = 2
 LAYS = 0.3
-"""Fraction of the scene's duration in which the upper end is laid down."""
+"""Duration of the motion in which the upper end is laid down, as a fraction of the scene's duration."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
-"""Largest height of a fold [m]. A higher fold would belong to cardboard, not to cloth."""
+"""Largest height of a fold [m]. A higher fold is refused, because only cardboard, and no cloth, would fold like
+this."""
 
 
 class LoopReadings(TestEntry):

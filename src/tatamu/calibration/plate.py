@@ -9,8 +9,8 @@ compares three areas, all seen from above: the area in the cloth's outline, the 
 must reproduce the radius of the circle that has the same area as the outline.
 
 The coefficient grows with the bending length l_b divided by the overhang a, the width of the cloth outside the plate.
-It is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was fitted to
-simulations in which the disc was 1.7 or 2 times as wide as the plate. The stretch stiffness was 300 N/m.
+The relation is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was
+fitted to simulations in which the disc was 1.7 or 2 times as wide as the plate, and the stretch stiffness was 300 N/m.
 
 The positions of the folds are random. Therefore two discs are simulated side by side, and the mean of their results is
 used. The differences between the two discs, in all simulations, are counted in the uncertainty.
@@ -66,9 +66,10 @@ SETTLING = 4.0
 LIMPEST, STIFFEST = 0.08, 0.93
 """Smallest and largest drape coefficient that determines the bending rigidity. Other coefficients only give a bound."""
 STEP = 0.4
-"""Step of a parameter's logarithm for differences. It is large, so that the differences exceed the random scatter."""
+"""Step of a parameter's logarithm with which differences of the reading are computed. The step is large, so that the
+differences exceed the random scatter of readings."""
 FOLDS = 2
-"""Difference between the counted and the simulated number of folds above which the difference is reported."""
+"""Largest difference between the counted and the simulated number of folds that is not reported to the user."""
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -99,7 +100,7 @@ class PlateReadings(TestEntry):
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
     """Number of folds at the edge of the cloth.
 
-    It is compared with the simulated number, but does not determine a parameter.
+    The number is compared with the simulated number, but does not determine a parameter.
     """
 
     @model_validator(mode="after")
@@ -306,7 +307,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 def length_share(coefficient: float) -> float:
     """Return the bending length divided by the overhang, for a drape coefficient.
 
-    It follows from the formula at the top of the module.
+    The result follows from the formula at the top of the module.
     """
     inside = float(np.clip(coefficient, 0.01, 0.99))
     return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))

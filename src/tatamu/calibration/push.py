@@ -215,7 +215,8 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         """Search for the factor c of the stretch stiffness that resists compression.
 
         If the reading gives only a lower bound of c, and the material already satisfies this bound, the material is
-        kept. A sheet that slides as a whole gives only a lower bound, because it does not show when it would wrinkle.
+        kept. A sheet that slides as a whole gives only a lower bound, because its motion does not show at which c it
+        would wrinkle.
         """
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))
@@ -224,7 +225,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the factor c; see `LaterTest.propagate`.
+        """Add the changes of the factor c to `changes`; see `LaterTest.propagate`.
 
         The factor is c = mu rho g L^2 / 2 Y (s - p); the module explains the symbols.
         """
@@ -254,7 +255,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return []
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip after the push, as seen from the side, and the former positions of its ends."""
+        """Draw the strip after the push, as seen from the side, and the positions of its ends before the push."""
         if shape is None:
             return ""
         side = strip_profile(self.mesh[0][:, 0], shape)

@@ -25,7 +25,7 @@ class Setup:
     tests: Mapping[str, CalibrationTest]
     """Tests by their names, in the order of the registry."""
     assumed: tuple[str, ...] = ()
-    """Fields of the material that the measurements file could contain but does not."""
+    """Fields of the material that the measurements file may state, but does not state."""
 
     @property
     def garment(self) -> Garment:

@@ -22,9 +22,11 @@ from tatamu.scene import Index, Points
 TOP_SPEED = 0.6
 """Top speed of a hand [m/s]. At twice this speed, the results of folds change (De Gusseme and wyffels 2022)."""
 WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
-"""Three times [s]: WAIT is the time until the hands move. HOLD is the time from their arrival until they open.
+"""Three times [s]: WAIT is the time until the hands move. HOLD is the time from the arrival of the hands until they
+open.
 
-SETTLE is the time from their opening until the fold is scored."""
+SETTLE is the time from the opening of the hands until the fold is scored.
+"""
 FRAME_RATE = 60.0
 """Frames per second [1/s]."""
 
@@ -32,9 +34,10 @@ Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")
 """Names of the hands, in the order of `Manipulation`."""
 OFF_PATH = 2e-3
-"""Largest distance of a via-point from the motion of its hand [m]. Farther via-points are refused."""
+"""Largest distance between a via-point and the motion of its hand [m]. Via-points at a larger distance are refused."""
 VIA_EVERY = 10
-"""Number of frames from one via-point for the robot to the next (paper, section VI-C)."""
+"""Number of frames between neighbouring via-points (paper, section VI-C). Via-points are points of a hand's path that a
+robot follows."""
 
 
 class Timing(OpenRecord):
@@ -76,7 +79,8 @@ class ArmPath(OpenRecord):
     control_points: Points
     """Control points P0 to P3 of the hand's Bezier curve in the scene [m], shape (4, 3)."""
     from_grasp: Points | None = None
-    """P0 to P3 relative to the grasp and without the lift [m], shape (4, 3); None in files of other programs."""
+    """P0 to P3 relative to the grasp, without the height `lift` of the file [m], shape (4, 3); None in files of other
+    programs."""
 
     @field_validator("control_points", "from_grasp")
     @classmethod
@@ -92,7 +96,7 @@ class ArmPath(OpenRecord):
 
 
 class ViaPoints(OpenRecord):
-    """Points on the paths of the hands for a robot, one in every `every_frames` frames."""
+    """Points on the paths of the hands that a robot follows. There is one point in every `every_frames` frames."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"right"})
 
@@ -319,8 +323,9 @@ def bezier_manipulation(
 
     P1 and P2 are relative to the grasp P0, with x along the motion of the fold and z up [m].
 
-    The arguments describe a hand whose distance from grasp to release is the fold's span. A hand farther from the line
-    follows the same curve, enlarged by the ratio of the spans. The hands then turn the cloth about the line together.
+    The arguments describe a hand whose distance from grasp to release is the fold's span. A hand with a larger distance
+    follows the same curve, enlarged by the ratio of both distances. The hands then turn the cloth about the line
+    together.
     """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -335,7 +340,7 @@ def bezier_manipulation(
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the trajectory lengths l_x of Eq. (10) of p manipulations [m], shape (p,). Paths are not sampled.
+    """Return the trajectory lengths l_x of Eq. (10) of p manipulations [m], shape (p,), without sampling their paths.
 
     Args:
         fold: The fold of all manipulations.

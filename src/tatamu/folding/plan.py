@@ -66,9 +66,10 @@ class Plan(Record):
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[\w -]+$")
     unit: Literal["fraction", "m"] = "fraction"
-    """Unit of the lines' coordinates, which start at the garment's middle.
+    """Unit of the lines' coordinates, which are 0 at the garment's middle.
 
-    The unit is a metre (`m`), or a `fraction` of the garment's length (x) and width (y)."""
+    The unit is a metre (`m`), or a `fraction` of the garment's length (x) and width (y).
+    """
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=20, alias="step")]
 
     def to_toml(self) -> str:

@@ -34,11 +34,13 @@ HALF_THICKNESS = 0.005
 BEYOND = 0.01
 """Distance by which a plate extends over the fold line, to the side from which the cloth came [m]."""
 RESTS = 0.3
-"""Time for which the cloth can fall before it is pressed, and for which it can rise afterwards [s]."""
+"""Time from the departure of the hands until the pressing begins, in which the cloth can fall [s]. It is also the time
+in which the cloth can rise after the pressing."""
 MOVES = 0.4
 """Time in which a plate comes down or goes up [s]."""
 HIGH, ABOVE = 0.8, 0.05
-"""Height at which a plate waits above the hands, and height from which it comes down to press [m]."""
+"""Two heights [m]: the plate waits at the first height, which is above the hands. It comes down to press from the
+second height."""
 KNOTS = 16
 """Number of knots of each motion."""
 

@@ -19,8 +19,8 @@ FINEST_GIVEN = 1e-3
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
 MOST_VERTICES = 50_000
 MOST_BY_DEFAULT = 3_000
-"""Approximate largest number of vertices of both layers with the default spacing. With more, a study would take longer
-than minutes."""
+"""Approximate largest number of vertices of both layers with the default spacing. With more vertices, a study would
+take longer than minutes."""
 CELL = np.sqrt(0.75)
 """Area per vertex of an equilateral mesh, divided by the square of the spacing."""
 

@@ -12,7 +12,7 @@ modules compute different shapes:
 - `crease`: The strip makes the loop of a fold whose layers rest on each other. The method is sequential quadratic
   programming, which takes 40 ms for 100 links. Targets of folds are made from this shape.
 - `chain`: The strip makes the loop with any number of links and any height between its ends. The method is augmented
-  Lagrangians. Validation compares simulations with this shape, and calibration's loop test starts from it.
+  Lagrangians. Validation compares simulations with this shape, and calibration's loop test starts from this shape.
 
 The modules `crease` and `chain` are separate on purpose, because each module checks the other. `crease` discretises the
 clamps to first order, `chain` to second order. The two modules also find the minimum by different methods. With the

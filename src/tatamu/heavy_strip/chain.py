@@ -1,4 +1,4 @@
-"""Computes the loop of a folded strip as a chain of links. Validation compares simulations with this loop.
+"""Computes the loop of a folded strip, modelled as a chain of links. Validation compares simulations with this loop.
 
 The chain has n rigid links of length h and slopes theta_i. Its energy, with the bending rigidity B and the weight per
 area w, is:
@@ -13,8 +13,8 @@ The constraints are:
 - The upper half is at least one thickness above the lower half.
 
 There is no friction. The chain starts as a wide loop. Newton's method finds the minimum of the energy, with augmented
-Lagrangians for the constraints. A boundary-value solver is not used, because it finds a wrong solution with a loop of
-only 2 mm.
+Lagrangians for the constraints. A boundary-value solver is not used, because such a solver finds a wrong solution, in
+which the loop measures only 2 mm.
 """
 
 from __future__ import annotations

@@ -21,8 +21,9 @@ def fall(time: np.ndarray, gravity: float) -> np.ndarray:
 def hang_displacement(distance: np.ndarray, length: float, material: Material, gravity: float) -> np.ndarray:
     """Return how far points of a hanging sheet move down because of its weight [m].
 
-    At the distance s below the held edge, the tension per width carries the weight below it, rho g (L - s). The strain
-    is the tension divided by Y, so the displacement is u(s) = rho g (L s - s^2 / 2) / Y. This is exact for nu = 0.
+    At the distance s below the held edge, the tension per width carries the weight of the cloth below, rho g (L - s).
+    The strain is the tension divided by Y, so the displacement is u(s) = rho g (L s - s^2 / 2) / Y. This is exact for
+    nu = 0.
 
     Args:
         distance: Unstrained distance from the held edge [m].
@@ -35,7 +36,7 @@ def hang_displacement(distance: np.ndarray, length: float, material: Material, g
 
 
 def shear_sag(across: np.ndarray, span: float, material: Material, gravity: float) -> np.ndarray:
-    """Return how far a tall vertical panel sags in its own plane [m]. It is held along both upright sides.
+    """Return how far a tall vertical panel sags in its own plane if it is held along both upright sides [m].
 
     Far from its top and bottom, the panel is in pure shear: G u'' = -rho g, so the sag is u = rho g x (D - x) / (2 G).
     If the material gives no G, G = Y / (2 (1 + nu)) as in an isotropic sheet.
@@ -102,12 +103,12 @@ def catenary(span: float, length: float, count: int = 201) -> np.ndarray:
 
 
 def incline_threshold(mu: float) -> float:
-    """Return the tilt theta at which a resting sheet starts to slide [rad]: tan(theta) = mu."""
+    """Return the tilt theta at which a resting sheet starts to slide [rad], from tan(theta) = mu."""
     return float(np.arctan(mu))
 
 
 def incline_acceleration(tilt: float, mu: float, gravity: float) -> float:
-    """Return the acceleration down an incline [m/s^2]: g (sin - mu cos) of the tilt, or zero if the sheet sticks."""
+    """Return the acceleration down an incline [m/s^2]: g (sin(tilt) - mu cos(tilt)), or zero if the sheet sticks."""
     return float(max(0.0, gravity * (np.sin(tilt) - mu * np.cos(tilt))))
 
 
