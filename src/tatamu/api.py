@@ -257,7 +257,8 @@ def observe(
         deviation: Standard deviation of the errors of these numbers [m].
         failed: Whether the real fold failed.
         turned_in: Corners that are turned in, "left" or "right". These corners are not measured.
-        measured: An observation that replaces these numbers; None to use the numbers.
+        measured: An observation that is given instead of `left`, `right`, `slip`, `failed` and `turned_in`; None to use
+            these arguments.
         executor: Executor of the simulations; None for threads on all processors.
         progress: Function that is called after every simulation, with the number of finished simulations and the number
             of all simulations.

@@ -90,7 +90,7 @@ def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
 
 
 def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray:
-    """Return the m Delaunay triangles of n points, shape (m, 3). They are counter-clockwise.
+    """Return the m counter-clockwise Delaunay triangles of n points, shape (m, 3).
 
     Args:
         points: Points of the mesh, shape (n, 2).

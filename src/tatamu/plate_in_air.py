@@ -95,8 +95,8 @@ def turning_drag(width: float, density: float = AIR_DENSITY) -> float:
     The constant is the value of the field `Material.air_drag_turning`.
 
     After a path s since the reversal, the drag is density C_D / 2, with C_D = 8 / 1.35 (pi s / width)^(-1/3). Over a
-    harmonic swing, this drag takes as much energy as the constant C_D of `swinging_drag`. In that constant, KC is pi s
-    / width, where s is the path at the end of a half swing.
+    harmonic swing, this drag takes as much energy as the constant C_D of `swinging_drag`. For this comparison, the
+    number KC of `swinging_drag` is pi s / width, where s is the path at the end of a half swing.
 
     Args:
         width: Width of the plate across the edges at which vortices form [m].

@@ -1,9 +1,9 @@
 """Test *crease*: the angle of a fold that remains in pressed cloth determines the friction of bending.
 
 This test is not in the paper. A band of cloth is the hinge of two light boards, like the spine of a book. The hinge is
-closed under a weight and released. It then keeps the curvature k at which the friction of bending HB [N] balances the
-bending moment B k, where B is the bending rigidity [N m] (docs/theory/hysteresis.md). The curvature is the same along
-the whole band. The remaining angle is therefore about
+closed under a weight and released. The hinge then keeps a curvature k. At this curvature, the friction of bending HB
+[N] balances the bending moment B k (docs/theory/hysteresis.md). B is the bending rigidity [N m]. The curvature is the
+same along the whole band. The remaining angle is therefore about
 
     HB / B * gap
 

@@ -47,7 +47,7 @@ class Fit:
 
     @property
     def slope(self) -> float | None:
-        """Change of the reading with the parameter's logarithm; None if there are fewer than two samples.
+        """Derivative of the reading by the parameter's logarithm; None if there are fewer than two samples.
 
         The slope is fitted to the three samples whose readings are nearest to the aim.
         """

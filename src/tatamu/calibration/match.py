@@ -48,7 +48,8 @@ def match(
     The reading must depend monotonically on the parameter.
 
     Args:
-        reading: Function that simulates the reading for a parameter; infinite if the cloth is too soft to simulate.
+        reading: Function that simulates the reading for a parameter. It returns infinity if the cloth is too soft to
+            simulate.
         target: Measured reading.
         start: First value of the parameter.
         limits: Smallest and largest value of the parameter.

@@ -10,8 +10,8 @@ The friction per area is mu rho g. The pressure in the cloth therefore grows eve
 this pressure shortens the cloth. Here mu is the coefficient of friction, rho the areal density, g the acceleration of
 gravity, and L the length of the cloth.
 
-The factor c is the fraction of the stretch stiffness Y that resists compression. It represents wrinkles that are too
-small for a coarse mesh.
+The factor c is the fraction of the stretch stiffness Y that resists compression. A factor below 1 represents wrinkles
+that are too small for a coarse mesh.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ class Setup:
     def usable(self, simulator: str) -> list[CalibrationTest]:
         """Return the tests that are used with a simulator.
 
-        The simulator must be able to do the test, and no other test may replace it.
+        A test is used if the simulator can do this test, and no other test replaces it.
         """
         return [test for test in self.tests.values() if self.unused(test, simulator) is None]
 

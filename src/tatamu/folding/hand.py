@@ -1,4 +1,4 @@
-"""A hand as rigid bodies. Its two fingers close on the hem, carry it, open and leave.
+"""A hand as rigid bodies. Its two fingers close on the hem of the cloth, carry the hem, open and leave.
 
 The hand comes from outside the cloth along the axis of its fingers, and closes. Its orientation stays the same during
 the fold. At the release, the hem has therefore turned over around the lower finger. This finger then lies between the

@@ -287,7 +287,10 @@ class Manipulation:
 
     @property
     def move_seconds(self) -> float:
-        """Time during which the hands move [s]. It is a whole number of frames and depends on the longer path."""
+        """Time during which the hands move [s].
+
+        The time is a whole number of frames. It depends on the longer of the hands' paths.
+        """
         longest = max(map(curves.length, self.paths))
         return float(np.ceil(curves.minimum_jerk_duration(longest, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
 

@@ -46,7 +46,8 @@ class Step(Record):
     `auto` stands for the edge farthest from the line."""
     hands: Literal[1, 2] = 2
     area_ratio: float | None = Field(None, gt=0.0, le=1.0)
-    """Area after the fold divided by the area before, for cloth without thickness; None for the ratio of the target."""
+    """Area after the fold divided by the area before, for cloth without thickness; None to use the ratio of the target
+    shape."""
 
     press: Press | None = None
     """The press that flattens the fold after the hands have left; None if the fold is not pressed."""

@@ -1,7 +1,7 @@
 """Reads DXF files: their curves and their unit.
 
-If the file is a sewing pattern in the apparel industry's form of DXF, the pieces of the pattern are read. Otherwise
-each layer gives curves, which have the name of the layer.
+If the file is a sewing pattern in the apparel industry's form of DXF, the pieces of the pattern are read. In other
+files, each layer gives curves, which have the name of the layer.
 """
 
 from __future__ import annotations

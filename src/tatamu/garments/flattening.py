@@ -3,7 +3,7 @@
 First, every triangle is assigned to the front, which faces up, or to the back, which faces down. Front and back meet at
 folds of the flat garment: at the side seams and along the top of the sleeves.
 
-Then all vertices are moved into the plane. Each triangle keeps its shape as well as possible, except for a rotation. A
+Then all vertices are moved into the plane. The triangles are rotated, but keep their shapes as well as possible. A
 triangle of the back becomes its mirror image. This method is called "as rigid as possible" (Sorkine and Alexa 2007; Liu
 et al. 2008 for the plane). The shape to keep is the triangle's shape in the mesh. If the file has a UV map that is the
 sewing pattern, the shape in the pattern is kept instead.

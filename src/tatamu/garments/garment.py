@@ -22,7 +22,7 @@ class GarmentSource:
     spacing: float | None = None
     """Edge length of the mesh given by the user [m]; None for the default."""
     scale: float | None = None
-    """Length of one unit of the garment's file [m]; None if the user gave none."""
+    """Length of one unit of the garment's file [m]; None if the user gave no length."""
     material: str | None = None
     """Name or file of the material; None if the user gave no name or file."""
 
@@ -63,7 +63,7 @@ class Garment:
     """Whether the garment came from a user's file. If true, its fold plans are the plans of its `kind`. If it has no
     `kind`, they are the plans that suit any garment."""
     kind: str = ""
-    """Name of the built-in garment whose fold plans this garment uses; empty if the user's file names none."""
+    """Name of the built-in garment whose fold plans this garment uses; empty if the user's file names no garment."""
     reading: str = ""
     """Unit in which the file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()

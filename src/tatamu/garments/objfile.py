@@ -16,7 +16,7 @@ LARGEST_MESH = 64 * MIB
 MOST_TRIANGLES = 200_000
 """Largest number of triangles of a mesh. With a tenth of this number, a simulation takes minutes already."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
-"""Largest number of vertices of a mesh. It allows three vertices for each triangle, as in STL files."""
+"""Largest number of vertices of a mesh. This number allows three vertices for each triangle, as in STL files."""
 LONGEST_LINE = 100_000
 """Largest number of characters in a line of an OBJ file."""
 

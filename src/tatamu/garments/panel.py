@@ -25,8 +25,8 @@ DROPPED = (0.56, 0.62, 0.68, 0.74)
 """Least distances of lattice points from the outline [spacings]. A mesh is made with each of these distances, and the
 best mesh is kept."""
 NEAREST = 0.52
-"""Least distance between an inner point and the outline [spacings]. It is more than half a spacing, because Delaunay
-triangulation then keeps the edges of the outline."""
+"""Least distance between an inner point and the outline [spacings]. The distance is more than half a spacing, because
+Delaunay triangulation then keeps the edges of the outline."""
 RELAXED = 1.7
 """Distance from the outline within which lattice points are moved [spacings]."""
 PASSES = 12

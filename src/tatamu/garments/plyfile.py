@@ -1,6 +1,6 @@
 """Reads files in the Polygon File Format (PLY), which are text or binary.
 
-A file contains a table of vertices and a table of faces, which may have any number of corners. The format calls each
+A file contains a table of vertices and a table of faces. A face may have any number of corners. The format calls each
 table an element. The header of a file lists all elements, with their lengths and their properties (columns). After the
 header, the rows of each element follow.
 """

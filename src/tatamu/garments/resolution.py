@@ -33,8 +33,8 @@ def spacing_for(material: Material) -> float:
 def default_spacing(material: Material, area: float) -> float:
     """Return the default spacing of a garment's mesh [m].
 
-    This spacing resolves the folds of the material. It is larger if the mesh would otherwise have too many vertices for
-    the area of all layers `area` [m^2].
+    This spacing resolves the folds of the material. The spacing is larger if the mesh would otherwise have too many
+    vertices. The number of vertices follows from the area of all layers, `area` [m^2].
     """
     return max(spacing_for(material), float(np.sqrt(area / CELL / MOST_BY_DEFAULT)))
 

@@ -93,7 +93,7 @@ def _neckline(neck: np.ndarray, depth: float, turn: float) -> np.ndarray:
     """Return the right half of a neckline from the neck point to the middle, shape (k, 2).
 
     With `turn` 1, the neckline is a quarter of an ellipse, which is steep at the shoulder. A smaller value gives a
-    neckline that is flatter there.
+    neckline that is flatter at the shoulder.
     """
     angle = np.linspace(0.0, 0.5 * np.pi, 25)
     x = neck[0] - depth * np.sin(angle) ** (1.0 / turn)

@@ -86,7 +86,7 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
     """Return the note on an unusual width and length [m] in a unit that the user did not give.
 
-    A unit that the file states is doubted as well, because many programs write a wrong unit into the header.
+    Even a unit that the file states is doubted, because many programs write a wrong unit into the header.
     """
     longest = max(sides)
     probable = probable_scale(longest / unit.metres)

@@ -87,8 +87,8 @@ def start(length: float, bending_length: float, thickness: float, links: int = 2
 class ChainEnergy:
     """The energy of the chain with penalties for violated constraints (augmented Lagrangian).
 
-    It is a function of the links' slopes. Lengths are in units of the bending length l_b. Energies per width are in
-    units of w l_b^2, with the weight per area w.
+    The energy is a function of the links' slopes. Lengths are in units of the bending length l_b. Energies per width
+    are in units of w l_b^2, with the weight per area w.
     """
 
     def __init__(self, strip: FoldedStrip, links: int) -> None:
