@@ -21,7 +21,8 @@ TOP_SPEED_FACTOR = 1.875
 def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Return s points T(t) = sum_k B_k^N(t) P_k of Eq. (1) with d coordinates, shape (s, d).
 
-    The N + 1 control points P_k have the shape (N + 1, d), and the s parameters t the shape (s,).
+    The N + 1 control points P_k have the shape (N + 1, d), and the s parameters t the shape (s,). B_k^N are the
+    Bernstein polynomials.
     """
     n = len(control_points) - 1
     basis = np.stack([comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)], axis=-1)

@@ -86,7 +86,8 @@ class Material(BaseModel):
     shear_stiffness: Number | None = Field(None, ge=1e-2, le=1e6)
     """Shear stiffness G: shear force per width and per shear angle between warp and weft [N/m].
 
-    None for sqrt(Y Y_weft) / (2 (1 + nu)), the value of an isotropic material."""
+    None for sqrt(Y Y_weft) / (2 (1 + nu)), with the membrane stiffnesses Y and Y_weft and the Poisson ratio nu. For an
+    isotropic material, this value is exact."""
     poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
     """Poisson ratio nu in the plane [-]. If warp and weft differ, it is the geometric mean of both ratios."""
     compression: Number = Field(1.0, ge=1e-3, le=1.0)
@@ -106,11 +107,14 @@ class Material(BaseModel):
     bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
     """Frictional moment of bending per width, HB [N].
 
-    It is half of 2HB, the width of the loop of moment against curvature. Kawabata's test reports 2HB."""
+    In a test by Kawabata's method, the moment is plotted against the curvature. The width of the resulting loop is
+    reported as 2HB, so HB is half of this width."""
     bending_rigidity_initial: Number | None = Field(None, ge=0.0, le=10.0)
-    """Slope of the loop of moment against curvature at a reversal of bending [N m]. It is larger than all rigidities.
+    """Slope of the bending moment over the curvature directly after a reversal of bending [N m].
 
-    None for four times the rigidity. The slope has no effect without hysteresis."""
+    This slope is larger than all rigidities. None for four times the rigidity. Without hysteresis, the slope has no
+    effect.
+    """
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
     """Distance between two layers that lie on each other [m]."""
     friction_table: Friction = 0.5
@@ -199,7 +203,7 @@ class Material(BaseModel):
 
     @property
     def twist_rigidity(self) -> float:
-        """Twisting moment divided by the twist k_uv of the surface [N m]. It is 2 B for an isotropic sheet."""
+        """Twisting moment divided by the twist k_uv of the surface [N m]. For an isotropic sheet, it is 2 B."""
         if self.bending_rigidity_bias is not None:
             return max(0.0, 4.0 * self.bending_rigidity_bias - self.bending_rigidity - self.weft_rigidity)
         return 2.0 * (self.bending_rigidity * self.weft_rigidity) ** 0.5

@@ -201,9 +201,9 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """Add the changes of the shear stiffness G to `changes`; see `LaterTest.propagate`.
 
-        The elongation e depends on Y / rho and G / rho. Here Y is the stretch stiffness, G the shear stiffness, and rho
-        the areal density. The elongation is about proportional to rho. With s = -de/dln G, a change of the parameters
-        changes e by
+        The elongation e depends on Y / rho and G / rho, with the stretch stiffness Y, the shear stiffness G and the
+        areal density rho. The elongation is about proportional to rho. With s = -de/dln G, a change of the three
+        parameters changes e by
 
             e dln rho - s dln G - (e - s) dln Y
         """

@@ -215,8 +215,8 @@ Crease it (optional): shows how much of a fold remains.                         
     def guess(self, arc: float, material: Material) -> float:
         """Return the friction of bending for this arc, by a formula [N].
 
-        The angle of the arc is about HB / B * gap. The bending rigidity B follows from the bending length of the
-        garment's usual fabric.
+        The angle of the arc is about HB / B * gap, with the friction of bending HB and the bending rigidity B. B
+        follows from the bending length of the garment's usual fabric.
         """
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 

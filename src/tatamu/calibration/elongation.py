@@ -51,7 +51,8 @@ SAME_END = 2e-3
 [m]."""
 
 OTHER_GARMENT = 0.25
-"""Largest difference between L2 and the garment's length, as a fraction of this length.
+"""Largest difference between the measured lying length L2 and the length of the simulated garment, as a fraction of the
+simulated length.
 
 A larger difference means that another garment was measured, or that it hung from another edge.
 """
@@ -192,7 +193,7 @@ L2 = []                  # lying
     def guess(self, elongation: float, material: Material) -> float:
         """Return the stretch stiffness of a hanging strip with this elongation e: rho g L^2 / 2 e [N/m].
 
-        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length.
+        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length of the strip.
         """
         return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 

@@ -126,7 +126,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
 
     @property
     def textbook(self) -> float:
-        """Coefficient of friction by the textbook: tan(theta)."""
+        """Coefficient of friction by the textbook: tan(theta), where theta is the slope of the board."""
         return float(np.tan(self.angle))
 
     def scene(self, material: Material) -> Scene:
@@ -179,7 +179,8 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """Add the changes of the coefficient of friction to `changes`; see `LaterTest.propagate`.
 
-        The coefficient is mu = tan(theta), with sin(theta) = H_s / L_t.
+        The coefficient is mu = tan(theta), where theta is the slope of the board. The slope follows from sin(theta) =
+        H_s / L_t, with the height H_s of the lifted end and the length L_t of the board.
         """
         board = readings["L_t"]
         height = readings["H_s"]
@@ -189,7 +190,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         changes["L_t"][PLACE[self.parameter]] = -per_height * np.sin(self.angle) * board.uncertainty
 
     def record(self) -> dict[str, float]:
-        """Return tan(theta) for the material's file; see `CalibrationTest.record`."""
+        """Return the textbook's coefficient tan(theta) for the material's file; see `CalibrationTest.record`."""
         return {"tan_theta": self.textbook}
 
     def sentence(self, fit: Fit) -> str:

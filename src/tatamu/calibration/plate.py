@@ -46,10 +46,8 @@ from tatamu.scene import Cloth, Gripper, Scene
 HALF, POWER = 0.2545, 2.95
 """The two numbers in the formula at the top of the module.
 
-The first number is the bending length divided by the overhang at DC = 1/2. The second number is the exponent of this
-ratio.
-
-DC is the drape coefficient.
+The first number is the ratio of bending length to overhang at which the drape coefficient is 1/2. The second number is
+the exponent of this ratio.
 """
 DISCS = 2
 """Number of discs that are simulated side by side."""

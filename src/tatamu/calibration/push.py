@@ -212,7 +212,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         )
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search for the factor c of the stretch stiffness that resists compression.
+        """Search for the factor c, the fraction of the stretch stiffness that resists compression.
 
         If the reading gives only a lower bound of c, and the material already satisfies this bound, the material is
         kept. A sheet that slides as a whole gives only a lower bound, because its motion does not show at which c it
@@ -227,7 +227,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """Add the changes of the factor c to `changes`; see `LaterTest.propagate`.
 
-        The factor is c = mu rho g L^2 / 2 Y (s - p); the module explains the symbols.
+        The factor is c = mu rho g L^2 / 2 Y (s - p). The docstring of the module explains these symbols.
         """
         shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
         own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}

@@ -301,7 +301,7 @@ def _longer_or_loop(length: float, estimate: Estimate) -> str:
 
 
 def sag_bound(sag: Reading, free_length: float) -> str | None:
-    """Return whether a sag only bounds the bending rigidity; None if the sag determines the rigidity.
+    """Return the kind of bound if a sag only bounds the bending rigidity; None if the sag determines the rigidity.
 
     Cloth that hangs straight down gives "at most". Cloth that stands out horizontally gives "at least".
     """

@@ -285,7 +285,7 @@ Swing it (optional): for cloth that hands move fast.                         [sw
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """Add the changes of the added mass m_a to `changes`; see `LaterTest.propagate`.
 
-        The period depends on m_a / rho, where rho is the areal density.
+        The period of the swings depends on m_a / rho, where rho is the areal density.
         """
         density = PLACE["areal_density"]
         by_time = 1.0 / fit.slope if fit.slope else self.per_time(readings)
@@ -294,7 +294,7 @@ Swing it (optional): for cloth that hands move fast.                         [sw
             change[PLACE[self.parameter]] += change[density]
 
     def per_time(self, readings: Readings) -> float:
-        """Return the derivative of ln m_a by the time T_10 of ten swings, by the plate's formula [1/s].
+        """Return the derivative of ln m_a by the time T_10 of ten swings [1/s], from the formula for a plate.
 
         The derivative is 2 (rho + m_a) / (m_a T_10), where m_a is the added mass and rho the areal density.
         """

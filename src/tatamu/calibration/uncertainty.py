@@ -39,12 +39,12 @@ class Slopes:
 
     @property
     def density(self) -> float:
-        """Derivative df/dln rho of the reading by the logarithm of the areal density."""
+        """Derivative df/dln rho of the reading f by the logarithm of the areal density rho."""
         return -(self.stretch + self.bending + self.friction)
 
     @property
     def size(self) -> float:
-        """Derivative df/dln L of the reading by the logarithm of the size, with everything else fixed."""
+        """Derivative df/dln L of the reading f by the logarithm of the garment's size L, with everything else fixed."""
         return self.reading - self.stretch - 3.0 * self.bending - 2.0 * self.friction
 
 

@@ -54,7 +54,7 @@ class Fold:
 
     @property
     def candidates(self) -> int:
-        """M: the number of vertices from which each hand may choose its grasp."""
+        """Number M of vertices from which each hand can choose its grasp."""
         return len(self.left)
 
     @cached_property

@@ -151,7 +151,7 @@ def crease_of(garment: Garment, height: float) -> Crease:
 def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return x and z of n points in bent stacks of `height` [m], each of shape (n,).
 
-    The points are given by their arc lengths u and their distances d from the middle of the stack.
+    The points are given by their arc lengths u along the stack, and their distances d from its mid-surface.
     """
     grid = np.array(STACKS) * garment.material.thickness
     held = np.clip(height, grid[0], grid[-1])

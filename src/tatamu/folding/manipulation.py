@@ -77,10 +77,10 @@ class ArmPath(OpenRecord):
     name: Literal["left", "right"]
     grasp: GraspPoint
     control_points: Points
-    """Control points P0 to P3 of the hand's Bezier curve in the scene [m], shape (4, 3)."""
+    """Control points of the hand's Bezier curve in the scene, from the grasp P0 to the release P3 [m], shape (4, 3)."""
     from_grasp: Points | None = None
-    """P0 to P3 relative to the grasp, without the height `lift` of the file [m], shape (4, 3); None in files of other
-    programs."""
+    """Control points P0 to P3 relative to the grasp, without the height `lift` of the file [m], shape (4, 3); None in
+    files of other programs."""
 
     @field_validator("control_points", "from_grasp")
     @classmethod
@@ -155,11 +155,13 @@ class Manipulation:
     positions: tuple[np.ndarray, ...]
     """Position of each hand's grasp [m], shape (3,)."""
     paths: tuple[np.ndarray, ...]
-    """Path of each hand relative to its grasp [m], s points, shape (s, 3).
+    """Path of each hand relative to its grasp, as s points [m], shape (s, 3).
 
-    The path starts at 0 and ends at the release."""
+    The path starts at 0 and ends at the release.
+    """
     control_points: tuple[np.ndarray, ...] | None
-    """P0 to P3 of each hand relative to its grasp [m], shape (4, 3); None if the paths are not cubic Bezier curves."""
+    """Control points P0 to P3 of each hand's curve, relative to its grasp [m], shape (4, 3); None if the paths are not
+    cubic Bezier curves."""
     lift: float = 0.0
     """Height of the hands over their grasps when the fingers have closed [m]."""
     settle: float = SETTLE
@@ -322,7 +324,7 @@ class Manipulation:
 def bezier_manipulation(
     fold: Fold, grasps: tuple[int, ...], x1: float, z1: float, x2: float, z2: float
 ) -> Manipulation:
-    """Return the paper's manipulation of Eq. (9), made from the control points P1 and P2.
+    """Return the paper's manipulation of Eq. (9), made from the inner control points P1 and P2 of a Bezier curve.
 
     P1 and P2 are relative to the grasp P0, with x along the motion of the fold and z up [m].
 

@@ -39,7 +39,7 @@ class Measured(Protocol):
 
     @property
     def moving_vertex_distance(self) -> float | None:
-        """Mean distance e_i of the vertices in the part that moves [m]; None if it was not measured."""
+        """Mean distance e_i from their targets of the vertices that should move [m]; None if it was not measured."""
         ...
 
     @property
@@ -62,7 +62,8 @@ class Limits(OpenRecord):
     """The limits of a successful fold."""
 
     mean_vertex_distance: float = 0.0125
-    """Largest mean distance e_i of a successful fold [m], over the whole cloth and over the part that moves.
+    """Largest mean distance of the vertices of a successful fold from their targets [m]. The limit is for the mean over
+    the whole cloth, and for the mean over the part that moves.
 
     BiFold 2025 uses 12.5 mm over all points."""
     mask_iou: float = 0.80
@@ -94,11 +95,12 @@ class Score(OpenRecord):
     """All measures of one fold. Their sources are in docs/guide/learning.md."""
 
     objective: float
-    """Objective C = l_x + alpha D, Eq. (10)."""
+    """Objective C = l_x + alpha D, Eq. (10), with the trajectory length l_x and the shape distance D."""
     trajectory_length: float
     """Trajectory length l_x: mean length of the hands' paths [m]."""
     shape_distance: float
-    """Shape distance D: sum of w_i e_i, Eq. (11) [m]."""
+    """Shape distance D: the sum of the vertices' distances from their targets, e_i, times their weights w_i, Eq. (11)
+    [m]."""
     mean_vertex_distance: float
     """Mean distance e_i of the vertices from their targets [m].
 
@@ -106,7 +108,7 @@ class Score(OpenRecord):
     wyffels 2022).
     """
     moving_vertex_distance: float | None = None
-    """Mean distance e_i over the part that moves [m]; None in files of earlier versions."""
+    """Mean distance e_i of the vertices that should move from their targets [m]; None in files of earlier versions."""
     mask_iou: float
     """Overlap of the outcome and the target, seen from above: intersection over union [-]."""
     area_error: float
@@ -146,7 +148,7 @@ def shape_distance(e: np.ndarray) -> float:
 
 
 def residuals(e: np.ndarray) -> np.ndarray:
-    """Return a vector whose squares sum to alpha D of Eq. (10), from the distances e_i [m], shape (n,)."""
+    """Return a vector, shape (n,), from the distances e_i [m]. Its squares sum to the term alpha D of Eq. (10)."""
     return np.asarray(np.sqrt(ALPHA * weights(e) * e))
 
 

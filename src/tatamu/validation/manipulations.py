@@ -31,7 +31,7 @@ class RandomFold:
     """A random fold along Bezier curves."""
 
     control: np.ndarray
-    """Bezier points P1, P2 and P3 of each hand, relative to P0: (x, y, z) [m], shape (2, 3, 3)."""
+    """Control points P1, P2 and P3 of each hand's Bezier curve, relative to its start P0 [m], shape (2, 3, 3)."""
     seconds: float
     """Time for which the hands move [s]."""
 

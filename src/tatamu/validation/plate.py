@@ -22,7 +22,10 @@ LEAST_TURN = 1e-9
 
 @dataclass(frozen=True)
 class Pushed:
-    """A mass per area that a constant force pushes against drag, from rest: M dv/dt = f - c v - q v^2."""
+    """A mass per area M that a constant force f pushes against drag, from rest.
+
+    The equation of motion is M dv/dt = f - c v - q v^2, with the speed v, the linear drag c and the quadratic drag q.
+    """
 
     mass: float
     """Mass per area M [kg/m^2]."""
@@ -35,7 +38,7 @@ class Pushed:
 
     @property
     def terminal_speed(self) -> float:
-        """Terminal speed: the positive root of f = c v + q v^2 [m/s]; infinite without drag."""
+        """Terminal speed v: the positive root of f = c v + q v^2 [m/s]; infinite without drag."""
         root = np.sqrt(self.linear**2 + 4.0 * self.quadratic * self.force)
         return 2.0 * self.force / (self.linear + root) if root > 0.0 else np.inf
 
@@ -83,7 +86,8 @@ def falling(material: Material, tilt: float, gravity: float) -> tuple[Pushed, Pu
 def small_swing_period(material: Material, length: float, gravity: float) -> float:
     """Return the period of small swings without drag of a plate that hangs from its upper edge [s].
 
-    The period is 2 pi sqrt(2 L M / (3 g rho)), with M = rho + m_a.
+    The period is 2 pi sqrt(2 L M / (3 g rho)), with M = rho + m_a. L is the length of the plate, g the acceleration of
+    gravity, rho the areal density and m_a the added mass of air.
     """
     heavier = 1.0 + material.air_added_mass / material.areal_density
     return float(2.0 * np.pi * np.sqrt(2.0 * length * heavier / (3.0 * gravity)))

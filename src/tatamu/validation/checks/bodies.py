@@ -161,8 +161,9 @@ def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
 def carried(subject: Subject, mu: float) -> Findings:
     """Check a strip of cloth that lies on an accelerated box.
 
-    Two numbers are compared with theory. The first is the acceleration at which the strip starts to slip, mu g. The
-    second is the distance by which the strip slips at 1.1 times this acceleration.
+    Two numbers are compared with theory. The first number is the acceleration at which the strip starts to slip, mu g,
+    where g is the acceleration of gravity. The second number is the distance by which the strip slips at 1.1 times this
+    acceleration.
     """
     wanted = mu * GRAVITY
     found = threshold(lambda a: left_behind(subject, mu, a) > SLIPPED, wanted, 0.1 * wanted, 0.002 * wanted)
@@ -192,8 +193,9 @@ def drawn_out(mu: float, table: float) -> Scene:
 def dragged(subject: Subject, mu: float, table: float) -> Findings:
     """Check how far a finger that is pulled out from under a cloth drags the cloth along.
 
-    The acceleration of the cloth is a = g (phi mu - (1 - phi) mu_table). phi is the fraction of the cloth's mass over
-    the finger.
+    The acceleration of the cloth is a = g (phi mu - (1 - phi) mu_table). g is the acceleration of gravity, and phi is
+    the fraction of the cloth's mass over the finger. The finger has the friction coefficient mu, and the other boxes
+    have the friction coefficient mu_table.
     """
     scene = drawn_out(mu, table)
     under = np.abs(scene.cloth.vertices[:, 0] - 0.1) < 0.03

@@ -18,7 +18,7 @@ from tatamu.validation.scenes import hanging, raised
 from tatamu.validation.subject import Subject
 
 FRICTION = 10.0
-"""Ratio HB / B of frictional moment to bending rigidity of the strips [1/m].
+"""Ratio HB / B of the strips [1/m]: frictional moment of bending HB divided by bending rigidity B.
 
 Cotton has about 50, and worsteds have 20 (Matsudaira et al. 2015)."""
 SPACING = 0.01
