@@ -82,7 +82,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """Return the minimum on a line parallel to the side b-c. `part` is its distance from a: 0 at a, 1 at b-c."""
+        """Return the minimum on a line parallel to the side b-c. `part` is 0 for the line through a, and 1 for b-c."""
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))

@@ -56,7 +56,8 @@ is bent for the first time to the curvature k, the moment is HB (1 - exp(-k / k_
 most 0.09 HB.
 """
 STEEPER = 4.0
-"""Default ratio of the slope of the bending moment directly after a reversal of bending to its later slope."""
+"""Default ratio of two slopes of the bending moment over the curvature: the slope directly after a reversal of bending,
+divided by the later slope."""
 UNSAID = (
     "blender",
     "compression",

@@ -52,7 +52,7 @@ PINCH = 0.03
 FARTHEST = 0.7
 """Largest distance by which the cloth is pulled aside before its release, as a fraction of the cloth's length."""
 FRAMES = 60.0
-"""Frames per second [1/s]."""
+"""Number of frames per second of the simulated scene [1/s]."""
 LEAST = 0.004
 """Smallest amplitude of a swing that counts, as a fraction of the distance by which the cloth is pulled aside."""
 WITHIN = 2e-3

@@ -75,8 +75,8 @@ class CalibrationTest(ABC):
     needs_because: ClassVar[str] = ""
     """Reason why this test needs other tests. Messages put this text after the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
-    """Tests that replace this test, because a material cannot have this test's parameter together with their
-    parameters.
+    """Tests that replace this test. A material cannot have the parameter of this test together with the parameter of
+    one of these tests.
     """
     yields_because: ClassVar[str] = ""
     """Reason why other tests replace this test. Messages put this text after the word "as"."""

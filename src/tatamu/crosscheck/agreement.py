@@ -65,8 +65,8 @@ class Pair:
     objective_rank: float
     """Spearman's rank correlation of the objective C in both simulators."""
     distance_rank: float
-    """Spearman's rank correlation of the mean vertex distance in both simulators. Unlike C, this distance does not
-    contain the length of the hands' paths, which is equal in both simulators."""
+    """Spearman's rank correlation of the mean vertex distance in both simulators. Unlike the objective C, this distance
+    does not contain the length of the hands' paths, which is equal in both simulators."""
     between: dict[str, float]
     """Mean distance between the final vertices in both simulators [m], for each manipulation that finished in both
     simulators.

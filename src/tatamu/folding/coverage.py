@@ -35,9 +35,10 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology, areas, lumped
 
 OFF = 0.0125
-"""Cloth that ends farther than this from its target is not folded [m] (BiFold 2025).
+"""Largest distance from its target at which cloth counts as folded [m] (BiFold 2025).
 
-If cloth stays behind, its distance from its target is at least twice its distance from the fold line."""
+Cloth that stays behind is at least twice as far from its target as from the fold line.
+"""
 LONGEST = 0.15
 """Longest overhang of cloth that is still laid down properly [m]. The overhang is the distance to held cloth, measured
 through the cloth."""

@@ -93,7 +93,8 @@ class Fold:
     def releases(self) -> tuple[np.ndarray, ...]:
         """Two numbers for each of the M candidates of each hand [m], shape (M, 2).
 
-        They are the span, and the height of the release above the grasp.
+        The first number is the horizontal distance from grasp to release. The second is the height of the release above
+        the grasp.
         """
         hands = (self.left, self.right)[: self.hands]
         return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)

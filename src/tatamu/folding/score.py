@@ -39,7 +39,7 @@ class Measured(Protocol):
 
     @property
     def moving_vertex_distance(self) -> float | None:
-        """Mean distance e_i from their targets of the vertices that should move [m]; None if it was not measured."""
+        """Mean distance e_i between vertices that should move and their targets [m]; None if it was not measured."""
         ...
 
     @property
@@ -62,8 +62,8 @@ class Limits(OpenRecord):
     """The limits of a successful fold."""
 
     mean_vertex_distance: float = 0.0125
-    """Largest mean distance of the vertices of a successful fold from their targets [m]. The limit is for the mean over
-    the whole cloth, and for the mean over the part that moves.
+    """Largest mean distance between the vertices and their targets in a successful fold [m]. The limit is for the mean
+    over the whole cloth, and for the mean over the part that moves.
 
     BiFold 2025 uses 12.5 mm over all points."""
     mask_iou: float = 0.80
@@ -108,7 +108,8 @@ class Score(OpenRecord):
     wyffels 2022).
     """
     moving_vertex_distance: float | None = None
-    """Mean distance e_i of the vertices that should move from their targets [m]; None in files of earlier versions."""
+    """Mean distance e_i between the vertices that should move and their targets [m]; None in files of earlier
+    versions."""
     mask_iou: float
     """Overlap of the outcome and the target, seen from above: intersection over union [-]."""
     area_error: float

@@ -3,7 +3,8 @@
 The directions of the garment are found from its shape:
 
 - Front to back: the direction in which the mesh is thinnest.
-- Width: the direction perpendicular to the first direction along which the garment is its own mirror image.
+- Width: the direction, perpendicular to the thinnest direction, in which the garment is symmetric. Mirrored in this
+  direction, the garment does not change.
 - Hem: the end with the longest opening in the middle of the width. For trousers, which have only one opening in the
   middle, the hem is the end with two openings beside the middle.
 - Front: the side with the lower neckline.

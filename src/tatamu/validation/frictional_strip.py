@@ -99,8 +99,9 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
             strip hangs straight.
         gravity: Acceleration of gravity [m/s^2].
 
-    Returns: The shape of the strip at each angle of the clamp: the horizontal and the vertical distance of each node
-    from the clamp (reach and drop) [m], shape (LINKS + 1, 2).
+    Returns:
+        The shape of the strip at each angle of the clamp: the horizontal and the vertical distance of each node from
+        the clamp (reach and drop) [m], shape (LINKS + 1, 2).
 
     Raises:
         SimulationError: If a shape cannot be found.

@@ -126,7 +126,7 @@ def on_table(subject: Subject, mu: float) -> Findings:
 
 
 def _acceleration(times: np.ndarray, distance: np.ndarray) -> float:
-    """Return the acceleration [m/s^2].
+    """Return the acceleration of a sliding cloth [m/s^2].
 
     The acceleration is twice the leading coefficient of a parabola through the second half of the motion.
     """

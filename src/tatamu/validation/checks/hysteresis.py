@@ -40,7 +40,7 @@ REST = 1.0
 
 
 def frictional(plain: Material) -> Material:
-    """Return a material with added hysteresis."""
+    """Return a material to which friction of bending was added."""
     return Material.model_validate(plain.model_dump() | {"bending_hysteresis": FRICTION * plain.bending_rigidity})
 
 

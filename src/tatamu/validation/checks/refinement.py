@@ -46,7 +46,10 @@ def score(subject: Subject, scene: Scene) -> float:
 
 
 def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: int = COUNT) -> Findings:
-    """Compare the order of random folds and the best fold on two meshes. Hands hold `depth` metres from the edge."""
+    """Compare the order of random folds, and the best fold, on two meshes.
+
+    Hands hold the cloth within `depth` metres of the edge.
+    """
     folds = [RandomFold.random(100 + seed, fast=False) for seed in range(count)]
     coarse, fine = (
         np.array([score(subject, scene_of(fold, TOWEL, s, depth)) for fold in folds]) for s in (spacing, spacing / 2)
