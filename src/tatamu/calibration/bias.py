@@ -5,8 +5,8 @@ This test is not in the paper. Woven cloth is stiff along its yarns, and stretch
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
-(docs/theory/membrane.md). Here Y and Y_weft are the stretch stiffnesses along the two yarns [N/m], nu is Poisson's
-ratio, and G is the shear stiffness [N/m]. The term 1 / G is the largest.
+The derivation is in docs/theory/membrane.md. Here Y and Y_weft are the stretch stiffnesses along the two yarns [N/m],
+nu is Poisson's ratio, and G is the shear stiffness [N/m]. The term 1 / G is the largest.
 
 A strip of length L and areal density rho becomes longer by rho g L^2 / 2 Y(45) when it hangs. This formula ignores that
 the strip's clamped end cannot become narrower. The strip is therefore simulated.

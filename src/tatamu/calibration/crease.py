@@ -7,10 +7,11 @@ same along the whole band. The remaining angle is therefore about
 
     HB / B * gap
 
-if this angle is much smaller than the half turn by which the hinge was closed.
+This formula is valid if the angle is much smaller than the half turn by which the hinge was closed.
 
-Without boards, cloth would also bend outside its crease while it opens. How much it bends would depend on how it is
-released. The hinge stands upright, so its weight does not turn it, and the simulation has no gravity.
+Without boards, cloth would also bend outside its crease while it opens. The amount of this bending would depend on the
+way in which the cloth is released. The hinge stands upright, so its weight does not turn it, and the simulation has no
+gravity.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ the amplitude A is given by
 
     1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
 
-(docs/theory/air.md). Cloth held by two corners is not a plate, so this formula is only approximate. The cloth is
-therefore simulated. q_n is adjusted until the simulated cloth makes the counted number of swings.
+The derivation is in docs/theory/air.md. Cloth held by two corners is not a plate, so this formula is only approximate.
+The cloth is therefore simulated. q_n is adjusted until the simulated cloth makes the counted number of swings.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from tatamu.simulators import capabilities
 MORE = 1.3
 """Ratio of the simulated number of swings to the counted number. Two further swings are simulated."""
 MOST = 200.0
-"""Largest simulated number of swings. Cloth that swings longer counts as cloth that does not fade."""
+"""Largest simulated number of swings. If cloth would swing more often, its swings count as swings that do not fade."""
 WITHIN = 5e-3
 """Largest difference between the simulated and the counted number of swings, as a fraction."""
 

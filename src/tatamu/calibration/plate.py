@@ -1,12 +1,12 @@
 """Test *plate*: the drape of a disc of cloth over a round plate determines the bending rigidity.
 
 This test is not in the paper. A disc of cloth hangs over a smaller plate, in folds, and is seen from above. The drape
-coefficient
+coefficient is
 
     DC = (A_outline - A_plate) / (A_disc - A_plate)
 
-compares three areas, all seen from above: the area in the cloth's outline, the plate, and the flat disc. The simulation
-must reproduce the radius of the circle that has the same area as the outline.
+It compares three areas, all seen from above: the area in the cloth's outline, the plate, and the flat disc. The
+simulation must reproduce the radius of the circle that has the same area as the outline.
 
 The coefficient grows with the bending length l_b divided by the overhang a, the width of the cloth outside the plate.
 The relation is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was

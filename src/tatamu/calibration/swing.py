@@ -4,7 +4,7 @@ This test is not in the paper. A plate of length L that hangs by its edge swings
 
     T = 2 pi sqrt(2 L (rho + m_a) / (3 g rho))
 
-where rho is the areal density and g the acceleration of gravity. The added mass m_a is the mass per area of the air
+Here rho is the areal density, and g the acceleration of gravity. The added mass m_a is the mass per area of the air
 that moves with the plate along its normal (docs/theory/air.md). This air adds inertia but no weight.
 
 Cloth held by two corners is not a plate, so this formula is only approximate. The cloth is therefore simulated. m_a is

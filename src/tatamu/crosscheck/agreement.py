@@ -211,8 +211,8 @@ def compare(
         count: Number of random manipulations.
         seed: Random seed of the random manipulations.
         halved: Whether to simulate on a mesh of half the spacing.
-        progress: Function that is called before each simulation. If an executor simulates, it is called before the wait
-            for each result.
+        progress: Function that is called before each simulation. If an executor is given, the function is called before
+            the wait for each result.
         executor: Executor to which all simulations are submitted at once; None to run them in this process, one after
             the other.
 

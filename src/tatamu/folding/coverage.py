@@ -46,7 +46,7 @@ LONGEST_TAIL = 0.10
 """Longest overhang of cloth that is farther from the fold line than the hands [m]. The overhang is the distance to held
 cloth, measured through the cloth.
 
-The limit is smaller than `LONGEST`, because hands do not turn, and so lay this cloth under the cloth that they carry.
+The limit is smaller than `LONGEST`. Because hands do not turn, they lay this cloth under the cloth that they carry.
 """
 ROOT = 0.03
 """Distance from held cloth at which a part that is not carried begins [m], measured through the cloth."""

@@ -123,7 +123,7 @@ class ManipulationFile(OpenRecord):
 
     version: Literal[1] = 1
     frame_rate: float = Field(60.0, gt=0)
-    """Frames per second [1/s]."""
+    """Number of frames per second of the motion [1/s]."""
     arms: Annotated[list[ArmPath], Field(min_length=1, max_length=2)]
     """Arms, left before right."""
     timing: Timing | None = None

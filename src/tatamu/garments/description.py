@@ -75,7 +75,7 @@ class GarmentFile(BaseModel):
     spacing: Annotated[float, AfterValidator(_spacing)] | None = None
     """Edge length of the mesh [m]; None for the default."""
     fabric: str | None = None
-    """Name of a material preset. If the file has a table [material], it replaces the preset."""
+    """Name of a material preset. If the file has a table [material], this table replaces the preset."""
     weld: bool = False
     """Whether to join vertices that have the same position."""
     remesh: bool = False

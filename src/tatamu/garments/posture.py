@@ -119,7 +119,7 @@ def _snapped(way: np.ndarray) -> np.ndarray:
 def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
     """Return the direction along the garment, which is perpendicular to its width.
 
-    The width is the direction along which the garment is its own mirror image.
+    The width is the direction in which the garment is symmetric: mirrored in this direction, it does not change.
     """
     usual = np.array([0.0, 0.0, 1.0]) if abs(through[1]) > ALIGNED else np.array([0.0, 1.0, 0.0])
     along = usual - (usual @ through) * through

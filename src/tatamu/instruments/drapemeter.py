@@ -24,7 +24,7 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 RISE = 0.1
-"""Height by which the plate rises [m]. It is larger than the length of cloth that hangs down."""
+"""Height by which the plate rises [m]. This height is larger than the length of the cloth that hangs down."""
 RISING = 2.0
 """Time in which the plate rises [s]."""
 SETTLING = 2.0
