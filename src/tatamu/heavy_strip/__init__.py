@@ -1,7 +1,7 @@
 """Computes the shape of a heavy strip: inextensible cloth in a vertical plane, bent only by its own weight.
 
 The bending rigidity of the strip is B [N m], and its weight per area is w = rho g [N/m^2]. At the arc length s [m], the
-strip has the slope theta [rad] and the height z [m]. Its shape has the minimum energy per width,
+strip has the slope theta [rad] and the height z [m]. Its shape has the minimum energy per width:
 
     E = int  B/2 (d theta/ds)^2 + w z  ds.
 
