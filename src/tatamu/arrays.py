@@ -14,7 +14,8 @@ LARGEST = 1e3
 """Largest coordinate or displacement [m]. A larger value is probably in another unit."""
 
 LARGEST_INDEX = 2**53
-"""Limit of the index of a vertex. Floating point numbers represent all whole numbers up to this limit exactly."""
+"""Limit of the index of a vertex. Floating point numbers represent all whole numbers up to this limit exactly, but not
+all larger numbers."""
 
 
 def _floats(value: Any) -> np.ndarray:

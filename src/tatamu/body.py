@@ -2,8 +2,8 @@
 
 The motion of a body is given in advance, so cloth does not push it.
 
-Every shape is a rounded box. It has a core with the half sizes h, some or all of which may be zero. The body is
-everything within the radius r of the core:
+Every shape is a rounded box. It has a core, which is a box with the half sizes h. Some or all half sizes may be zero.
+The body consists of all points whose distance from the core is at most r:
 
     box      h = size, r = 0;     sphere   h = 0, r = size[0];     capsule  h = (0, 0, size[1]), r = size[0]
 
@@ -83,7 +83,7 @@ class Body(Record):
     """Unit quaternion (w, x, y, z) at each knot, shape (k, 4).
 
     None if the body never turns. The quaternion rotates from the frame of the body to the frame of the scene. Between
-    knots, it is interpolated on the sphere along the shorter way.
+    knots, quaternions are interpolated on the sphere along the shorter way.
     """
 
     @model_validator(mode="after")
@@ -136,7 +136,7 @@ class Body(Record):
         return np.asarray((points - position) @ turned)
 
     def distance(self, local: np.ndarray) -> np.ndarray:
-        """Return the signed distance of points in the frame of the body [m], shape (...,). It is negative inside."""
+        """Return the signed distance of points in the frame of the body [m], shape (...,); negative inside the body."""
         q = np.abs(local) - self.core
         outside = np.linalg.norm(np.maximum(q, 0.0), axis=-1)
         return np.asarray(outside + np.minimum(q.max(axis=-1), 0.0) - self.radius)
@@ -150,8 +150,8 @@ def slerp(times: np.ndarray, knots: np.ndarray, quaternions: np.ndarray) -> np.n
     Args:
         times: The k times [s], shape (k,).
         knots: Increasing times of the m knots [s], shape (m,).
-        quaternions: Quaternions at the knots, shape (m, 4). q and -q are equal rotations, so the nearer of them is
-            used.
+        quaternions: Quaternions at the knots, shape (m, 4). q and -q are equal rotations, so the one that is nearer to
+            the previous quaternion is used.
 
     Returns:
         Unit quaternions at the k times, shape (k, 4).

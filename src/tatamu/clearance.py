@@ -1,10 +1,10 @@
 """The distance between cloth and a rigid body. Faces are tested too, because a thin finger may pierce a triangle.
 
 The signed distance of a body is a convex function. Its tangent planes at the corners of a triangle are therefore lower
-bounds over the triangle. The bound is positive for almost all triangles, so these are outside. For the other triangles,
-nested golden sections find the minimum. The inner section finds the minimum along a line parallel to a side of the
-triangle. The outer section moves this line. Golden sections are valid, because the minimum along the line is a convex
-function of the line's position.
+bounds over the triangle. For almost all triangles, this bound is positive, so the triangle is outside the body. For the
+other triangles, nested golden sections find the minimum distance. The inner section finds the minimum along a line
+parallel to a side of the triangle. The outer section moves this line. Golden sections are valid for the outer section
+too, because the minimum along the line is a convex function of the line's position.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tatamu.body import Body
 
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 SECTIONS = 24
-"""Number of golden sections in each direction. They reduce a side of 20 mm to 0.2 micrometres."""
+"""Number of golden sections in each direction. They reduce an interval of 20 mm to 0.2 micrometres."""
 
 
 def deepest(body: Body, points: np.ndarray, faces: np.ndarray, time: float = 0.0) -> float:
@@ -40,7 +40,8 @@ def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, be
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
         time: Time that determines the position of the body [s].
-        below: Distance above which the result is only the smallest distance of a triangle's corners [m].
+        below: Distance that matters to the caller [m]. If all of a triangle is farther from the body, its result is
+            only the smallest distance of its corners.
     """
     local = body.local(points, time)
     at_vertices = body.distance(local)
@@ -81,7 +82,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """Return the minimum on a line parallel to the side b-c. `part` is the fraction of the distance from a."""
+        """Return the minimum on a line parallel to the side b-c. `part` is 0 for the line through a, and 1 for b-c."""
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))

@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 MOST_AROUND = 1000
-"""Largest number of triangles around a vertex. The memory for their contact grows with the square of this number."""
+"""Largest number of triangles around a vertex. The memory for the contact of these triangles grows with the square of
+this number."""
 
 
 def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 
 EDGE_ON = 1e-9
-"""Twice the area below which a triangle counts as seen edge-on, and has no height [pixels^2]."""
+"""If twice the area of a triangle is below this limit, the triangle counts as seen edge-on and has no height
+[pixels^2]."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slac
         faces: Triangles, shape (m, 3).
         shape: Numbers of columns and rows of the grid.
         slack: Distance outside a triangle, in barycentric coordinates, at which a pixel's centre still counts as
-            inside. It prevents gaps between two triangles by rounding.
+            inside. It prevents gaps between two triangles that rounding would cause.
     """
     heights = np.full(shape, -np.inf)
     face = np.full(shape, -1, dtype=np.int64)

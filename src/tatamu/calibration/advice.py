@@ -1,4 +1,4 @@
-"""Advice on the measurements: which readings are insufficient, what would be sufficient, and what to repeat."""
+"""Advice on the measurements: which readings are insufficient, which would suffice, and which should be repeated."""
 
 from __future__ import annotations
 
@@ -121,9 +121,9 @@ def _restless(calibration: Calibration) -> list[str]:
 def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, float]]] | None:
     """Return the reading to repeat, and the relative uncertainties before and after more repeats.
 
-    The number of further repeats is `MORE`. Each parameter has a relative variance. Repeats of the best reading lower
-    the sum of these variances the most. The result is None if the readings determine no parameter, or if repeats do not
-    help.
+    The number of further repeats is `MORE`. Each parameter has a relative variance. The returned reading is the one
+    whose repeats lower the sum of these variances the most. The result is None if the readings determine no parameter,
+    or if repeats do not help.
     """
     rows = [PLACE[name] for name in calibration.known]
     variance = np.diag(calibration.covariance)[rows]

@@ -52,8 +52,8 @@ def calibrate(
     Args:
         measurements: Readings of the garment.
         simulator: Name of the simulator.
-        spacing: Mesh spacing of the tests [m]. If None, the mesh is so fine that its spacing does not matter in
-            `native`.
+        spacing: Mesh spacing of the tests [m]. If None, the mesh is so fine that its spacing does not matter in the
+            simulator `native`.
         tick: Function that is called before each simulation with the name of its test.
         options: Accuracy of the matches, and durations.
 
@@ -126,7 +126,7 @@ def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.nda
 
 
 def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
-    """Return the material before the first simulation. Measured parameters have the values of textbook formulas."""
+    """Return the material before the first simulation. Textbook formulas give the values of the measured parameters."""
     density = readings["mass"].value / setup.area
     if not LIGHTEST <= density <= HEAVIEST:
         raise InputError(
@@ -141,7 +141,7 @@ def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
 
 
 def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> ElasticMatch:
-    """Match the tests in turn, until no parameter changes."""
+    """Find the parameters of the tests in turn, and repeat this until no parameter changes."""
     matches: dict[str, Match] = {}
     passes = 0
     before: Material | None = None
@@ -156,7 +156,7 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
                 earlier = matches.get(target.test.name)
                 start = earlier.parameter if earlier else getattr(material, parameter)
                 found = target.matched(laboratory, material, start)
-                alike = not rubs or len(found.samples) < 2  # otherwise, earlier samples belong to another curve
+                alike = not rubs or len(found.samples) < 2  # otherwise, samples of earlier passes lie on another curve
                 matches[target.test.name] = found.after(earlier.samples if earlier and alike else ())
             some = _telling(group, matches) or group[-1:]
             value = _mean(some, [matches[target.test.name].parameter for target in some])

@@ -1,16 +1,17 @@
 """Test *crease*: the angle of a fold that remains in pressed cloth determines the friction of bending.
 
 This test is not in the paper. A band of cloth is the hinge of two light boards, like the spine of a book. The hinge is
-closed under a weight and released. It then keeps the curvature k at which the friction of bending HB [N] balances the
-bending moment B k, where B is the bending rigidity [N m] (docs/theory/hysteresis.md). The curvature is the same along
-the whole band. The remaining angle is therefore about
+closed under a weight and released. The hinge then keeps a curvature k. At this curvature, the friction of bending HB
+[N] balances the bending moment B k (docs/theory/hysteresis.md). B is the bending rigidity [N m]. The curvature is the
+same along the whole band. The remaining angle is therefore about
 
     HB / B * gap
 
-if this angle is much smaller than the half turn by which the hinge was closed.
+This formula is valid if the angle is much smaller than the half turn by which the hinge was closed.
 
-Without boards, cloth would also bend outside its crease while it opens. How much it bends would depend on how it is
-released. The hinge stands upright, so its weight does not turn it, and the simulation has no gravity.
+Without boards, cloth would also bend outside its crease while it opens. The amount of this bending would depend on the
+way in which the cloth is released. The hinge stands upright, so its weight does not turn it, and the simulation has no
+gravity.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ omega is the lowest angular frequency of the strip.
 WIDEST = 120.0
 """Largest angle that determines the friction [degrees].
 
-A larger angle only gives a bound of the friction, because the closed fold was hardly sharper than the released fold.
+A larger angle only gives a bound of the friction, because the fold hardly opened when it was released.
 """
 LEAST_GAP = 1.5
 """Smallest length of the band, in thicknesses of both boards. A shorter band could not go around the boards."""
@@ -158,7 +159,10 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.asarray(np.unique(self.mesh[0][:, 0].round(9), return_inverse=True)[1])
 
     def _folded(self) -> np.ndarray:
-        """Return the positions of the folded band: a half circle between two horizontal ends [m], shape (n, 3)."""
+        """Return the positions of the n vertices of the folded band [m], shape (n, 3).
+
+        The band is a half circle between two level ends.
+        """
         flat, _ = self.mesh
         links = CELLS + 2 * HELD_ROWS
         row = np.ptp(flat[:, 0]) / links
@@ -167,7 +171,7 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.column_stack([x[self._rows], flat[:, 1], z[self._rows]])
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test. The band is closed by its ends, then one of the ends is released."""
+        """Return the scene of this test. Both ends of the band are brought together, then one end is released."""
         flat, faces = self.mesh
         folded = self._folded()
         last = int(self._rows.max())
@@ -212,8 +216,8 @@ Crease it (optional): shows how much of a fold remains.                         
     def guess(self, arc: float, material: Material) -> float:
         """Return the friction of bending for this arc, by a formula [N].
 
-        The angle of the arc is about HB / B * gap. The bending rigidity B follows from the bending length of the
-        garment's usual fabric.
+        The angle of the arc is about HB / B * gap, with the friction of bending HB and the bending rigidity B. B
+        follows from the bending length of the garment's usual fabric.
         """
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 

@@ -1,4 +1,4 @@
-"""The named edges of a garment, by which it is held."""
+"""The named edges by which a garment is held."""
 
 from __future__ import annotations
 

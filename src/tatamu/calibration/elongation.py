@@ -37,7 +37,7 @@ from tatamu.settling import settling
 from tatamu.topology import Topology, areas
 
 RELAXATIONS = 14.0
-"""Duration of the scene, in units of 1 / rate, where rate is the frequency of its slowest motion.
+"""Duration of the scene, in units of 1 / rate, where rate is the frequency of the garment's slowest motion.
 
 After this time, the slowest motion has decayed to e^-14.
 """
@@ -47,10 +47,12 @@ LAYERS_APART = 2.0
 If the layers were closer, contact would push them apart while the grip holds them.
 """
 SAME_END = 2e-3
-"""Largest distance of the end's vertices from its farthest vertex [m]."""
+"""Largest height of a vertex above the lowest vertex at which the vertex belongs to the lower end of the garment
+[m]."""
 
 OTHER_GARMENT = 0.25
-"""Largest difference between L2 and the garment's length, as a fraction of this length.
+"""Largest difference between the measured lying length L2 and the length of the simulated garment, as a fraction of the
+simulated length.
 
 A larger difference means that another garment was measured, or that it hung from another edge.
 """
@@ -166,7 +168,8 @@ L2 = []                  # lying
     def plan(self) -> np.ndarray:
         """Positions of the n vertices of the unstrained garment [m], shape (n, 2).
 
-        The coordinates are the distance to the side, along the grips, and the distance down from the grips.
+        The first coordinate is the distance to the side, along the grips. The second is the distance down from the
+        grips.
         """
         flat = self.garment.cloth().rest[:, :2]
         gripped = flat[np.concatenate(self.held)]
@@ -190,7 +193,7 @@ L2 = []                  # lying
     def guess(self, elongation: float, material: Material) -> float:
         """Return the stretch stiffness of a hanging strip with this elongation e: rho g L^2 / 2 e [N/m].
 
-        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length.
+        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length of the strip.
         """
         return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 

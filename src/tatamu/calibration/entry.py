@@ -19,7 +19,7 @@ class Errors(Record):
     """
 
     length: Error = 0.001
-    """Standard deviation of every length except H_s [m]."""
+    """Standard deviation of every length except the height H_s of the board's lifted end [m]."""
     mass: Error = 0.001
     """Standard deviation of the mass [kg]."""
     H_s: Error = 0.005

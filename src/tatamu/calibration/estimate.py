@@ -70,7 +70,7 @@ class Estimate:
     def bounding(self, parameter: str) -> Fit | None:
         """Return the fit that only bounds a parameter.
 
-        It is None if a test determines the parameter, or no test gives a bound.
+        The result is None if a test determines the parameter, or no test gives a bound.
         """
         fits = [fit for fit in self.fits if fit.parameter == parameter]
         return fits[-1] if fits and all(fit.bound for fit in fits) else None

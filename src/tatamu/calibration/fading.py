@@ -7,8 +7,8 @@ the amplitude A is given by
 
     1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
 
-(docs/theory/air.md). Cloth held by two corners is not a plate, so this formula is only approximate. The cloth is
-therefore simulated. q_n is adjusted until the simulated cloth makes the counted number of swings.
+The derivation is in docs/theory/air.md. Cloth held by two corners is not a plate, so this formula is only approximate.
+The cloth is therefore simulated. q_n is adjusted until the simulated cloth makes the counted number of swings.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ from tatamu.scene import Scene
 from tatamu.simulators import capabilities
 
 MORE = 1.3
-"""Ratio of the simulated time to the counted time."""
+"""Ratio of the simulated number of swings to the counted number. Two further swings are simulated."""
 MOST = 200.0
-"""Largest simulated number of swings. Cloth that swings longer counts as cloth that does not fade."""
+"""Largest simulated number of swings. If cloth would swing more often, its swings count as swings that do not fade."""
 WITHIN = 5e-3
 """Largest difference between the simulated and the counted number of swings, as a fraction."""
 
@@ -124,7 +124,7 @@ Count its swings (optional): for cloth that hands move fast.                   [
         return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), MORE * self.counted + 2.0)
 
     def reading(self, rollout: Rollout) -> float:
-        """Return the number of swings until the amplitude is less than `to`, interpolated between swings [-]."""
+        """Return the number of swings until the amplitude is less than `to` [-], interpolated between swings."""
         signal = self.swinging.signal(rollout)
         found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))
         numbers = np.array([0.0, *(0.75 + 0.5 * k for k in range(len(found)))])
@@ -137,7 +137,7 @@ Count its swings (optional): for cloth that hands move fast.                   [
     def guess(self, count: float, material: Material) -> float:
         """Return the quadratic drag of a plate that fades in `count` swings [kg/m^3].
 
-        It follows from the formula at the top of the module.
+        The drag follows from the formula at the top of the module.
         """
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside
         heavy = material.areal_density + material.air_added_mass
@@ -150,10 +150,11 @@ Count its swings (optional): for cloth that hands move fast.                   [
         return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the drag q_n; see `LaterTest.propagate`.
+        """Add the changes of the drag q_n to `changes`; see `LaterTest.propagate`.
 
-        The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n, where n is the number of swings. To estimate the
-        uncertainty, the areal density rho and the added mass m_a are assumed to be equally large.
+        The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n. Here n is the number of swings, `aside` the first
+        amplitude and `to` the last amplitude. To estimate the uncertainty, the areal density rho and the added mass m_a
+        are assumed to be equally large.
         """
         density, air = (PLACE[name] for name in ("areal_density", "air_added_mass"))
         for change in changes.values():

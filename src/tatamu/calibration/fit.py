@@ -31,10 +31,11 @@ class Fit:
     samples: tuple[tuple[float, float], ...]
     """Values of the parameter that were simulated, each with its reading.
 
-    In a search by bisection, each value has a speed instead.
+    In a search by bisection, each value has the simulated speed of a sheet instead of a reading.
     """
     alone: float | None = None
-    """Value of the parameter that follows from this test without other tests; None if only this test determined it.
+    """Value of the parameter that follows from this test without other tests; None if only this test determined the
+    parameter.
 
     A value is given if several tests determine the parameter. It is also given if the test only bounds the parameter,
     and the value that was assumed before satisfies this bound.
@@ -46,7 +47,7 @@ class Fit:
 
     @property
     def slope(self) -> float | None:
-        """Change of the reading with the parameter's logarithm; None if there are fewer than two samples.
+        """Derivative of the reading by the parameter's logarithm; None if there are fewer than two samples.
 
         The slope is fitted to the three samples whose readings are nearest to the aim.
         """

@@ -2,8 +2,8 @@
 
 The simulated table has the slope theta = asin(H_s / L_t). H_s is the height of the board's lifted end, and L_t is the
 length of the board. The coefficient of friction is found by bisection, between a value at which a simulated sheet stays
-and a value at which it slides. The search starts from the textbook's answer tan(theta), and the result is compared with
-it.
+and a value at which it slides. The search starts from the textbook's coefficient tan(theta). The result is compared
+with this coefficient.
 
 Sliding does not depend on the shape of the sheet, so a small sheet of the same material is simulated.
 """
@@ -41,16 +41,19 @@ DURATION = 0.8
 SLIDING = 5e-3
 """Mean speed over the last quarter of the scene above which the sheet counts as sliding [m/s].
 
-A sheet reaches this speed if its coefficient is 1.5e-3 below tan(theta).
+A sheet reaches this speed if its coefficient of friction is 1.5e-3 below tan(theta), where theta is the slope of the
+table.
 """
 FIRST = 0.02
-"""The first two coefficients of the search are tan(theta) times 1 plus and 1 minus this fraction."""
+"""The first two coefficients of the search are tan(theta) times 1 plus this fraction, and times 1 minus this fraction.
+Here theta is the slope of the table."""
 RESOLUTION = 2e-3
 """Width of the interval of coefficients at which the search ends."""
 LARGEST = 3.0
 """Largest coefficient that is tried."""
 EFFECTIVE = 0.02
-"""Relative difference from tan(theta) above which a coefficient is reported as an effective value."""
+"""Relative difference between a coefficient and tan(theta), above which the coefficient is reported as an effective
+value. Here theta is the slope of the table."""
 
 
 class FrictionReadings(TestEntry):
@@ -123,7 +126,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
 
     @property
     def textbook(self) -> float:
-        """Coefficient of friction by the textbook: tan(theta)."""
+        """Coefficient of friction by the textbook: tan(theta), where theta is the slope of the board."""
         return float(np.tan(self.angle))
 
     def scene(self, material: Material) -> Scene:
@@ -174,9 +177,10 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         return material.model_copy(update={"friction_table": found.coefficient}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the coefficient; see `LaterTest.propagate`.
+        """Add the changes of the coefficient of friction to `changes`; see `LaterTest.propagate`.
 
-        The coefficient is mu = tan(theta), with sin(theta) = H_s / L_t.
+        The coefficient is mu = tan(theta), where theta is the slope of the board. The slope follows from sin(theta) =
+        H_s / L_t, with the height H_s of the lifted end and the length L_t of the board.
         """
         board = readings["L_t"]
         height = readings["H_s"]
@@ -186,7 +190,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         changes["L_t"][PLACE[self.parameter]] = -per_height * np.sin(self.angle) * board.uncertainty
 
     def record(self) -> dict[str, float]:
-        """Return tan(theta) for the material's file; see `CalibrationTest.record`."""
+        """Return the textbook's coefficient tan(theta) for the material's file; see `CalibrationTest.record`."""
         return {"tan_theta": self.textbook}
 
     def sentence(self, fit: Fit) -> str:

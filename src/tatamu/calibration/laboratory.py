@@ -1,4 +1,7 @@
-"""A laboratory for the simulated tests. It runs scenes until they have come to rest, and stores their readings."""
+"""A laboratory for the simulated tests.
+
+A test is simulated until its cloth has come to rest, and its reading is stored.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +81,7 @@ class Laboratory:
     def _settled(self, test: LengthTest, scene: Scene) -> tuple[float, np.ndarray]:
         """Simulate until the reading no longer changes, and return the reading and the final positions.
 
-        The next simulation of the same test starts with the same duration.
+        The duration that was needed is stored. The next simulation of the same test starts with this duration.
         """
         options = self.options
         factor = self._durations.get(test.name, 1.0)

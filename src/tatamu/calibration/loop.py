@@ -39,22 +39,25 @@ from tatamu.settling import settling
 HEIGHT, LIFT = 0.906, 1.1
 """Factors in the height of the loop's top above the table: 0.906 l_b + 1.1 thickness.
 
-l_b is the bending length. The height was computed with a heavy chain (`heavy_strip.chain`).
+l_b is the bending length of the cloth. The height was computed with a chain that bends under its own weight
+(`heavy_strip.chain`).
 """
 LIES = 4.0
 """Length of cloth on either side of the crease, divided by the height of the loop [-].
 
-In a computation with a heavy chain (`heavy_strip.chain`), 3.85 heights give the same loop as an infinite length.
+In a computation with a chain that bends under its own weight (`heavy_strip.chain`), a length of 3.85 heights gives the
+same loop as an infinite length.
 """
 CELL = 0.2
 """Edge length of the mesh divided by the height of the loop."""
 COLUMNS = 6
 HELD_ROWS = 2
 LAYS = 0.3
-"""Fraction of the scene's duration in which the upper end is laid down."""
+"""Duration of the motion in which the upper end is laid down, as a fraction of the scene's duration."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
-"""Largest height of a fold [m]. A higher fold would belong to cardboard, not to cloth."""
+"""Largest height of a fold [m]. A higher fold is refused, because only cardboard, and no cloth, would fold like
+this."""
 
 
 class LoopReadings(TestEntry):

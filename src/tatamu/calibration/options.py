@@ -1,4 +1,4 @@
-"""Options of a calibration that a study may vary. The defaults are the options of `tatamu calibrate`."""
+"""Options of a calibration that an experiment can vary. The defaults are the options of `tatamu calibrate`."""
 
 from __future__ import annotations
 

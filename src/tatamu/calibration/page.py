@@ -75,7 +75,7 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
-    """Return a parameter's value, with its unit, and its uncertainty as text."""
+    """Return two texts: a parameter's value with its unit, and the uncertainty of this value."""
     factor = KNOWN[parameter].shown_factor
     unit = KNOWN[parameter].shown_unit or UNITS[parameter]
 
@@ -169,8 +169,8 @@ def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
 def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]:
     """Return the rows of the uncertainty table.
 
-    A row has the name of a reading, its value, and its uncertainty. Then follows the part of each parameter's variance
-    that the reading causes, as a fraction.
+    A row has the name of a reading, its value, and its uncertainty. The row also has, for each parameter, the fraction
+    of the parameter's variance that the reading causes.
     """
     known = [PLACE[name] for name in calibration.known]
     if not known:

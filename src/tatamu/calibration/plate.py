@@ -1,16 +1,16 @@
 """Test *plate*: the drape of a disc of cloth over a round plate determines the bending rigidity.
 
 This test is not in the paper. A disc of cloth hangs over a smaller plate, in folds, and is seen from above. The drape
-coefficient
+coefficient is
 
     DC = (A_outline - A_plate) / (A_disc - A_plate)
 
-compares three areas, all seen from above: the area in the cloth's outline, the plate, and the flat disc. The simulation
-must reproduce the radius of the circle that has the same area as the outline.
+It compares three areas, all seen from above: the area in the cloth's outline, the plate, and the flat disc. The
+simulation must reproduce the radius of the circle that has the same area as the outline.
 
 The coefficient grows with the bending length l_b divided by the overhang a, the width of the cloth outside the plate.
-It is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was fitted to
-simulations in which the disc was 1.7 or 2 times as wide as the plate. The stretch stiffness was 300 N/m.
+The relation is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was
+fitted to simulations in which the disc was 1.7 or 2 times as wide as the plate, and the stretch stiffness was 300 N/m.
 
 The positions of the folds are random. Therefore two discs are simulated side by side, and the mean of their results is
 used. The differences between the two discs, in all simulations, are counted in the uncertainty.
@@ -46,10 +46,8 @@ from tatamu.scene import Cloth, Gripper, Scene
 HALF, POWER = 0.2545, 2.95
 """The two numbers in the formula at the top of the module.
 
-The first number is the bending length divided by the overhang at DC = 1/2. The second number is the exponent of this
-ratio.
-
-DC is the drape coefficient.
+The first number is the ratio of bending length to overhang at which the drape coefficient is 1/2. The second number is
+the exponent of this ratio.
 """
 DISCS = 2
 """Number of discs that are simulated side by side."""
@@ -66,9 +64,10 @@ SETTLING = 4.0
 LIMPEST, STIFFEST = 0.08, 0.93
 """Smallest and largest drape coefficient that determines the bending rigidity. Other coefficients only give a bound."""
 STEP = 0.4
-"""Step of a parameter's logarithm for differences. It is large, so that the differences exceed the random scatter."""
+"""Step of a parameter's logarithm with which differences of the reading are computed. The step is large, so that the
+differences exceed the random scatter of readings."""
 FOLDS = 2
-"""Difference between the counted and the simulated number of folds above which the difference is reported."""
+"""Largest difference between the counted and the simulated number of folds that is not reported to the user."""
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -99,7 +98,7 @@ class PlateReadings(TestEntry):
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
     """Number of folds at the edge of the cloth.
 
-    It is compared with the simulated number, but does not determine a parameter.
+    The number is compared with the simulated number, but does not determine a parameter.
     """
 
     @model_validator(mode="after")
@@ -306,7 +305,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 def length_share(coefficient: float) -> float:
     """Return the bending length divided by the overhang, for a drape coefficient.
 
-    It follows from the formula at the top of the module.
+    The result follows from the formula at the top of the module.
     """
     inside = float(np.clip(coefficient, 0.01, 0.99))
     return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))

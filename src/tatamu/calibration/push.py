@@ -10,8 +10,8 @@ The friction per area is mu rho g. The pressure in the cloth therefore grows eve
 this pressure shortens the cloth. Here mu is the coefficient of friction, rho the areal density, g the acceleration of
 gravity, and L the length of the cloth.
 
-The factor c is the fraction of the stretch stiffness Y that resists compression. It represents wrinkles that are too
-small for a coarse mesh.
+The factor c is the fraction of the stretch stiffness Y that resists compression. A factor below 1 represents wrinkles
+that are too small for a coarse mesh.
 """
 
 from __future__ import annotations
@@ -212,10 +212,11 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         )
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search for the factor c of the stretch stiffness that resists compression.
+        """Search for the factor c, the fraction of the stretch stiffness that resists compression.
 
         If the reading gives only a lower bound of c, and the material already satisfies this bound, the material is
-        kept. A sheet that slides as a whole gives only a lower bound, because it does not show when it would wrinkle.
+        kept. A sheet that slides as a whole gives only a lower bound, because its motion does not show at which c it
+        would wrinkle.
         """
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))
@@ -224,9 +225,9 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the factor c; see `LaterTest.propagate`.
+        """Add the changes of the factor c to `changes`; see `LaterTest.propagate`.
 
-        The factor is c = mu rho g L^2 / 2 Y (s - p); the module explains the symbols.
+        The factor is c = mu rho g L^2 / 2 Y (s - p). The docstring of the module explains these symbols.
         """
         shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
         own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}
@@ -254,7 +255,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return []
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip after the push, as seen from the side, and the former positions of its ends."""
+        """Draw the strip after the push, as seen from the side, and the positions of its ends before the push."""
         if shape is None:
             return ""
         side = strip_profile(self.mesh[0][:, 0], shape)

@@ -28,8 +28,8 @@ class Reading:
 def uncertainty(readings: tuple[float, ...], error: float) -> float:
     """Return the standard uncertainty of the mean of n readings.
 
-    It is the stated error divided by sqrt(n). If the scatter of the readings is larger than the stated error, the
-    scatter is used instead.
+    The result is `error`, the standard deviation of one reading, divided by sqrt(n). If the scatter of the readings is
+    larger than `error`, the scatter is used instead.
     """
     scatter = float(np.std(readings, ddof=1)) if len(readings) > 2 else 0.0
     return max(error, scatter) / float(np.sqrt(len(readings)))

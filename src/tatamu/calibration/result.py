@@ -21,7 +21,7 @@ class Calibration(Estimate):
 
     setup: Setup
     passes: int
-    """Number of passes over the tests at rest until their parameters no longer changed."""
+    """Number of passes over the tests whose readings are lengths of cloth at rest, until no parameter changed."""
     simulations: int
     unsettled: float
     """Largest change of a reading over the last quarter of its scene [m]."""

@@ -1,11 +1,11 @@
 """Test *sag* (paper, section IV-C): how far cloth in front of a straight grip hangs down.
 
-The grip is horizontal and parallel to the edge of the cloth. It is as wide as the cloth in front of it, so this cloth
-is a strip that is clamped at one end. The sag of the strip depends only on its ratio of bending rigidity to weight.
-Cloth behind the grip has no effect.
+The grip is horizontal and parallel to the edge of the cloth. The grip is as wide as the cloth in front of it, so this
+cloth is a strip that is clamped at one end. The ratio of sag to length depends only on the length of the strip and its
+ratio of bending rigidity to weight. Cloth behind the grip has no effect.
 
-A mesh also bends between its held rows. Its foremost held row is therefore half a cell outside the grip, in front of it
-(docs/reference/checks.md, `clamp`).
+A mesh also bends behind its foremost held row, over half a cell. This row is therefore half a cell in front of the
+grip, so that the bending starts at the front of the grip (docs/reference/checks.md, `clamp`).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ CELLS = 12
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
-"""Number of columns of the mesh: first the default number, then the number if the mesh spacing is given.
+"""Two numbers of columns of the mesh. The first is the default. The second is used if the mesh spacing is given.
 
 Some simulators give vertices at the border the same mass as inner vertices. A strip with few columns would then weigh
 more than the same part of the garment.
@@ -60,14 +60,17 @@ rho is the areal density, g the acceleration of gravity, d the free length, and 
 """
 
 STIFFEST, LIMPEST = 0.02, 0.96
-"""Smallest and largest ratio of sag to free length that determines the bending rigidity.
+"""Smallest and largest ratio of sag to free length that determines the bending rigidity. The free length is the length
+of the cloth in front of the grip.
 
 Other ratios only bound the rigidity.
 """
 SHORTEST_EDGE = 1.5
-"""Smallest length of the edge, in free lengths. On a shorter edge, the ends would hang differently from the middle."""
+"""Smallest ratio of the edge's length to the free length, which is the length of the cloth in front of the grip. On a
+shorter edge, the ends would hang differently from the middle."""
 BEST = 1.8
-"""Ratio of free length to bending length that is proposed. With it, the sag is about half of the free length."""
+"""Ratio of free length to bending length that is proposed. With this ratio, the sag is about half of the free
+length."""
 SHORTEST = 0.025
 """Smallest free length that can be measured with a ruler with millimetre marks, while two other rulers hold the cloth
 [m].
@@ -282,7 +285,7 @@ sag = []                 # from the grip vertically down to the edge
 
 
 def _longer_or_loop(length: float, estimate: Estimate) -> str:
-    """Propose a better free length, or the loop test if that length is too short to be held."""
+    """Propose a better free length. If the better length is too short to be held, propose the loop test."""
     better = BEST * length
     if better >= SHORTEST:
         expected = 1e3 * better * tip(BEST**3)[1]
@@ -298,7 +301,7 @@ def _longer_or_loop(length: float, estimate: Estimate) -> str:
 
 
 def sag_bound(sag: Reading, free_length: float) -> str | None:
-    """Return whether a sag only bounds the bending rigidity; None if the sag determines the rigidity.
+    """Return the kind of bound if a sag only bounds the bending rigidity; None if the sag determines the rigidity.
 
     Cloth that hangs straight down gives "at most". Cloth that stands out horizontally gives "at least".
     """

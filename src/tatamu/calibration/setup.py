@@ -25,7 +25,7 @@ class Setup:
     tests: Mapping[str, CalibrationTest]
     """Tests by their names, in the order of the registry."""
     assumed: tuple[str, ...] = ()
-    """Fields of the material that the measurements file could contain but does not."""
+    """Fields of the material that the measurements file may state, but does not state."""
 
     @property
     def garment(self) -> Garment:
@@ -45,7 +45,7 @@ class Setup:
     def usable(self, simulator: str) -> list[CalibrationTest]:
         """Return the tests that are used with a simulator.
 
-        The simulator must be able to do the test, and no other test may replace it.
+        A test is used if the simulator can do this test, and no other test replaces it.
         """
         return [test for test in self.tests.values() if self.unused(test, simulator) is None]
 

@@ -22,7 +22,8 @@ from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 from tatamu.errors import TatamuError
 
 AGREES = 2.0
-"""Largest difference between tests of one parameter, in standard uncertainties, at which they count as agreeing."""
+"""Largest difference between the results of tests of one parameter at which the tests agree, in standard
+uncertainties."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 """Parameters on which lengths at rest depend."""
 
@@ -38,12 +39,12 @@ class Slopes:
 
     @property
     def density(self) -> float:
-        """Derivative df/dln rho of the reading by the logarithm of the areal density."""
+        """Derivative df/dln rho of the reading f by the logarithm of the areal density rho."""
         return -(self.stretch + self.bending + self.friction)
 
     @property
     def size(self) -> float:
-        """Derivative df/dln L of the reading by the logarithm of the size, with everything else fixed."""
+        """Derivative df/dln L of the reading f by the logarithm of the garment's size L, with everything else fixed."""
         return self.reading - self.stretch - 3.0 * self.bending - 2.0 * self.friction
 
 
@@ -51,7 +52,7 @@ def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) ->
     """Return the slopes of a reading, which is a function of the logarithms of two or three parameters.
 
     The parameters are the stretch stiffness, the bending rigidity and, optionally, the friction of bending. The slopes
-    are central differences with this step. If the simulator fails at one of the two values, the difference is
+    are central differences with the given step. If the simulator fails at one of the two values, the difference is
     one-sided.
     """
     here = reading(*at)
@@ -135,12 +136,12 @@ def disagreement(values: list[float], spreads: list[float]) -> float:
 
 
 def _share(reading: Reading) -> float:
-    """Return the error as a fraction of the reading; 0 if the reading is 0."""
+    """Return the uncertainty of a reading as a fraction of the reading; 0 if the reading is 0."""
     return reading.uncertainty / reading.value if reading.value else 0.0
 
 
 def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> float:
-    """Return the change of a test's simulated reading [m] that the error of one measured reading causes.
+    """Return the change of a test's simulated reading [m] that the uncertainty of one measured reading causes.
 
     `density` is the change of ln rho, the logarithm of the areal density.
     """
@@ -153,7 +154,7 @@ def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> fl
 def _elastic(tests: Sequence[Sensitivity], moved: Sequence[float]) -> np.ndarray:
     """Return the changes of three logarithms that change the simulated readings by these amounts [m], shape (3,).
 
-    They are the logarithms of stretch stiffness, bending rigidity and friction of bending.
+    The logarithms are those of stretch stiffness, bending rigidity and friction of bending.
     """
     matrix = np.eye(len(ELASTIC))
     wanted = np.zeros(len(ELASTIC))

@@ -1,7 +1,7 @@
 """Compares simulators over a set of manipulations.
 
 A manipulation is the motion of the hands in a fold. Two simulators agree well if they order the manipulations in the
-same way, and if the final shapes of the cloth are similar. Every simulation is kept, so an interrupted comparison can
+same way, and if the final shapes of the cloth are similar. Every simulation is stored, so an interrupted comparison can
 be resumed.
 """
 
@@ -65,11 +65,11 @@ class Pair:
     objective_rank: float
     """Spearman's rank correlation of the objective C in both simulators."""
     distance_rank: float
-    """Spearman's rank correlation of the mean vertex distance in both simulators. Unlike C, this distance depends only
-    on the simulation."""
+    """Spearman's rank correlation of the mean vertex distance in both simulators. Unlike the objective C, this distance
+    does not contain the length of the hands' paths, which is equal in both simulators."""
     between: dict[str, float]
-    """Mean distance between the final vertices in both simulators [m], for each manipulation that did not fail in
-    either.
+    """Mean distance between the final vertices in both simulators [m], for each manipulation that finished in both
+    simulators.
     """
 
     @property
@@ -167,8 +167,8 @@ def _entry_data(entry: Entry) -> dict[str, Any]:
 def manipulations(learned: Result, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
     """Return the manipulations to compare, by name: the learned fold, fixed trajectories and random manipulations.
 
-    Each manipulation has a scene and the length l_x of a hand's path [m]. The number of random manipulations is
-    `count`.
+    Each manipulation has a scene and its trajectory length l_x, the mean length of the hands' paths [m]. The number of
+    random manipulations is `count`.
     """
     fold = learned.task.fold
     length = learned.score.trajectory_length
@@ -211,7 +211,8 @@ def compare(
         count: Number of random manipulations.
         seed: Random seed of the random manipulations.
         halved: Whether to simulate on a mesh of half the spacing.
-        progress: Callback that is called before each simulation, or before waiting for the result of a simulation.
+        progress: Function that is called before each simulation. If an executor is given, the function is called before
+            the wait for each result.
         executor: Executor to which all simulations are submitted at once; None to run them in this process, one after
             the other.
 
@@ -260,16 +261,16 @@ class _Run:
 
     @cached_property
     def kept(self) -> Rollout | None:
-        """Rollout from the file; None if there is no file, or it belongs to another scene."""
+        """Rollout from the file; None if there is no file, or the file belongs to another scene."""
         if not self.path.exists():
             return None
         rollout = Rollout.load(self.path)
         return rollout if rollout.info.get("scene") == self.digest else None
 
     def rollout(self, future: Future[Rollout] | None) -> Rollout:
-        """Return the first and last frame: from the file or, without a file, from a simulation.
+        """Return the first and last frame from the file.
 
-        The frames of a simulation are written to the file.
+        If the file has no frames of this scene, the scene is simulated, and both frames are written to the file.
         """
         if self.kept is not None:
             return self.kept

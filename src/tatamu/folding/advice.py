@@ -23,11 +23,11 @@ class UncarriedWarning(UserWarning):
 
 
 def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
-    """Return the parts of the cloth that no hand carries. Each comes with the number of its step, counted from 0.
+    """Return the parts of the cloth that no hand carries, each with the number of the step, counted from 0.
 
     Args:
         garment: The garment to fold.
-        plan: The fold plan. Each step starts from the cloth as the previous step lays it flat.
+        plan: The fold plan. Each step starts from the cloth that the previous step has folded and laid flat.
         hands: Number of hands that fold; None for the number in the plan.
 
     Raises:
@@ -66,7 +66,7 @@ def _step(plan: Plan, number: int) -> str:
 def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
     """Return lines that propose other grasps, and the best plan for the garment's outline.
 
-    Other grasps are proposed only if they carry all moving cloth.
+    Other grasps are proposed only if hands with these grasps carry all moving cloth.
     """
     lines = []
     wrong = {number for number, _ in found}
@@ -93,7 +93,8 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
 def choices(garment: Garment) -> list[Proposal]:
     """Return the plans for a garment, best first.
 
-    These are the built-in plans. For a user's own garment, the plans proposed for its outline are included.
+    The result contains the built-in plans. For a user's own garment, it also contains the plans proposed for its
+    outline.
 
     Raises:
         InputError: If the garment cannot be folded over any line that was found.

@@ -1,8 +1,8 @@
 """Parts of a flat outline that stick out of its body: sleeves, a hood, the foot of a sock.
 
-The body is the morphological opening of the outline with a disc. That is the union of all discs of one radius that fit
-inside the outline. A part outside the body is an appendage if it sticks out far enough. An appendage is folded in along
-a line through the corner where it leaves the body.
+The body is the morphological opening of the outline with a disc: the union of all discs of one radius that fit inside
+the outline. A part outside the body is an appendage if it sticks out far enough. An appendage is folded onto the body
+over a line through the corner where the appendage leaves the body.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ Sleeves and hoods are narrower than a disc of this radius."""
 LEAST_DEPTH = 0.7
 """Least depth of an appendage, in radii of the opening. The body's own corners stick out less."""
 BRIDGE = 0.12
-"""Least width of a strip along the body that joins two appendages, as a fraction of the opening's radius."""
+"""Half the width of a narrow strip along the body, as a fraction of the opening's radius. If such a strip, or a
+narrower one, joins two appendages, it is cut away, so both appendages are separate."""
 COARSE = 0.006
-"""Tolerance by which an outline is simplified before its corners are found [m]."""
+"""Largest distance by which an outline is changed when it is simplified before its corners are found [m]."""
 REFLEX = np.radians(12.0)
 """Least inward turn of an outline at which an appendage may leave the body [rad]."""
 NOTCH = 0.35
@@ -96,7 +97,10 @@ def _depth(part: shapely.Polygon, body: shapely.Geometry) -> float:
 
 
 def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.Polygon) -> Appendage:
-    """Return a part as an appendage. The direction most nearly perpendicular to the root of the part is its facing."""
+    """Return a part as an appendage.
+
+    Its `facing` is the direction that is most nearly perpendicular to the root of the part.
+    """
     root = _root(part, body)
     chord = root[1] - root[0]
     across = np.array([chord[1], -chord[0]]) / (np.linalg.norm(chord) + 1e-12)

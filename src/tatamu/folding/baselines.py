@@ -19,9 +19,9 @@ def li_2015(fold: Fold) -> Manipulation:
 
 
 def triangle(fold: Fold) -> Manipulation:
-    """Return paths that lead straight to a point above the fold line, and from there straight down.
+    """Return paths that lead straight to a point above the fold line, and from this point straight down to the release.
 
-    This point is about half the span above the table.
+    The height of the point above the table is about half of the distance from grasp to release.
     """
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
@@ -58,7 +58,8 @@ def _each(fold: Fold, path: Callable[[float, np.ndarray], np.ndarray]) -> Manipu
 
     Args:
         fold: The fold.
-        path: Returns the path of one hand [m] from its span and its translation [m].
+        path: Function that returns the path of one hand [m] from two arguments: the horizontal distance (span) and the
+            vector (translation) from its grasp to its release [m].
     """
     grasps = _corners(fold)
     return polyline_manipulation(fold, grasps, [path(fold.span_of(v), fold.translation(v)) for v in grasps])

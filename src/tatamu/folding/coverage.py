@@ -35,27 +35,32 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology, areas, lumped
 
 OFF = 0.0125
-"""Cloth that ends farther than this from its target is not folded [m] (BiFold 2025).
+"""Largest distance from its target at which cloth counts as folded [m] (BiFold 2025).
 
-If cloth stays behind, its distance from its target is at least twice its distance from the fold line."""
+Cloth that stays behind is at least twice as far from its target as from the fold line.
+"""
 LONGEST = 0.15
-"""Longest overhang of cloth that is still laid down properly [m]."""
+"""Longest overhang of cloth that is still laid down properly [m]. The overhang is the distance to held cloth, measured
+through the cloth."""
 LONGEST_TAIL = 0.10
-"""Longest overhang of cloth beyond the hands, away from the line [m].
+"""Longest overhang of cloth that is farther from the fold line than the hands [m]. The overhang is the distance to held
+cloth, measured through the cloth.
 
-Hands do not turn, so this cloth is laid under the cloth that they carry."""
+The limit is smaller than `LONGEST`. Because hands do not turn, they lay this cloth under the cloth that they carry.
+"""
 ROOT = 0.03
-"""Overhang at which a part begins if it is not carried [m]."""
+"""Distance from held cloth at which a part that is not carried begins [m], measured through the cloth."""
 BESIDE = 1.0
-"""Largest distance along the line from the hands at which cloth is held.
+"""Largest distance from the hands, measured along the fold line, at which cloth beside the hands is held.
 
-It is a multiple of the hands' distance from the line."""
+The unit is the hands' distance from the fold line.
+"""
 LEAST_SHARE = 0.01
 """Smallest part that is reported, as a fraction of the area of the moving cloth."""
 SAME_PLACE = 0.7
-"""Largest horizontal distance between vertices that count as lying over each other [cells]."""
+"""Largest horizontal distance between vertices that count as lying over each other, in spacings of the mesh."""
 PIXEL = 0.4
-"""Size of the pixels of the map in which straight paths to the line are looked up [cells]."""
+"""Size of the pixels of the map in which straight paths to the line are looked up, in spacings of the mesh."""
 TRIES = 3
 """Number of grasp candidates tried for each hand, from the corner inwards."""
 
@@ -73,7 +78,7 @@ class Part:
     area: float
     """Area of the part, in all layers [m^2]."""
     overhang: float
-    """Largest distance through the cloth from the part to held cloth [m]; infinite if no cloth joins them."""
+    """Largest distance from the part to held cloth, measured through the cloth [m]; infinite if no cloth joins them."""
     vertices: np.ndarray
     """Indices of the k vertices of the part, shape (k,)."""
 
@@ -92,15 +97,18 @@ class Coverage:
     grasps: tuple[int, ...]
     """Grasped vertices."""
     overhang: np.ndarray
-    """Overhang of each vertex [m], shape (n,).
+    """Overhang of each vertex: its distance from held cloth, measured through the cloth [m], shape (n,).
 
-    It is 0 for cloth that is held or does not move. It is infinite if no cloth joins the vertex to held cloth."""
+    The overhang is 0 for cloth that is held or does not move. It is infinite if no cloth joins the vertex to held
+    cloth.
+    """
     limit: np.ndarray
     """Largest overhang at which each vertex is still carried [m], shape (n,)."""
     missed: np.ndarray
-    """Whether each vertex would miss its target if it stayed behind, and is farther out than the root of a part.
+    """Whether each vertex satisfies two conditions, shape (n,).
 
-    The shape is (n,)."""
+    Its overhang is larger than `ROOT`. If it stayed behind, its distance from its target would be larger than `OFF`.
+    """
 
     @property
     def lost(self) -> np.ndarray:
@@ -137,7 +145,10 @@ def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tu
 
 
 def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage) -> tuple[Part, ...]:
-    """Return the connected parts of overhanging cloth. Only parts whose overhang exceeds the limit are included."""
+    """Return the connected parts of overhanging cloth that no hand carries.
+
+    A part is left out if its overhang is within the limit everywhere, or its area is very small.
+    """
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
     moving = line.split(state)[0] < 0
@@ -181,7 +192,7 @@ class _Cloth:
     moving: np.ndarray
     """Whether each vertex is on the moving side, shape (n,)."""
     weight: np.ndarray
-    """Area of each vertex [m^2], shape (n,)."""
+    """Area of the cloth that belongs to each vertex [m^2], shape (n,)."""
     pieces: np.ndarray
     """Index of the piece of cloth to which each vertex belongs, shape (n,).
 
@@ -232,13 +243,16 @@ class _Cloth:
         return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
 
     def _farthest(self, grasps: tuple[int, ...]) -> float:
-        """Return the distance from the line of the farther one of the hands [m]. On the moving side, it is negative."""
+        """Return the coordinate across the line of the hand that is farthest from the line [m].
+
+        The coordinate is negative, because hands are on the moving side.
+        """
         return float(self.places[list(grasps), 0].min())
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
         """Return the pieces of cloth under the fingers, and for each piece the grasps that hold it.
 
-        A pinch takes all layers.
+        Fingers hold the pieces of all layers.
         """
         found: dict[int, list[int]] = {}
         for grasp in grasps:
@@ -250,8 +264,8 @@ class _Cloth:
     def _inside(self, own: np.ndarray, grasps: list[int], straight: np.ndarray) -> np.ndarray:
         """Return which vertices of a piece are held, shape (n,).
 
-        A vertex is held if it lies between the grasps and the line. It is also held next to the grasps, if its straight
-        path to the line lies in the cloth.
+        A vertex is held if it lies between the grasps and the line. A vertex beside this area is held if its straight
+        path to the line lies in the cloth, and it is near enough to the grasps.
         """
         at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
         hands = self.places[grasps]

@@ -1,4 +1,4 @@
-"""The two equal fingers of a hand and their sizes. One finger is under the hem of the cloth and one is over it.
+"""The two equal fingers of a hand and their sizes. One finger is under the hem of the cloth, the other is over the hem.
 
 `Fingers` describes the fingers of a simulated hand. `tatamu.robots.jaw.Jaw` describes the fingers of a robot. Both
 classes are based on `FingerSize`. The axes of a hand are:
@@ -8,9 +8,9 @@ classes are based on `FingerSize`. The axes of a hand are:
     u   opening axis, from the lower finger to the upper finger; it is perpendicular to the axes a and w
     w   axis along the hem
 
-The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f. Its lowest
-point is f cos(tilt) below the row. A closing hand therefore lifts the hem by this height. The hand lets the hem go at
-this height above the layers below.
+The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f. Its lowest point
+is f cos(tilt) below the held row. A closing hand therefore lifts the hem by the height f cos(tilt). At the release, the
+hem is at the same height above the layers below.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class FingerSize(Record):
 
 
 class Fingers(FingerSize):
-    """Fingers of a simulated hand. By default a hand is a point and has no fingers."""
+    """Fingers of a simulated hand. The default is a hand without fingers, which is simulated as a point."""
 
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
     """Thickness of each finger [m]. A hand with thickness 0 has no fingers and is simulated as a point."""
@@ -93,8 +93,8 @@ class Fingers(FingerSize):
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
     """Largest depth below the table's top to which a hand may be commanded without failing [m].
 
-    At this depth, an arm with a stiffness of 3000 N/m stops with a force of 20 N. This arm is the default
-    (`setDefaultBehavior` in examples/examples_common.cpp of frankaemika/libfranka).
+    The default is the depth for an arm with a stiffness of 3000 N/m, which then presses on the table with 20 N. The
+    source of both numbers is `setDefaultBehavior` in examples/examples_common.cpp of frankaemika/libfranka.
     """
 
     @property
@@ -111,7 +111,7 @@ class Fingers(FingerSize):
     def setback(self) -> float:
         """Length of the cloth that goes around the tip of the lower finger [m].
 
-        The cloth needs this length to go around the tip, so the hand moves less far by this length.
+        The motion of the hand is shorter by this length.
         """
         return float(self.thickness * (1.0 - np.sin(self.tilt)))
 

@@ -40,7 +40,8 @@ class Fold:
     """Grasp candidates of the right hand, from the corner inwards, shape (M,). They are not used if one hand folds."""
     hands: int = 2
     area_ratio: float | None = None
-    """Area after the fold divided by the area before, for cloth without thickness; None for the ratio of the target."""
+    """Area after the fold divided by the area before, for cloth without thickness; None to use the ratio of the target
+    shape."""
     fingers: Fingers = field(default_factory=Fingers)
     """Fingers of the hands."""
     press: Press | None = None
@@ -53,14 +54,14 @@ class Fold:
 
     @property
     def candidates(self) -> int:
-        """M: the number of vertices from which each hand may choose its grasp."""
+        """Number M of vertices from which each hand can choose its grasp."""
         return len(self.left)
 
     @cached_property
     def span(self) -> float:
         """Horizontal distance from grasp to release [m].
 
-        This is the mean over the hands. Each hand is taken at its candidate nearest to the line.
+        The result is the mean over the hands, if each hand grasps the candidate that is nearest to the fold line.
         """
         nearest = [min(self.span_of(int(vertex)) for vertex in hand) for hand in (self.left, self.right)]
         return sum(nearest[: self.hands]) / self.hands
@@ -72,10 +73,11 @@ class Fold:
     def translation(self, vertex: int) -> np.ndarray:
         """Return the vector from a grasp P0 to its release P3 [m], shape (3,).
 
-        The vector does not contain the fingers' `lift`, because the lift raises P0 and P3 equally.
+        P3 is the mirror image of P0 over the line. At the height of P3, the lowest layer in the hand touches the side
+        that stays. With fingers, P3 is nearer to P0 and higher, because the layers go round the tip of the lower
+        finger.
 
-        P3 is the mirror image of P0 over the line. Its height is such that the lowest layer in the hand touches the
-        side that stays. With fingers, P3 is nearer and higher, because the layers go round the tip of the lower finger.
+        The vector does not contain the fingers' `lift`, because the lift raises P0 and P3 equally.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
         rise = self.stacks.under[vertex] - lowest
@@ -91,7 +93,8 @@ class Fold:
     def releases(self) -> tuple[np.ndarray, ...]:
         """Two numbers for each of the M candidates of each hand [m], shape (M, 2).
 
-        They are the span, and the height of the release above the grasp.
+        The first number is the horizontal distance from grasp to release. The second is the height of the release above
+        the grasp.
         """
         hands = (self.left, self.right)[: self.hands]
         return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)
@@ -144,7 +147,10 @@ class Fold:
 
     @property
     def folded_thickness(self) -> float:
-        """Thickness of all layers at the fold line after the fold [m]. Loops of earlier folds count as pressed."""
+        """Thickness of all layers at the fold line after the fold [m].
+
+        The loops at earlier folds count as pressed flat.
+        """
         near = np.abs(self.crease.split(self.start)[0]) <= self.garment.spacing
         return 2.0 * float(self.stacks.middle[near].max() + 0.5 * self.garment.material.thickness)
 

@@ -10,13 +10,15 @@ from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
 HAND_CLEARANCE = 0.06
-"""Least distance between the grasps of the two hands [m]. With it, the hands do not cross or touch."""
+"""Least distance between the grasps of the two hands [m]. At this distance, the hands do not cross or touch."""
 NEAREST = 0.5
-"""Least distance of a grasp from the line, as a fraction of the distance of the edge's farthest vertex."""
+"""Least distance between a grasp and the fold line. The unit is the distance between the farthest vertex of the grasped
+edge and the fold line."""
 SAME_PLACE = 0.4
-"""Largest horizontal distance between vertices that lie over each other [cells].
+"""Largest horizontal distance between vertices that lie over each other, in spacings of the mesh.
 
-A pinch takes all of these vertices."""
+Fingers hold all of these vertices.
+"""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
@@ -45,7 +47,10 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
 
 
 def distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
-    """Return the mean distance from the line of each edge on the moving side [m]. Only its graspable part counts."""
+    """Return the mean distance from the line of each edge on the moving side [m].
+
+    Only the part of an edge that hands can grasp counts.
+    """
     parts = {name: _moving(garment, state, line, name) for name in garment.edges}
     return {name: float(-line.split(state[part])[0].mean()) for name, part in parts.items() if len(part)}
 

@@ -1,8 +1,9 @@
-"""A hand as rigid bodies. Its two fingers close on the hem, carry it, open and leave.
+"""A hand as rigid bodies. Its two fingers close on the hem of the cloth, carry the hem, open and leave.
 
 The hand comes from outside the cloth along the axis of its fingers, and closes. Its orientation stays the same during
-the fold. At the release, the hem has therefore turned over around the lower finger, which lies between the hem and the
-layers below. The upper finger opens while the lower finger stays. Then the hand draws back along its own axis.
+the fold. At the release, the hem has therefore turned over around the lower finger. This finger then lies between the
+hem and the layers below. The upper finger opens while the lower finger stays. Then the hand draws back along its own
+axis.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float,
 def _knots(path: HandPath) -> np.ndarray:
     """Return the times at which the motion of the fingers is described [s].
 
-    These are the knots of the hand's path, and more knots while the hand closes, opens and draws back.
+    The result contains the times of the hand's path, and additional times while the hand closes, opens and draws back.
     """
     ends = (path.opens, path.opens + OPENING, path.opens + OPENING + LEAVING)
     coming = np.linspace(0.0, path.closed, max(2, round(path.closed / FRAME) + 1))

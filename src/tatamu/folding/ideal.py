@@ -1,13 +1,14 @@
 """The ideal fold of a cloth: the moving side is mirrored over the line, on top of the side that stays.
 
 A fold lays one stack of cloth on another. Both stacks are treated as one stack of mean height H that is bent round the
-line. Its mid-surface is the crease of minimum energy for that thickness (see `crease`). A layer at height z before the
-fold is parallel to this mid-surface, at the distance d = z - H/2. The layer is inside the loop if d > 0. Far from the
-line, the stack is thus turned over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
+line. The mid-surface of this stack has the shape of minimum energy for a strip of thickness H (see
+`tatamu.heavy_strip.crease`). A layer at height z before the fold is parallel to this mid-surface, at the distance d = z
+- H/2. The layer is inside the loop if d > 0. Far from the line, the stack is thus turned over: z becomes 2H - z. Near
+the line, lengths change by the factor 1 - d * curvature.
 
-There are two simplifications. First, loops of earlier folds inside the stack are pressed: their height over the flat
-part is multiplied by `KEPT`. Second, the slope of H along the table is at most `SLOPE`, because cloth does not hang
-straight down from an edge.
+There are two simplifications. First, the loops at earlier folds inside the stack are pressed: their height over the
+flat part of the stack is multiplied by `KEPT`. Second, the slope of H along the table is at most `SLOPE`, because cloth
+does not hang straight down from an edge.
 """
 
 from __future__ import annotations
@@ -23,9 +24,11 @@ from tatamu.heavy_strip.crease import Crease, crease
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
 """Heights of stacks, in thicknesses of the cloth, for which creases are computed. Other creases are interpolated."""
 KEPT = 0.5
-"""Fraction of its height over the flat part of the stack that a loop keeps when it is pressed."""
+"""Fraction of its height that the loop at an earlier fold keeps when it is pressed. The height is measured from the
+flat part of the stack."""
 FADE = 3.5
-"""Distance over which a loop falls to zero next to the end of its crease, in bending lengths of the cloth."""
+"""Distance from the end of a crease over which the height of its loop falls to zero, in bending lengths of the
+cloth."""
 SLOPE = 0.3
 """Steepest rise of cloth that lies on other cloth [-]. Cloth with this slope is 4 % longer than flat cloth."""
 
@@ -64,9 +67,9 @@ class FoldLine:
 
 @dataclass(frozen=True)
 class Stack:
-    """Heights of a cloth at its vertices before a fold, and of the stack that the fold makes there.
+    """Heights of a cloth at its vertices before a fold, and heights of the stack that the fold makes.
 
-    Loops of earlier folds are pressed.
+    The loops at earlier folds are pressed.
     """
 
     middle: np.ndarray
@@ -74,7 +77,7 @@ class Stack:
     under: np.ndarray
     """Height of the upper surface at the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
     mean: np.ndarray
-    """H: half of the sum of two stack heights, at each vertex and at its mirror image [m], shape (n,)."""
+    """H: the mean of the stack's heights at each vertex and at its mirror image [m], shape (n,)."""
     creased: np.ndarray
     """Factor of the crease at each vertex, shape (n,).
 
@@ -106,8 +109,8 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
 def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -> np.ndarray:
     """Return the factor of the crease at each vertex, shape (n,).
 
-    The factor is 1 if cloth crosses the line at the vertex's coordinate along it. From there it falls to 0 over the
-    distance `fade` [m].
+    The factor depends on the coordinate of a vertex along the fold line. It is 1 at coordinates where cloth crosses the
+    line. Next to these coordinates, it falls to 0 over the distance `fade` [m].
     """
     along = line.split(state)[1]
     places = np.arange(along.min(), along.max() + PIXEL, PIXEL)
@@ -120,7 +123,7 @@ def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -
 
 
 def pressed(z: np.ndarray, flat: float) -> np.ndarray:
-    """Return heights [m] whose part above `flat` is reduced.
+    """Return the heights `z` [m], after the part above the height `flat` [m] is multiplied by `KEPT`.
 
     The order of heights does not change, so no layers meet.
     """
@@ -136,7 +139,7 @@ def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stac
     z = stacks.creased * z + (1.0 - stacks.creased) * flat_z
     target = np.column_stack([line.join(x, along), z])
     alone = (across > crease_of(garment, garment.material.thickness).arc[-1]) & (stacks.under == 0)
-    target[alone] = state[alone]  # no other cloth presses their loops
+    target[alone] = state[alone]  # no other cloth presses the loops of these vertices
     return target
 
 
@@ -148,7 +151,7 @@ def crease_of(garment: Garment, height: float) -> Crease:
 def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return x and z of n points in bent stacks of `height` [m], each of shape (n,).
 
-    The points are given by their arc lengths u and their distances d from the middle of the stack.
+    The points are given by their arc lengths u along the stack, and their distances d from its mid-surface.
     """
     grid = np.array(STACKS) * garment.material.thickness
     held = np.clip(height, grid[0], grid[-1])

@@ -37,7 +37,8 @@ class Surface:
             points: Positions of the mid-surface [m], shape (n, 3).
             faces: Triangles, shape (m, 3).
             thickness: Thickness of the cloth [m]. Its upper surface lies half of this thickness above the mid-surface.
-            reach: Distance from the cloth within which a point next to the cloth counts as on the cloth [m].
+            reach: Largest distance from the cloth at which a point beside the cloth still counts as a point on the
+                cloth [m].
         """
         low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
         size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
@@ -50,7 +51,7 @@ class Surface:
     def height(self, points: np.ndarray) -> np.ndarray:
         """Return the height of the surface at k points, shape (k, 2) [m].
 
-        It has the shape (k,), and is 0 on the bare table.
+        The result has the shape (k,). It is 0 on the bare table.
         """
         column, row = np.floor((points - self._low) / PIXEL).astype(int).T
         inside = (column >= 0) & (row >= 0) & (column < self._heights.shape[0]) & (row < self._heights.shape[1])
@@ -59,7 +60,7 @@ class Surface:
         return heights
 
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
-        """Return the surface with other heights, raised where it is steeper than `slope`.
+        """Return a surface with other heights. Pixels are raised where the surface would be steeper than `slope`.
 
         `height` is a function from the centres of k pixels, shape (k, 2), to their heights, shape (k,).
         """

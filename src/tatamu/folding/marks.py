@@ -1,7 +1,7 @@
 """The marks of a finished fold: six deviations that a person or a camera can measure.
 
-The corners of the moved hem are the first grasp candidates of both hands. The lower hem is the cloth that does not move
-and is nearest to the targets of these corners.
+The corners of the moved hem are the first grasp candidates of both hands. The lower hem is the part of the cloth that
+does not move and is nearest to the targets of these corners.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from tatamu.folding.fold import Fold
 MARKS = ("left_along", "left_across", "right_along", "right_across", "slip_along", "slip_across")
 """Names of the deviations from the target [m].
 
-Each deviation is measured along the fold, or across it (positive to the left). There are two for the left corner of the
-moved hem, two for the right corner, and two for the slip of the lower hem."""
+Each deviation is measured along the fold, or across it (positive to the left). The left corner of the moved hem has two
+deviations, the right corner has two, and the slip of the lower hem has two."""
 
 
 def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
@@ -33,7 +33,7 @@ def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
 
 
 def lower_hem(fold: Fold, corners: list[int]) -> list[int]:
-    """Return, for each corner, the vertex of the cloth that lies still and is nearest to the corner's target."""
+    """Return, for each corner, the nearest vertex to the corner's target, among all vertices that do not move."""
     still = np.flatnonzero(fold.still())
     if not len(still):
         across, _ = fold.crease.split(fold.start)

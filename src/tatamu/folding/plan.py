@@ -46,7 +46,8 @@ class Step(Record):
     `auto` stands for the edge farthest from the line."""
     hands: Literal[1, 2] = 2
     area_ratio: float | None = Field(None, gt=0.0, le=1.0)
-    """Area after the fold divided by the area before, for cloth without thickness; None for the ratio of the target."""
+    """Area after the fold divided by the area before, for cloth without thickness; None to use the ratio of the target
+    shape."""
 
     press: Press | None = None
     """The press that flattens the fold after the hands have left; None if the fold is not pressed."""
@@ -66,9 +67,10 @@ class Plan(Record):
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[\w -]+$")
     unit: Literal["fraction", "m"] = "fraction"
-    """Unit of the lines' coordinates, which start at the garment's middle.
+    """Unit of the lines' coordinates, which are 0 at the garment's middle.
 
-    The unit is a metre (`m`), or a `fraction` of the garment's length (x) and width (y)."""
+    The unit is a metre (`m`), or a `fraction` of the garment's length (x) and width (y).
+    """
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=20, alias="step")]
 
     def to_toml(self) -> str:

@@ -18,7 +18,8 @@ THIRD = 0.18
 
 It is a fraction of the shirt's width, measured over the sleeves.
 
-If it were a sixth, the end of the sleeve that is folded first would lie exactly on the second fold line.
+The distance is not a sixth, because then the end of the sleeve that is folded first would lie exactly on the second
+fold line.
 """
 
 

@@ -2,10 +2,11 @@
 
 A plate flattens the crease, or a hand slides along the crease. Then the plate or the hand leaves.
 
-A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. For this, the strip
-between two parallel plates is an elastica whose ends lie flat on both plates. B is the bending rigidity of the cloth [N
-m], and P the force per length of the crease [N/m]. phi is the angle between strip and plates, and s the arc length [m].
-The first formula gives the angle phi. The second gives the distance D between the mid-surfaces of the layers:
+A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. For this conversion,
+the crease is modelled as an elastica (a thin elastic strip) between two parallel plates. The ends of the strip lie flat
+on the plates. B is the bending rigidity of the cloth [N m], and P the force per length of the crease [N/m]. phi is the
+angle between strip and plates, and s the arc length [m]. The first formula gives the angle phi. The second gives the
+distance D between the mid-surfaces of the layers:
 
     B/2 (d phi/ds)^2 = P sin phi
     D = sqrt(B / 2P) c,   c = integral of sqrt(sin phi) from 0 to pi = 2.396
@@ -34,11 +35,13 @@ HALF_THICKNESS = 0.005
 BEYOND = 0.01
 """Distance by which a plate extends over the fold line, to the side from which the cloth came [m]."""
 RESTS = 0.3
-"""Time for which the cloth can fall before it is pressed, and for which it can rise afterwards [s]."""
+"""Time from the departure of the hands until the pressing begins, in which the cloth can fall [s]. It is also the time
+in which the cloth can rise after the pressing."""
 MOVES = 0.4
 """Time in which a plate comes down or goes up [s]."""
 HIGH, ABOVE = 0.8, 0.05
-"""Height at which a plate waits above the hands, and height from which it comes down to press [m]."""
+"""Two heights [m]: the plate waits at the first height, which is above the hands. It comes down to press from the
+second height."""
 KNOTS = 16
 """Number of knots of each motion."""
 

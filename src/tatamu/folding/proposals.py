@@ -24,7 +24,8 @@ from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
 SHORT_FLAP = 2.0
-"""Width below which a folded part counts as short, in widths of its crease. Most of a short part is loop."""
+"""Width below which a folded part counts as short, in widths of its crease. Most of a short part belongs to the loop at
+the crease."""
 AUTO_PLAN = "auto"
 """Name under which the best proposal is available."""
 SIDES = ("bottom", "top", "left", "right")
@@ -120,7 +121,7 @@ class _Wanted(NamedTuple):
 
 @dataclass(frozen=True)
 class _Inwards:
-    """A fold that lays a part that sticks out on the body of the garment."""
+    """A fold that lays an appendage, which is a part that sticks out, on the body of the garment."""
 
     part: Appendage
     title: str
@@ -164,7 +165,10 @@ class _Folded:
 def _folded(
     garment: Garment, folds: tuple[_Fold, ...], known: dict[tuple[_Fold, ...], _Folded | None]
 ) -> _Folded | None:
-    """Return the garment after these folds, or None if a fold is impossible. Results are stored in `known`."""
+    """Return the garment after the given folds; None if a fold is impossible.
+
+    Results are stored in `known`.
+    """
     if folds not in known:
         before = _folded(garment, folds[:-1], known)
         try:

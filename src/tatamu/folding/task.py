@@ -28,7 +28,10 @@ from tatamu.simulators import named
 
 
 def _no_refusal(manipulation: Manipulation) -> None:
-    """Do nothing, because no manipulation is refused. This is not a lambda, because a lambda cannot be pickled."""
+    """Return None, because no manipulation is refused.
+
+    This function is not a lambda, because a lambda cannot be pickled.
+    """
 
 
 def _forget_nothing() -> None:
@@ -110,12 +113,15 @@ class Task:
     """Correction of each hand's path, left before right; empty if no correction is needed."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, without the robot. Only the process that proposes trials needs the robot."""
+        """Return the state for pickling, without the robot.
+
+        Only the process that proposes trials needs the robot.
+        """
         return {**self.__dict__, "reach": None}
 
     @cached_property
     def fold(self) -> Fold:
-        """The fold line, the target shape and the grasps."""
+        """The fold of this step, with its fold line, target shape and grasp candidates."""
         made = fold_of(self.garment, self.plan, self.plan.steps[self.number], self.state, self.hands)
         return replace(made, fingers=self.fingers)
 
@@ -246,7 +252,7 @@ def make_task(
 def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) -> TaskOptions | None:
     """Return the names and options from which a task was made.
 
-    The result is None if its garment was not made by `make_garment`.
+    The result is None if the garment was not made by `make_garment`.
     """
     source = garment.source
     if source is None:

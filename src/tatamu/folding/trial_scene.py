@@ -58,13 +58,13 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
 
 
 def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
-    """Return the scene of hands with any motion, including motions that no `Manipulation` can describe.
+    """Return a scene whose hands have any motion, including motions that no `Manipulation` can describe.
 
     Args:
         fold: The fold.
         carries: Motion of each hand.
         ends: Time at which the scene ends [s].
-        material: Material of the cloth. Thicker cloth lies higher.
+        material: Material of the cloth. If this material is thicker than the garment's material, the cloth lies higher.
     """
     grippers = [
         Gripper(hand=carry.hand, vertices=held, closes=0.0, opens=carry.opens, times=knots, displacements=path)
@@ -91,7 +91,7 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
 
 
 def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
-    """Return the vertices that a hand holds, in groups with the distance by which the fingers press them down [m].
+    """Return the vertices that a hand holds, in groups. Each group has the distance by which fingers press it down [m].
 
     The group that is not pressed down comes first.
     """
@@ -143,7 +143,7 @@ def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
 
 
 def _cloth(fold: Fold, thicker: float) -> Cloth:
-    """Return the cloth before the fold. Its shape without strain is the flat shape, even after earlier folds."""
+    """Return the cloth before the fold. Its unstrained shape is the flat garment, even after earlier folds."""
     garment = fold.garment
     rest = garment.rest if fold.start is garment.vertices else garment.unstrained
     start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]

@@ -1,4 +1,4 @@
-"""Sewing patterns in the apparel industry's form of DXF, which ANSI/AAMA-292 and ASTM D6673 define.
+"""Makes pieces from sewing patterns in the apparel industry's form of DXF (ANSI/AAMA-292, ASTM D6673).
 
 The file has one block for each piece of the pattern. Each layer has a number and a meaning:
 
@@ -8,8 +8,9 @@ The file has one block for each piece of the pattern. Each layer has a number an
 - Layer 7 has the grain line.
 - Layer 6 has the fold line of a piece that is cut on a fold.
 
-All other layers are ignored, because a flat garment does not need them. Examples are notches (4 and 80 to 83), drill
-holes (13) and annotations (15). Texts state the name of a piece and the unit: METRIC is millimetres, ENGLISH is inches.
+All other layers are ignored, because a flat garment does not need them. Examples of ignored layers are notches (4 and
+80 to 83), drill holes (13) and annotations (15). Texts state the name of a piece and the unit: METRIC is millimetres,
+ENGLISH is inches.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def unit(texts: Iterable[str]) -> Unit | None:
 
 
 def title(texts: Iterable[str], block: str) -> str:
-    """Return the name of a piece: the name in its texts or, without such a text, the name of its block."""
+    """Return the name of a piece: the name in its texts. If the texts have no name, return the name of its block."""
     for text in texts:
         found = re.fullmatch(r"\s*PIECE NAME\s*:\s*(\S.*?)\s*", text, re.IGNORECASE)
         if found:
@@ -55,8 +56,8 @@ def title(texts: Iterable[str], block: str) -> str:
 def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None:
     """Make a piece from its curves by layer; None if the piece has no closed boundary.
 
-    If the sew line is closed, the outline is the sew line. Cloth outside the sew line is hidden inside the sewn
-    garment. Otherwise the outline is the cut line.
+    If the sew line is closed, it is the outline, because cloth outside the sew line is hidden inside the sewn garment.
+    Otherwise the outline is the cut line.
     """
     cut = _closed(layers, BOUNDARY)
     if not cut:

@@ -22,17 +22,19 @@ from tatamu.garments.sides import lies_along, named_sides, with_ends
 SMOOTH = 2e-4
 """Largest distance by which an outline may change when unnecessary points are left out [m]."""
 MOST_CORNERS = 2_000
-"""Largest number of corners of each curve of an outline. It is limited because libraries recurse once for each corner,
-or try all pairs of corners."""
+"""Largest number of corners of each curve of an outline. The number is limited because libraries recurse once for each
+corner, or try all pairs of corners."""
 MOST_NOTES = 5
-"""Largest number of notes on curves that are no openings; further curves are only counted."""
+"""Largest number of notes on named curves that are no openings because they do not lie along the outline. If there are
+more such curves, one further note states their number."""
 SAME = 0.99
 """Largest area of a hole, as a fraction of the outline's area.
 
 A larger curve is the outline itself, drawn a second time.
 """
 WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
-"""Largest width of seam allowances and hems: in metres, and as a fraction of the square root of a piece's area."""
+"""Two limits of the width of a seam allowance or a hem; the smaller limit applies. The first limit is in metres. The
+second limit is a fraction of the square root of the piece's area."""
 MARK = 0.05
 """Largest extent of a mark, such as a notch, as a fraction of the outline's extent. A mark is a small closed curve that
 crosses the outline."""
@@ -57,8 +59,8 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     Args:
         piece: Piece of the drawing, with its curves.
         matrix: Matrix that turns the drawing's coordinates into metres in a garment's frame, shape (2, 2).
-        openings: The openings: curves in the drawing's coordinates by name, or names of open curves or of sides. With
-            None, every named open curve along the outline is an opening.
+        openings: The openings of the garment: names of open curves or of sides, or curves in the drawing's coordinates
+            by name. With None, every named open curve along the outline is an opening.
         path: Path of the file, for messages.
         holes: Whether closed curves inside are holes. With None, a closed curve is a hole unless it follows the
             outline.
@@ -96,8 +98,9 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
     """Return the cloth within the first closed curve, and notes on how the other closed curves were interpreted.
 
-    A pattern may have two lines around a piece: the cut line and, inside the cut line, the sewn line. No drawing states
-    whether a closed curve inside is a hole or the sewn line. But only a sewn line follows the outline.
+    A pattern may have two lines around a piece: the cut line and, inside the cut line, the line along which the piece
+    is sewn. No drawing states whether an inner closed curve is a hole or the sewn line. But only a sewn line follows
+    the outline.
     """
     outer, *inner = (_valid(_bounded(ring, path), path) for ring in rings)
     extent = max(np.ptp(rings[0], axis=0))
@@ -145,7 +148,7 @@ def _valid(points: np.ndarray, path: Path) -> shapely.Polygon:
 
 
 def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Polygon:
-    """Return a half piece joined with its mirror image."""
+    """Return the whole piece: the half that was drawn, joined with its mirror image over the fold line."""
     start, along = line[0], (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
 
     def image(points: np.ndarray) -> np.ndarray:
@@ -161,7 +164,7 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """Return a closed curve with at most `MOST_CORNERS` points. A curve with more points is simplified part by part.
+    """Return a closed curve with at most `MOST_CORNERS` points. If the given curve has more points, it is simplified.
 
     Raises:
         InputError: If the simplified curve still has too many points.
@@ -178,7 +181,7 @@ def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
 
 
 def _ring(region: shapely.Polygon) -> np.ndarray:
-    """Return the outer curve, counter-clockwise, without unnecessary points, shape (k, 2)."""
+    """Return the outer curve of a region, counter-clockwise and without unnecessary points, shape (k, 2)."""
     points = np.array(shapely.simplify(shapely.Polygon(region.exterior), SMOOTH).exterior.normalize().coords[:-1])
     return points if shapely.is_ccw(shapely.LinearRing(points)) else points[::-1]
 

@@ -68,14 +68,14 @@ class GarmentFile(BaseModel):
     """Openings of an outline: names of open curves in the file, or curves by name in units of the file. By default,
     every named open curve along the outline is an opening."""
     holes: bool | None = None
-    """Whether closed curves inside an outline are holes. By default, a closed curve that follows the outline is a sewn
-    line, and every other one is a hole."""
+    """Whether closed curves inside an outline are holes. By default, a closed curve that follows the outline is the
+    line along which the piece is sewn. Every other closed curve is a hole."""
     size: tuple[Side, Side] | None = None
     """Width and length to which the garment is scaled [m]; None to keep the size of the file."""
     spacing: Annotated[float, AfterValidator(_spacing)] | None = None
     """Edge length of the mesh [m]; None for the default."""
     fabric: str | None = None
-    """Name of a material preset. If the file has a table [material], it replaces the preset."""
+    """Name of a material preset. If the file has a table [material], this table replaces the preset."""
     weld: bool = False
     """Whether to join vertices that have the same position."""
     remesh: bool = False

@@ -1,7 +1,7 @@
 """Reads DXF files: their curves and their unit.
 
-If the file is a sewing pattern in the apparel industry's form of DXF, the pieces of the pattern are read. Otherwise
-each layer gives curves, which have the name of the layer.
+If the file is a sewing pattern in the apparel industry's form of DXF, the pieces of the pattern are read. In other
+files, each layer gives curves, which have the name of the layer.
 """
 
 from __future__ import annotations
@@ -30,10 +30,11 @@ FLATNESS = 1e-4
 RELATIVE_FLATNESS = 1e-5
 """Distance between an arc and its polyline that is always allowed, as a fraction of the arc's extent.
 
-It keeps the number of points of very large arcs small.
+Because of this limit, the polyline of a very large arc does not need very many points.
 """
 MOST_ENTITIES = 60_000
-"""Largest number of entities of an unpacked drawing. Reading takes a third of a millisecond per entity."""
+"""Largest number of entities of a drawing in which each inserted block is replaced by its entities. Reading takes a
+third of a millisecond per entity."""
 MOST_BENT = 10_000
 """Largest number of curves of a drawing; straight lines are not counted. Reading takes a millisecond per curve."""
 MEETING = 1e-6
@@ -56,10 +57,12 @@ def read_dxf(path: Path) -> DrawnPieces:
 
 
 def _check_unpacked(document: Any) -> None:
-    """Check that a drawing does not unpack to too many entities, because a block may include other blocks many times.
+    """Check that a drawing does not have too many entities after each inserted block is replaced by its entities.
+
+    The number may be very large, because a block may include other blocks many times.
 
     Raises:
-        InputError: If the unpacked drawing has too many entities.
+        InputError: If the drawing then has too many entities.
     """
     blocks = {"": document.modelspace(), **{f"*{block.name.casefold()}": block for block in document.blocks}}
 
@@ -108,9 +111,9 @@ def _texts(entities: Iterable[Any]) -> list[str]:
 
 
 def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
-    """Return the unit of a drawing. A unit in a text of the drawing overrides $INSUNITS in the header.
+    """Return the unit of a drawing.
 
-    The reason is that many programs do not set $INSUNITS.
+    A unit in a text of the drawing overrides $INSUNITS in the header, because many programs do not set $INSUNITS.
     """
     from ezdxf.enums import InsertUnits
     from ezdxf.units import conversion_factor
@@ -192,7 +195,10 @@ def _merged(lines: list[np.ndarray], near: float) -> list[np.ndarray]:
 
 
 def _pattern(blocks: list[tuple[str, list[Any]]], loose: list[Any], scale: float) -> tuple[Piece, ...]:
-    """Return the pieces of a sewing pattern in the apparel industry's form; none if the drawing is no such pattern."""
+    """Return the pieces of a sewing pattern in the apparel industry's form.
+
+    The result is empty if the drawing is not a pattern in this form.
+    """
     made = []
     for block, entities in blocks:
         curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(entities, scale).items()}

@@ -1,8 +1,8 @@
 """Computes the direction of the warp in each triangle of a garment whose panels have different warp directions.
 
 The warp is the direction of the threads along the length of a fabric. A garment cut from one outline has its warp along
-its length, +x, in all triangles. A mesh file may have a UV map that is the sewing pattern of the garment. Then the warp
-is along +v of every panel, because patterns are drawn along the grain.
+its length, +x, in all triangles. A mesh file may have a UV map that is the sewing pattern of the garment. If the file
+has such a UV map, the warp is along +v of every panel, because patterns are drawn along the grain.
 """
 
 from __future__ import annotations

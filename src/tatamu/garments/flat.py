@@ -94,7 +94,7 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
 
 
 def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.ndarray]:
-    """Return the edges of the back, by name, at openings where the front ends lower, such as a neck.
+    """Return the edges of the back, by name, at openings where the front ends lower than the back, such as a neck.
 
     Each edge is a path of shape (k, 2).
     """

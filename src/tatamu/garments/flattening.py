@@ -1,9 +1,9 @@
 """Flattens the mesh of a worn garment: front and back lie in one plane, one over the other, with little distortion.
 
-First, every triangle is assigned to the front, which faces up, or to the back, which faces down. The garment is folded
-where front and back meet: at the side seams and along the top of the sleeves.
+First, every triangle is assigned to the front, which faces up, or to the back, which faces down. Front and back meet at
+folds of the flat garment: at the side seams and along the top of the sleeves.
 
-Then all vertices are moved into the plane. Each triangle keeps its shape as well as possible, except for a rotation. A
+Then all vertices are moved into the plane. The triangles are rotated, but keep their shapes as well as possible. A
 triangle of the back becomes its mirror image. This method is called "as rigid as possible" (Sorkine and Alexa 2007; Liu
 et al. 2008 for the plane). The shape to keep is the triangle's shape in the mesh. If the file has a UV map that is the
 sewing pattern, the shape in the pattern is kept instead.
@@ -28,11 +28,12 @@ PASSES, TENSE = 3, 0.3
 The weight is doubled if the relative change is TENSE."""
 SMOOTHINGS, SLIVER = 60, 0.12
 """Largest number of passes that correct triangles, and the least height of a triangle as a fraction of its length.
-Thinner triangles are corrected, and so are triangles that face the wrong way."""
+Triangles with less height, and triangles that face the wrong way, are corrected."""
 STILL = 1e-6
 """Motion of a vertex per step below which the iteration ends, as a fraction of the garment's extent."""
 LEAST_WEIGHT = 0.05
-"""Smallest cotangent weight of an edge, because obtuse triangles would give negative weights."""
+"""Smallest weight of a side of a triangle. The weight is half the cotangent of the opposite angle, but an obtuse angle
+would give a negative weight."""
 PRICES = (0.35, 1.0, 3.0)
 """Costs of an edge on the border between front and back. The unit is the cost of one triangle that faces the wrong way.
 With a higher cost, the border is shorter and follows wrinkles less. All costs are tried, and the flat garment with the
@@ -52,7 +53,8 @@ class Flattened:
     plan: np.ndarray
     """Positions of the vertices [m], shape (n, 2)."""
     strain: np.ndarray
-    """Relative elongation of each triangle's edges, compared with the mesh or the sewing pattern, shape (m, 3)."""
+    """Relative elongation of each triangle's edges in the plane, compared with the mesh or the sewing pattern, shape
+    (m, 3)."""
 
     wrong: int
     """Number of triangles that face the wrong way."""
@@ -123,11 +125,11 @@ def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
 
 
 def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: float) -> np.ndarray:
-    """Return whether each triangle belongs to the front, shape (m,); `price` is the cost of an edge of the border.
+    """Return whether each triangle belongs to the front, shape (m,).
 
     If most of a panel faces one way, the whole panel belongs to that side. Other panels are divided into a part that
-    mostly faces up and a part that mostly faces down, with a short border between both parts. The division is a minimum
-    cut of the graph of neighbouring triangles.
+    mostly faces up and a part that mostly faces down, with a short border between both parts. Each edge of this border
+    has the cost `price`. The division is a minimum cut of the graph of neighbouring triangles.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)[:, 2]
@@ -198,10 +200,10 @@ def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
 def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """Return the positions in the plane at which all triangles keep their shapes as well as possible.
 
-    The local step finds the best rotation of each triangle: the phase of a weighted sum over its corners, which are
-    complex numbers. The global step finds the best positions of the vertices for these rotations. The positions solve
-    a linear system with a constant matrix. Both steps are repeated until convergence. Each triangle has a weight
-    `stress`, shape (m,).
+    Two steps are repeated until convergence. The local step finds the best rotation of each triangle: the phase of a
+    weighted sum over its corners, which are complex numbers. The global step finds the best positions of the vertices
+    for these rotations, which solve a linear system with a constant matrix. Each triangle has a weight `stress`, shape
+    (m,).
     """
     count = len(plan)
     weights = _cotangents(templates) * stress[:, None]
@@ -236,7 +238,7 @@ def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: n
 
 
 def _in_one_piece(faces: np.ndarray, up: np.ndarray) -> bool:
-    """Return whether the front is a single piece of cloth, and the back as well.
+    """Return whether the front and the back are each a single piece of cloth.
 
     Triangles belong to one piece if they are connected by shared edges. A piece must not touch itself at a vertex.
     """

@@ -1,8 +1,8 @@
 """Finds a garment in a photo, by its difference in colour from a plain table.
 
 A smooth function of the position in the photo models the colour of the table, so uneven light does no harm. The
-function is fitted to a frame along the border of the photo. A pixel belongs to a region if it differs from the table's
-colour by more than Otsu's threshold. The largest region is the garment.
+function is fitted to a frame along the border of the photo. Pixels that differ from the table's colour by more than
+Otsu's threshold form connected regions. The largest region is the garment.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ FRAME = 0.04
 """Width of the frame along the photo's border that shows only the table, as a fraction of the photo's width and
 height."""
 LIGHTNESS = 0.6
-"""Weight of lightness compared with colour. It is below 1 because a shadow changes lightness, but not colour."""
+"""Weight of lightness compared with colour. The weight is below 1 because a shadow changes lightness, but not
+colour."""
 FAINTEST = 6.0
 """Least difference of a garment from its table [CIELAB units]."""
 SMALLEST, LARGEST = 0.02, 0.9
@@ -27,7 +28,8 @@ SMALLEST, LARGEST = 0.02, 0.9
 EDGE = 4
 """Distance from the photo's border below which a garment counts as touching the border [pixels]."""
 SIMILAR = 0.05
-"""Least area of a region that may belong to the garment, as a fraction of the garment's area."""
+"""Least area of a region that may belong to the garment, as a fraction of the largest region's area. Smaller regions
+are ignored."""
 FACING = 1.1
 """Factor that determines which border points of two regions face each other.
 
@@ -42,7 +44,8 @@ class Foreground:
     mask: np.ndarray
     """Whether each pixel shows the garment, with holes filled, shape (h, w)."""
     others: tuple[float, ...]
-    """Areas of the other regions as fractions of the garment's area, from the largest to the smallest."""
+    """Areas of further regions that were not added to the garment, as fractions of its area, from the largest to the
+    smallest."""
 
 
 def stand_out(

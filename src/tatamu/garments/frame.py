@@ -32,7 +32,7 @@ def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
     Args:
         up: Axis of the file that points away from the hem.
         grain: Direction of the grain line in the file; None if there is no grain line. If this direction points away
-            from `up`, it is reversed. A grain line across the piece is not reversed.
+            from `up`, it is reversed. A grain line perpendicular to `up` is not reversed.
     """
     ahead = direction(up)[:2]
     if grain is not None:

@@ -22,7 +22,7 @@ class GarmentSource:
     spacing: float | None = None
     """Edge length of the mesh given by the user [m]; None for the default."""
     scale: float | None = None
-    """Length of one unit of the garment's file [m]; None if the user gave none."""
+    """Length of one unit of the garment's file [m]; None if the user gave no length."""
     material: str | None = None
     """Name or file of the material; None if the user gave no name or file."""
 
@@ -49,20 +49,21 @@ class Garment:
     seams: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     """Edges of the mesh without bending stiffness, such as seams, shape (s, 2)."""
     rest: np.ndarray | None = None
-    """Positions in the unstrained shape [m], shape (n, 3); None if this shape is `vertices`. With two layers, both are
-    at z = 0."""
+    """Positions in the unstrained shape [m], shape (n, 3); None if this shape is `vertices`. If there are two layers,
+    both layers are at z = 0."""
     fibre: np.ndarray | None = None
     """Direction of the warp, the lengthwise threads, in the unstrained shape, shape (m, 3) or (1, 3); None for x."""
     edges: dict[str, np.ndarray] = field(default_factory=dict)
-    """Named parts of the flat outline, each as a path of vertices. With two layers, it is a path in the upper layer."""
+    """Named parts of the flat outline, each as a path of vertices. If there are two layers, the path is in the upper
+    layer."""
     openings: tuple[str, ...] = ()
     """Names of the `edges` at which the layers are not sewn together."""
 
     own: bool = False
-    """Whether the garment came from a user's file. Its fold plans are then the plans of its `kind` or, without a kind,
-    the plans that suit any garment."""
+    """Whether the garment came from a user's file. If true, its fold plans are the plans of its `kind`. If it has no
+    `kind`, they are the plans that suit any garment."""
     kind: str = ""
-    """Name of the built-in garment whose fold plans this garment uses; empty if the user's file names none."""
+    """Name of the built-in garment whose fold plans this garment uses; empty if the user's file names no garment."""
     reading: str = ""
     """Unit in which the file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()

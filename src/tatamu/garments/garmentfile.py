@@ -63,7 +63,7 @@ def files_of(path: Path) -> list[Path]:
 def _read(path: Path) -> tuple[GarmentFile, Material]:
     """Return the description of a garment, and its fabric.
 
-    A TOML file has a description. For an outline or a mesh alone, a description with default values is made.
+    A TOML file has a description. If the file is an outline or a mesh, a description with default values is made.
     """
     kind = path.suffix.lower()
     if kind != ".toml":

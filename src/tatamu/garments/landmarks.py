@@ -1,9 +1,9 @@
 """Finds the hem, the sleeves and the neck of a T-shirt from its outline alone.
 
 A pocket is a gap between the outline and its convex hull. Under each sleeve there is a pocket. The lower end of this
-pocket is the corner of the hem, and its deepest point is the underarm. A curved neck is another pocket. A straight neck
-has no pocket: it is the level part at the top of the outline. Between underarm and neck, the outline has several sides.
-The side that is farthest from the midpoint between underarm and neck is the end of the sleeve.
+pocket is the corner of the hem, and the deepest point of this pocket is the underarm. A curved neck is another pocket.
+A straight neck has no pocket: it is the level part at the top of the outline. Between underarm and neck, the outline
+has several sides. The side that is farthest from the midpoint between underarm and neck is the end of the sleeve.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class _Pocket:
     """A part of the outline inside its convex hull."""
 
     ends: np.ndarray
-    """Numbers of the points of the outline where the pocket begins and ends, the left one first, shape (2,)."""
+    """Numbers of the two points of the outline where the pocket begins and ends, the left point first, shape (2,)."""
     middle: np.ndarray
     """Midpoint between the ends of the pocket, shape (2,)."""
     depth: float
@@ -85,7 +85,7 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
-    """Return the numbers of the neck's two end points, the left one first; empty if no neck is found."""
+    """Return the numbers of the neck's two end points, the left point first; empty if no neck is found."""
     low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
     centre = low[0] + 0.5 * width
     top = [p for p in pockets if abs(p.middle[0] - centre) < CENTRAL * width and p.middle[1] - low[1] < height / 3.0]
@@ -101,7 +101,7 @@ def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
 def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
     """Return both ends of the level part at the top of a curve around the line x = centre, shape (2,).
 
-    The result is empty if the top is steep there.
+    The result is empty if the top of the curve is steep at this line.
     """
     after = np.roll(points, -1, axis=0)
     across = np.flatnonzero((points[:, 0] - centre) * (after[:, 0] - centre) <= 0.0)

@@ -20,8 +20,8 @@ DRAG = 2.0
 FALL = 0.01
 """Height above the table at which the garment starts [m]."""
 LYING, HIGHEST = 0.02, 0.04
-"""Two heights of a garment after its fall [m]. Above the first, a note says that the garment does not lie flat. Above
-the second, the garment is refused, because such a heap cannot be folded."""
+"""Two limits of a garment's height after its fall [m]. Above the first limit, a note says that the garment does not lie
+flat. Above the second limit, the garment is refused, because such a heap cannot be folded."""
 
 ADVICE = (
     "give up under [garment], the file's axis from hem to top, if it was turned wrongly, or its pattern: as the UV map "

@@ -80,7 +80,7 @@ def _read_by_trimesh(path: Path) -> TriangleMesh:
 
 
 def _plain(data: bytes) -> bytes:
-    """Return the bytes of an STL file. In a text file, bytes that are not ASCII become question marks."""
+    """Return the bytes of an STL file. If it is a text file, bytes that are not ASCII become question marks."""
     count = int.from_bytes(data[80:84], "little")
     if len(data) == 84 + 50 * count:
         return data
@@ -88,7 +88,7 @@ def _plain(data: bytes) -> bytes:
 
 
 def _check_glb(data: bytes) -> None:
-    """Check that a GLB file does not unpack to too many elements, because its header may state any number.
+    """Check that a GLB file does not contain too many elements, because its header may state any number.
 
     Raises:
         InputError: If the accessors of the file have too many elements, or the nodes repeat its meshes too often.
@@ -122,8 +122,8 @@ def welded(mesh: TriangleMesh) -> TriangleMesh:
 def _places(vertices: np.ndarray) -> np.ndarray:
     """Return a number for each vertex, shape (n,). Vertices at the same position have the same number.
 
-    Positions are rounded first, which leaves fewer points to compare. Then points at a small distance are joined, even
-    if they were rounded to different positions.
+    Positions are rounded first, so fewer points must be compared. Then points at a small distance from each other are
+    joined, even if they were rounded to different positions.
     """
     near = max(SAME * float(np.ptp(vertices, axis=0).max()), 1e-12)
     _, first, cell = np.unique(np.round(vertices / near), axis=0, return_index=True, return_inverse=True)

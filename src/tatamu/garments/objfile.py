@@ -14,9 +14,9 @@ from tatamu.garments.polygons import triangulate
 LARGEST_MESH = 64 * MIB
 """Largest size of a mesh file [bytes]."""
 MOST_TRIANGLES = 200_000
-"""Largest number of triangles of a mesh. With a tenth of this number, a simulation takes minutes already."""
+"""Largest number of triangles of a mesh. A mesh with a tenth of this number already takes minutes to simulate."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
-"""Largest number of vertices of a mesh. It allows three vertices for each triangle, as in STL files."""
+"""Largest number of vertices of a mesh. This number allows three vertices for each triangle, as in STL files."""
 LONGEST_LINE = 100_000
 """Largest number of characters in a line of an OBJ file."""
 

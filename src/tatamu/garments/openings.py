@@ -31,7 +31,7 @@ def divided(
 ) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
     """Divide the sides into sewn and open parts. Return all parts by name, and the names of the open parts.
 
-    The longest sewn part of a side keeps the name of the side. An open part is called, for example, "top opening".
+    The longest sewn part of a side keeps the name of the side. An open part of the side "top" is called "top opening".
 
     Args:
         sides: Paths of vertices by name; each path begins at the end of the previous path.

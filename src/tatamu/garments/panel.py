@@ -25,8 +25,8 @@ DROPPED = (0.56, 0.62, 0.68, 0.74)
 """Least distances of lattice points from the outline [spacings]. A mesh is made with each of these distances, and the
 best mesh is kept."""
 NEAREST = 0.52
-"""Least distance between an inner point and the outline [spacings]. It is more than half a spacing, because Delaunay
-triangulation then keeps the edges of the outline."""
+"""Least distance between an inner point and the outline [spacings]. The distance is more than half a spacing, because
+Delaunay triangulation then keeps the edges of the outline."""
 RELAXED = 1.7
 """Distance from the outline within which lattice points are moved [spacings]."""
 PASSES = 12
@@ -35,10 +35,11 @@ SHARPEST = np.radians(20.0)
 SHORTEST = 0.15
 """Least allowed length of an edge [spacings]."""
 CLEAR = 0.01
-"""Least distance between parts of the outline [spacings]. With a smaller distance, edges would be too short, so the
-outline is refused at once."""
+"""Least distance between parts of the outline [spacings]. If the distance is smaller, the outline is refused at once,
+because edges would be too short."""
 SPLITS = 4
-"""Largest number of times that edges of the outline are halved because the triangulation lacks them."""
+"""Largest number of attempts to mesh an outline. After each attempt, edges of the outline that are too short, or that
+the triangulation does not contain, are halved."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +99,8 @@ def _too_near(place: np.ndarray, spacing: float) -> InputError:
 def _quality(mesh: Panel, spacing: float) -> float:
     """Return the quality of a mesh; 1 is good.
 
-    Two ratios are computed. The first ratio is the smallest angle divided by 30 degrees. The second ratio is 1.7
-    spacings divided by the longest edge. The quality is the smaller ratio.
+    The quality is the smaller of two ratios. The first ratio is the smallest angle divided by 30 degrees. The second
+    ratio is 1.7 spacings divided by the longest edge.
     """
     longest = float(edge_lengths(mesh.points, Topology(mesh.faces).edges).max())
     return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)

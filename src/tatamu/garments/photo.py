@@ -30,7 +30,8 @@ LONGEST = 1400
 MASKED = 0.97
 """Largest fraction of a picture that an alpha channel with a cut-out garment keeps.
 
-An alpha channel that keeps more may only round the picture's corners.
+An alpha channel that keeps a larger fraction probably only rounds the picture's corners, and does not cut out a
+garment.
 """
 SIMPLER = 0.004
 """Largest distance by which simplification may move the outline, as a fraction of the garment's larger extent."""
@@ -95,9 +96,10 @@ class Picture:
     pixels: np.ndarray
     """8-bit RGB, shape (h, w, 3)."""
     alpha: np.ndarray | None
-    """Alpha channel, shape (h, w); None if the picture has none or it cuts nothing out."""
+    """Alpha channel, shape (h, w); None if the picture has no alpha channel, or the channel cuts nothing out."""
     film: float | None
-    """Focal length for 35 mm film that the camera wrote into the file [mm]; None if the file states none."""
+    """Focal length that gives the same field of view on 35 mm film [mm], as the camera wrote it into the file; None if
+    the file does not state this length."""
 
 
 def read_picture(path: Path) -> Picture:
@@ -131,7 +133,7 @@ def read_picture(path: Path) -> Picture:
 
 
 def _film(image: Any) -> float | None:
-    """Return the focal length for 35 mm film that a picture states [mm]; None if no plausible value is stated."""
+    """Return the focal length, converted to 35 mm film, that a picture states [mm]; None if no value is plausible."""
     from PIL import ExifTags
 
     stated = image.getexif().get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
@@ -144,9 +146,9 @@ def reduction(pixels: np.ndarray) -> int:
 
 
 def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return how much the largest region of an alpha channel covers each pixel, and notes.
+    """Return the coverage of each pixel by the largest region of an alpha channel, and notes for the user.
 
-    The coverage is from 0 to 1, and holes are filled.
+    The coverage is from 0 to 1. Holes of the region are filled.
     """
     from scipy.ndimage import binary_fill_holes
     from skimage.measure import label

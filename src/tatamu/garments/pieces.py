@@ -12,10 +12,10 @@ from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
 from tatamu.garments.unpacking import MOST_CURVES
 
 INSIDE = 0.5
-"""Fraction of a closed curve's area. If more of the area lies inside another closed curve, both curves belong to one
+"""If more than this fraction of a closed curve's area lies inside another closed curve, both curves belong to one
 piece."""
 MOST_OVERLAPS = 100_000
-"""Largest number of pairs of closed curves that overlap. It is limited because each pair takes time."""
+"""Largest number of pairs of closed curves that overlap. The number is limited because each pair takes time."""
 MARK = 1e-3
 """Largest area of a mark, such as a notch, as a fraction of the piece's area. A mark is a small closed curve that
 crosses the border of a piece."""
@@ -24,8 +24,8 @@ crosses the border of a piece."""
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
     """Group curves into pieces, and return the pieces from the largest to the smallest.
 
-    Every closed curve that lies in no other closed curve makes a piece. Curves inside this curve and next to it belong
-    to the piece. A drawing without closed curves is one piece.
+    Every closed curve that lies in no other closed curve makes a piece. Closed curves inside this curve, and open
+    curves that are nearest to this curve, belong to the piece. A drawing without closed curves is one piece.
 
     Raises:
         InputError: If there are too many curves.

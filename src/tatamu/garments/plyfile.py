@@ -1,6 +1,6 @@
 """Reads files in the Polygon File Format (PLY), which are text or binary.
 
-A file contains a table of vertices and a table of faces, which may have any number of corners. The format calls each
+A file contains a table of vertices and a table of faces. A face may have any number of corners. The format calls each
 table an element. The header of a file lists all elements, with their lengths and their properties (columns). After the
 header, the rows of each element follow.
 """
@@ -43,7 +43,7 @@ class _Property:
 
 @dataclass
 class _Element:
-    """The description of one element of the file: a table with a name, a number of rows and columns."""
+    """The description of one element of the file. An element is a table with a name, a number of rows, and columns."""
 
     name: str
     count: int
@@ -122,14 +122,14 @@ class _Text:
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """Return the numbers of an element without lists, shape (count, properties)."""
+        """Return the numbers of a table whose columns have no lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
         width = len(element.properties)
         return np.array(self._taken(width * element.count), dtype=float).reshape(-1, width)
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
-        """Yield the list of vertices of each face."""
+        """Yield the list of the vertices of each face, from the table of faces."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:
@@ -155,7 +155,7 @@ class _Binary:
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """Return the numbers of an element without lists, shape (count, properties)."""
+        """Return the numbers of a table whose columns have no lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
         row = np.dtype([(f"p{k}", self._order + each.kind) for k, each in enumerate(element.properties)])
@@ -167,7 +167,7 @@ class _Binary:
         return np.column_stack([rows[name].astype(float) for name in row.names or ()])
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
-        """Yield the list of vertices of each face."""
+        """Yield the list of the vertices of each face, from the table of faces."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:

@@ -3,8 +3,10 @@
 The directions of the garment are found from its shape:
 
 - Front to back: the direction in which the mesh is thinnest.
-- Width: a direction across the first, along which the garment is its own mirror image.
-- Hem: the end with the longest opening in the middle. Trousers have two openings beside the middle, the legs.
+- Width: the direction, perpendicular to the thinnest direction, in which the garment is symmetric. Mirrored in this
+  direction, the garment does not change.
+- Hem: the end with the longest opening in the middle of the width. For trousers, which have only one opening in the
+  middle, the hem is the end with two openings beside the middle.
 - Front: the side with the lower neckline.
 
 If the shape is ambiguous, usual axes of files are assumed. If the mesh is thinnest along y, then z points up and the
@@ -26,9 +28,10 @@ from tatamu.garments.meshfile import border_loops
 ALIGNED = np.cos(np.radians(30.0))
 """Cosine of an angle. A direction at a smaller angle to an axis of the file is replaced by this axis."""
 CLEAR = 0.6
-"""Limit for the error of the mirror image along the width, divided by the error of the mirror image along the length.
+"""Limit for the ratio of two errors of symmetry: the error for the best direction of the width, divided by the error
+for the direction that is usual in files.
 
-With a larger ratio, the width is ambiguous.
+If the ratio is at least this limit, the best direction is not clear, and the usual direction is used.
 """
 MIDDLE = 0.12
 """Largest distance between the middle plane and an opening in the middle, as a fraction of the width."""
@@ -104,7 +107,7 @@ def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None =
 
 
 def _snapped(way: np.ndarray) -> np.ndarray:
-    """Return the axis of the file that is near a direction. If no axis is near, return the direction itself.
+    """Return the axis of the file that is near the direction `way`. If no axis is near, return `way` itself.
 
     The sign of the direction is chosen so that its largest component is positive.
     """
@@ -116,7 +119,7 @@ def _snapped(way: np.ndarray) -> np.ndarray:
 def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
     """Return the direction along the garment, which is perpendicular to its width.
 
-    The width is the direction along which the garment is its own mirror image.
+    The width is the direction in which the garment is symmetric: mirrored in this direction, it does not change.
     """
     usual = np.array([0.0, 0.0, 1.0]) if abs(through[1]) > ALIGNED else np.array([0.0, 1.0, 0.0])
     along = usual - (usual @ through) * through
@@ -137,7 +140,10 @@ def _principal(points: np.ndarray, through: np.ndarray) -> list[np.ndarray]:
 
 
 def _asymmetry(points: np.ndarray, axis: np.ndarray) -> float:
-    """Return the mean distance between mirror images of the points and the nearest points."""
+    """Return how much points differ from their mirror images along `axis`.
+
+    The result is the mean distance from each mirror image to the nearest point.
+    """
     heights = points @ axis
     image = points - 2.0 * np.outer(heights - 0.5 * (heights.min() + heights.max()), axis)
     return float(cKDTree(points).query(image)[0].mean())

@@ -19,8 +19,8 @@ FINEST_GIVEN = 1e-3
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
 MOST_VERTICES = 50_000
 MOST_BY_DEFAULT = 3_000
-"""Approximate largest number of vertices of both layers with the default spacing. With more, a study would take longer
-than minutes."""
+"""Approximate largest number of vertices of both layers with the default spacing. With more vertices, a study would
+take longer than minutes."""
 CELL = np.sqrt(0.75)
 """Area per vertex of an equilateral mesh, divided by the square of the spacing."""
 
@@ -33,8 +33,8 @@ def spacing_for(material: Material) -> float:
 def default_spacing(material: Material, area: float) -> float:
     """Return the default spacing of a garment's mesh [m].
 
-    This spacing resolves the folds of the material. It is larger if the mesh would otherwise have too many vertices for
-    the area of all layers `area` [m^2].
+    This spacing resolves the folds of the material. The spacing is larger if the mesh would otherwise have too many
+    vertices. The number of vertices follows from the area of all layers, `area` [m^2].
     """
     return max(spacing_for(material), float(np.sqrt(area / CELL / MOST_BY_DEFAULT)))
 

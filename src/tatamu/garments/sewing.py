@@ -25,7 +25,8 @@ from tatamu.material import Material
 from tatamu.topology import Topology
 
 FINER, STEP = 4, 0.75
-"""Number of default spacings that are tried until the outline can be meshed, and the ratio of each to the previous one.
+"""Largest number of default spacings that are tried until the outline can be meshed, and the ratio of each spacing to
+the previous spacing.
 """
 
 

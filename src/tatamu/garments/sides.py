@@ -18,7 +18,7 @@ FARTHEST = 0.03
 """Largest distance between the outline and an end of a named curve, as a fraction of the outline's larger extent."""
 BESIDE = 0.15
 """Largest distance between the outline and any other point of a named curve, as a fraction of the outline's larger
-extent. It is large because a straight curve may name a curved neckline."""
+extent. The limit is large because a straight curve may name a curved neckline."""
 
 
 def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:

@@ -1,8 +1,8 @@
 """Reads SVG files: their curves, and the length of one unit of the drawing.
 
 Coordinates stay in the units of the outermost `viewBox`. The length of a unit follows from the attribute `width`. In
-`width`, px is 1/96 inch and pt is 1/72 inch (CSS Values and Units, section 6.2). There are exceptions: a px of
-Illustrator is 1/72 inch, and a px of Inkscape before 0.92 is 1/90 inch.
+`width`, the unit px is 1/96 inch and the unit pt is 1/72 inch (CSS Values and Units, section 6.2). There are two
+exceptions: a px of Illustrator is 1/72 inch, and a px of Inkscape before 0.92 is 1/90 inch.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from tatamu.garments.unpacking import LARGEST_DRAWING, check_unpacked
 STEPS = 32
 """Number of points per curved segment of an SVG path."""
 LONGEST_STYLE = 32_768
-"""Largest length of a style sheet that is read [characters]. A longer style sheet can be skipped, because colours and
-line widths do not matter."""
+"""Largest length of a style sheet that is read [characters]. A longer style sheet is skipped, which does no harm,
+because colours and line widths do not matter."""
 INCH = 0.0254
 LENGTHS = {
     "mm": (1e-3, "millimetres"),
@@ -109,7 +109,7 @@ def _style(text: str) -> str:
 
 
 def _check_entities(text: str) -> None:
-    """Refuse XML entities that would unpack to too much text.
+    """Refuse XML entities that would expand to too much text.
 
     Raises:
         InputError: If entities refer to other entities, or entities are used too often.
@@ -123,10 +123,10 @@ def _check_entities(text: str) -> None:
 
 
 def _check_unpacked(root: ElementTree.Element) -> None:
-    """Refuse a drawing that would unpack to too many elements, because `use` elements repeat other elements.
+    """Refuse a drawing that has too many elements after each `use` element is replaced by the elements that it repeats.
 
     Raises:
-        InputError: If the unpacked drawing has too many elements.
+        InputError: If the drawing then has too many elements.
     """
     named = {element.get("id"): element for element in root.iter() if element.get("id")}
 

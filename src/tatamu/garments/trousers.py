@@ -13,9 +13,9 @@ from tatamu.presets import load_preset
 FABRIC = "usual-trousers"
 """Name of the default material preset."""
 SIZE = (0.34, 0.60)
-"""Width over both hems and length of the default trousers [m]. They are for a child of three to four years. The source
-is a chart of garment measurements by Stone Harbor. In this chart, the waist laid flat is 10 in (25.4 cm), and the full
-length is 23.5 in (60 cm)."""
+"""Width over both hems and length of the default trousers [m]. The trousers are for a child of three to four years. The
+source is a chart of garment measurements by Stone Harbor. In this chart, the waist laid flat is 10 in (25.4 cm), and
+the full length is 23.5 in (60 cm)."""
 OPENINGS = ("waist", "right_hem", "left_hem")
 CORNERS = {"inner_hem": (0.0, 0.035), "outer_hem": (0.0, 0.17), "hip": (0.44, 0.157), "waist": (0.60, 0.127)}
 """Corners of the left half [m], with x measured from the hems and y from the middle.

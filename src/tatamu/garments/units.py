@@ -12,7 +12,7 @@ NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decim
 USUAL = (0.15, 1.8)
 """Range of the longer side of most garments [m]."""
 DOUBTFUL = 2.6
-"""Largest size that is accepted without a note [m]. Hardly any garment is larger, but bed linen may be larger."""
+"""Largest size that is accepted without a note [m]. Hardly any garment is larger, except for bed linen."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Unit:
 
 
 def probable_scale(longest: float) -> float | None:
-    """Return the length [m] of the unit with which a garment has a usual size; None if no unit gives a usual size.
+    """Return the length [m] of a unit with which the garment has a usual size; None if no unit gives a usual size.
 
     Args:
         longest: Longer side of the garment in units of the file.
@@ -86,7 +86,7 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
     """Return the note on an unusual width and length [m] in a unit that the user did not give.
 
-    A unit that the file states is doubted as well, because many programs write a wrong unit into the header.
+    Even a unit that the file states is doubted, because many programs write a wrong unit into the header.
     """
     longest = max(sides)
     probable = probable_scale(longest / unit.metres)

@@ -26,7 +26,8 @@ from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, ho
 from tatamu.material import Material
 
 OFTEN_UNWELDED = (".stl", ".glb")
-"""File formats that repeat a vertex for each of its triangles, or for each of its texture coordinates."""
+"""Endings of file formats that store a vertex once for each of its triangles, or once for each of its texture
+coordinates."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
 """Three limits for relative changes of the edges' lengths. A garment is flattened only if half of its edges change by
 at most GENTLE, and 95 % by at most MOST. If more than 5 % of the edges change by more than DOUBTED, a note asks the
@@ -43,7 +44,8 @@ DEVELOPABLE = 0.01
 The edges are compared with separate scales along u and v. With a larger median, one scale is used for both directions.
 """
 SQUARE = 0.3
-"""Difference from the common scale below which the scales along u and v count as equal [%]."""
+"""Largest difference at which the scales along u and v count as equal [%]. The difference is between each scale and the
+common scale of both directions."""
 ROUNDS = 5
 """Number of rounds in which the scales along u and v are fitted."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
@@ -128,7 +130,7 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
 
 
 def _piece_name(mesh: TriangleMesh, own: np.ndarray, number: int) -> str:
-    """Return the name of a piece: the name that the file gives to most of its triangles or, without names, a number."""
+    """Return the name that the file gives to most triangles of a piece; a number if the file gives no names."""
     parts = [part for part, keep in zip(mesh.parts, own, strict=True) if keep and part] if mesh.parts else []
     return max(sorted(set(parts)), key=parts.count) if parts else f"piece {number + 1}"
 

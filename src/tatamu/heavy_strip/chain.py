@@ -1,4 +1,4 @@
-"""Computes the loop of a folded strip as a chain of links. Validation compares simulations with this loop.
+"""Computes the loop of a folded strip, modelled as a chain of links. Validation compares simulations with this loop.
 
 The chain has n rigid links of length h and slopes theta_i. Its energy, with the bending rigidity B and the weight per
 area w, is:
@@ -13,8 +13,8 @@ The constraints are:
 - The upper half is at least one thickness above the lower half.
 
 There is no friction. The chain starts as a wide loop. Newton's method finds the minimum of the energy, with augmented
-Lagrangians for the constraints. A boundary-value solver is not used, because it finds a wrong solution with a loop of
-only 2 mm.
+Lagrangians for the constraints. A boundary-value solver is not used, because such a solver finds a wrong solution, in
+which the loop measures only 2 mm.
 """
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ def start(length: float, bending_length: float, thickness: float, links: int = 2
 class ChainEnergy:
     """The energy of the chain with penalties for violated constraints (augmented Lagrangian).
 
-    It is a function of the links' slopes. Lengths are in units of the bending length l_b. Energies per width are in
-    units of w l_b^2, with the weight per area w.
+    The energy is a function of the links' slopes. Lengths are in units of the bending length l_b. Energies per width
+    are in units of w l_b^2, with the weight per area w.
     """
 
     def __init__(self, strip: FoldedStrip, links: int) -> None:

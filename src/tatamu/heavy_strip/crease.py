@@ -6,13 +6,14 @@ least energy. The energy is the sum of bending energy and gravitational energy:
 
     E / b = int  B/2 (d phi/du)^2 + rho g z  du,     z >= t/2 below, z >= 3t/2 above,
 
-The strip has the width b, the bending rigidity B, the mass per area rho and the thickness t. At the arc length u, its
+The first condition is for the lower half of the strip (u > 0), the second condition for the upper half (u < 0). The
+strip has the width b, the bending rigidity B, the mass per area rho and the thickness t. At the arc length u, its
 direction is phi and its height is z. The acceleration of gravity is g. The strip is modelled as an inextensible chain
 of short links.
 
-In units of the bending length l_b, the shape depends only on t / l_b. If l_b is as small as t, the cloth is limp, and
-its crease is nearly a circle. A stack of layers that slide on each other has the bending length of a single layer, and
-the thickness of the whole stack.
+In units of the bending length l_b, the shape depends only on t / l_b. If l_b is about as small as t, the cloth is limp,
+and its crease is nearly a circle. A stack of layers that slide on each other has the bending length of a single layer,
+and the thickness of the whole stack.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ class Crease:
     """Heights of the cloth's mid-surface above the table at the points [m], shape (k,)."""
 
     def place(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return x and z of points at arc lengths u. Outside the profile, the layers lie flat on each other."""
+        """Return x and z of points at arc lengths u. Outside the profile, the two layers lie flat on each other."""
         inside = np.abs(u) <= self.arc[-1]
         x = np.where(inside, np.interp(u, self.arc, self.x), np.abs(u))
         z = np.where(inside, np.interp(u, self.arc, self.z), np.where(u > 0, self.z[-1], self.z[0]))
@@ -162,7 +163,7 @@ def least_energy(thickness: float) -> np.ndarray:
 def guess() -> np.ndarray:
     """Return the directions of the links at the start of the minimisation [rad], shape (LINKS,).
 
-    They describe a flat strip that is bent over in a half circle.
+    The directions describe a flat strip that is bent over in a half circle.
     """
     turn = np.clip((np.arange(LINKS) + 0.5 - LINKS / 2) * STEP / GUESSED_WIDTH, -0.5, 0.5)
     return np.pi * (0.5 - turn)

@@ -25,7 +25,7 @@ ANGLES = 360
 TOUCHING = 1e-9
 """Tolerance at the ends of a segment, as a fraction of its length.
 
-Without it, a ray might pass between two segments.
+Without this tolerance, a ray might pass between two neighbouring segments.
 """
 PROMINENCE = 0.003
 """Least prominence of a node, a fold of the hem that stands out from the plate [m]."""

@@ -46,7 +46,7 @@ class Curve:
     y: np.ndarray
     """Vertical coordinates of the k points, shape (k,)."""
     reference: bool = False
-    """Whether the curve is a reference. It is then drawn as a line, and measured curves as points."""
+    """Whether the curve is a reference. A reference is drawn as a line, a measured curve as points."""
 
 
 @dataclass(frozen=True)

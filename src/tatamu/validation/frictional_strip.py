@@ -1,4 +1,4 @@
-"""A strip whose bending has friction, in one dimension.
+"""Computes the bending of a strip with friction of bending, in one dimension.
 
 The module computes the moment of the strip as a function of its curvature. It also computes the shape of a heavy strip
 whose clamp turns.
@@ -24,7 +24,7 @@ STEPS = 60
 
 
 class BentSection:
-    """The bending moments of several sections of a strip. The sections remember how they were bent."""
+    """The bending moments of several sections of a strip. The moments depend on how the sections were bent before."""
 
     def __init__(self, material: Material, count: int) -> None:
         """Start with flat sections.
@@ -48,7 +48,10 @@ class BentSection:
         return moment
 
     def work(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the integral of `moment` over the curvature of each section, a work per area [J/m^2], shape (k,)."""
+        """Return the work of bending per area of k sections [J/m^2], shape (k,).
+
+        The work is the integral of `moment` over the curvature.
+        """
         work = 0.5 * self._rigidity * curvature**2
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             bent = np.abs(curvature - plastic)
@@ -97,7 +100,8 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
         gravity: Acceleration of gravity [m/s^2].
 
     Returns:
-        For each angle, reach and drop from the clamp [m], shape (LINKS + 1, 2).
+        The shape of the strip at each angle of the clamp: the horizontal and the vertical distance of each node from
+        the clamp (reach and drop) [m], shape (LINKS + 1, 2).
 
     Raises:
         SimulationError: If a shape cannot be found.
@@ -123,7 +127,10 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
 def _equilibrium(
     joints: BentSection, lengths: np.ndarray, torque: np.ndarray, angles: np.ndarray, clamp: float
 ) -> np.ndarray:
-    """Return the angles of the links below the horizontal [rad]. Newton's method finds the minimum of the work."""
+    """Return the angles of the links below the horizontal [rad], at the minimum of the work.
+
+    Newton's method finds the minimum.
+    """
 
     def energy(angles: np.ndarray) -> float:
         return float(joints.work(np.diff(angles, prepend=clamp) / lengths) @ lengths - torque @ np.sin(angles))

@@ -11,8 +11,8 @@ NATIVE = {
     # motion
     "fall": 1e-3,  # fraction of the height of the fall
     "momentum": 1e-6,  # fraction of sum m |v|
-    "angular momentum": 1e-2,  # fraction of sum m |x| |v|; differences of frames are only as exact as this
-    "energy": 1e-3,  # fraction of the converted energy; it must never rise, except by errors of differences of frames
+    "angular momentum": 1e-2,  # fraction of sum m |x| |v|; differences between frames are not more exact
+    "energy": 1e-3,  # fraction of the converted energy; energy must never rise by more than errors of the frames
     # air
     "air speed": 1e-3,
     "air path": 2e-3,

@@ -36,7 +36,7 @@ def right(length: float, width: float, spacing: float) -> Mesh:
 
 
 def staggered_across(length: float, width: float, spacing: float) -> Mesh:
-    """Return the staggered mesh with rows along x."""
+    """Return a staggered mesh, in which every other row is shifted, with its rows along x."""
     points, faces = staggered(width, length, spacing)
     return points[:, ::-1].copy(), faces[:, ::-1].copy()
 
@@ -107,4 +107,4 @@ LAYOUTS: dict[str, Layout] = {
     "staggered across": staggered_across,
     "irregular": irregular,
 }
-"""Mesh layouts by name. Angles are those between the mesh and the strip."""
+"""Mesh layouts by name. The angles in the names are between the rows of the mesh and the length of the strip."""

@@ -13,7 +13,7 @@ from tatamu.validation.terminal import cells
 
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross")
 LONG = 16
-"""Number of rows above which a table is collapsed. Only rows that failed are then shown."""
+"""Number of rows above which a table is collapsed. A collapsed table shows only the rows that failed."""
 
 
 def page(report: Report) -> str:

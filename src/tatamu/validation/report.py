@@ -144,7 +144,7 @@ def validate(
 def _results(
     pairs: Sequence[tuple[Check, Sequence[Case]]], subject: Subject, executor: Executor | None
 ) -> Iterator[CaseResult]:
-    """Yield the results of cases in their order. An executor receives all cases at once."""
+    """Yield the results of cases in the order of the cases. If an executor is given, it receives all cases at once."""
     cases = [(check, case) for check, cases in pairs for case in cases]
     if executor is None:
         return (run(case, subject) for _, case in cases)
@@ -169,7 +169,7 @@ def run_named(check: str, label: str, simulator: str) -> CaseResult:
 
 
 def run(case: Case, subject: Subject) -> CaseResult:
-    """Run one case. A simulation that fails gives a row that failed."""
+    """Run one case. If a simulation fails, the result has a failed row."""
     result = CaseResult(case.label)
     started = perf_counter()
     try:

@@ -24,7 +24,7 @@ def flat(mesh: Mesh, height: float = 0.0) -> Cloth:
 def hanging(plan: np.ndarray) -> np.ndarray:
     """Return n flat points, shape (n, 2), as points in the y-z plane [m], shape (n, 3).
 
-    Their x axis points straight down.
+    The x axis of the flat points becomes the direction straight down.
     """
     return np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
 

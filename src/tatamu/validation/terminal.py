@@ -66,7 +66,7 @@ def table(result: CheckResult) -> Table:
 
 
 def summary(report: Report) -> str:
-    """Return a line with the numbers of rows that passed, failed, and are only stated."""
+    """Return a line with three numbers: rows with a limit, rows that failed, and rows without a limit."""
     stated = len(report.rows) - report.judged
     verdict = "[green]all pass[/]" if report.failures == 0 else f"[bold red]{report.failures} fail[/]"
     return f"{report.simulator}: {report.judged} judged, {verdict}; {stated} stated without a limit"

@@ -1,11 +1,11 @@
 """Checks of bending: cantilevers against the heavy elastica, and the crease of a fold against a heavy chain.
 
 In a cantilever check, a strip of twice the length droops on both sides of its middle. One row of vertices across the
-middle is held. Its slope at this row is zero by symmetry, so the reference has exactly the length from this row to the
-tip.
+middle is held. By symmetry, the slope of the strip at this row is zero. Therefore the reference has exactly the length
+from this row to the tip.
 
-The check `clamp` holds a whole end instead, as a robot or a ruler does. The triangles next to the last held row can
-then bend on its held side too. Therefore the clamp of the reference is half a cell behind this row.
+The check `clamp` holds a whole end instead, as a robot or a ruler does. The strip can then also bend behind the last
+held row, over half a cell. Therefore the clamp of the reference is half a cell behind this row.
 
 Strips come to rest with air drag near critical damping. The drag does not change where they come to rest.
 """
@@ -36,8 +36,8 @@ DENSITY = 0.2
 def strip_material(gamma: float, length: float) -> tuple[Material, float]:
     """Return a fabric and the time in which its strip comes to rest [s].
 
-    The fabric has w L^3 / B = gamma, with the weight per area w, the length L and the bending rigidity B. Its drag is
-    nearly critical.
+    The fabric has w L^3 / B = gamma, with the weight per area w, the length L and the bending rigidity B. The air drag
+    of the fabric is near critical damping.
     """
     slowest = slowest_frequency(gamma, length, GRAVITY)
     rigidity = DENSITY * GRAVITY * length**3 / gamma
@@ -73,7 +73,7 @@ def droop(
 
 
 def tip_of(along: np.ndarray, shape: np.ndarray, length: float) -> np.ndarray:
-    """Return the mean position of the end row of a strip (reach, drop), shape (2,)."""
+    """Return the mean position of the vertices at the end of a strip, as reach and drop [m], shape (2,)."""
     return shape[along > length - 1e-9].mean(axis=0)
 
 

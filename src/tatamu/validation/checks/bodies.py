@@ -5,8 +5,8 @@ tensions per width on both sides, and mu is the friction coefficient. When the s
 
     T1 / T0 = e^(mu theta)
 
-This is the formula of Euler and Eytelwein, which holds for any radius. Both ends of the strip are held and moved with
-one speed. The tensions follow from the strains of the straight parts.
+This is the formula of Euler and Eytelwein, which holds for any radius. Both ends of the strip are held, and both are
+moved along the strip with the same speed. The tensions follow from the strains of the straight parts.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ ON_A_CORNER = [np.cos(TIPPED), np.sin(TIPPED) * np.sqrt(0.5), -np.sin(TIPPED) * 
 SMALL = 0.06
 """Half the side of a cloth that hangs down on all sides of a sphere without buckling [m].
 
-A cloth that buckles would not stay symmetric for long."""
+A larger cloth would buckle, and would not stay symmetric for long."""
 POKE = 0.6
 """Speed of a finger that is pushed into cloth [m/s]."""
 SLIPPED = 1e-3
@@ -82,7 +82,7 @@ def strip_around(mu: float, angle: float) -> Scene:
     grippers = []
     for side in (-1.0, 1.0):
         end = np.flatnonzero(np.isclose(plan[:, 0], 0.0 if side < 0 else length))
-        ahead = np.array([np.cos(0.5 * angle), 0.0, -side * np.sin(0.5 * angle)])  # in the direction of the arc
+        ahead = np.array([np.cos(0.5 * angle), 0.0, -side * np.sin(0.5 * angle)])  # along the arc of contact
         stretched = 0.5 * STRAIN * length * side * ahead
         moved = stretched + 0.4 * FREE * ahead
         times = [0.0, PULL, PULL + 0.4 * FREE / SPEED]
@@ -161,8 +161,9 @@ def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
 def carried(subject: Subject, mu: float) -> Findings:
     """Check a strip of cloth that lies on an accelerated box.
 
-    Two numbers are compared with theory. The first is the acceleration at which the strip starts to slip, mu g. The
-    second is the distance by which the strip slips at 1.1 times this acceleration.
+    Two numbers are compared with theory. The first number is the acceleration at which the strip starts to slip, mu g,
+    where g is the acceleration of gravity. The second number is the distance by which the strip slips at 1.1 times this
+    acceleration.
     """
     wanted = mu * GRAVITY
     found = threshold(lambda a: left_behind(subject, mu, a) > SLIPPED, wanted, 0.1 * wanted, 0.002 * wanted)
@@ -192,7 +193,9 @@ def drawn_out(mu: float, table: float) -> Scene:
 def dragged(subject: Subject, mu: float, table: float) -> Findings:
     """Check how far a finger that is pulled out from under a cloth drags the cloth along.
 
-    The acceleration is a = g (phi mu - (1 - phi) mu_table). phi is the fraction of the cloth's mass over the finger.
+    The acceleration of the cloth is a = g (phi mu - (1 - phi) mu_table). g is the acceleration of gravity, and phi is
+    the fraction of the cloth's mass over the finger. The finger has the friction coefficient mu, and the other boxes
+    have the friction coefficient mu_table.
     """
     scene = drawn_out(mu, table)
     under = np.abs(scene.cloth.vertices[:, 0] - 0.1) < 0.03
@@ -233,7 +236,10 @@ def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Sc
 
 
 def penetration(scene: Scene, points: np.ndarray) -> float:
-    """Return how deep a cloth is in a body, in thicknesses [-]. It is 0 at the distance of rest, or farther away."""
+    """Return how deep a cloth is in a body, in thicknesses of the cloth [-].
+
+    The result is 0 if the cloth rests on the body, or is farther away.
+    """
     gap = distances(
         scene.bodies[0], points, scene.cloth.faces, scene.duration, below=0.45 * scene.material.thickness
     ).min()
@@ -278,9 +284,9 @@ def dropped(subject: Subject, obstacle: str) -> Findings:
 
 
 def poked(seed: int) -> Scene:
-    """Return a scene with a limp cloth and a thin finger, which moves around and into the cloth at 0.6 m/s.
+    """Return a scene with a limp cloth that is held at two sides, and a thin finger.
 
-    The cloth is held at two sides.
+    The finger moves around the cloth and is pushed into the cloth, at 0.6 m/s.
     """
     random = np.random.default_rng(seed)
     plan, faces = staggered(0.16, 0.16, float(random.choice([0.013, 0.026])))
@@ -308,7 +314,7 @@ def poked(seed: int) -> Scene:
 
 
 def deepest_poke(simulate: Callable[[Scene], Rollout], seed: int) -> float | None:
-    """Return how deep the finger of `poked` goes into the cloth at most, in thicknesses; None after an error."""
+    """Return the largest depth of the finger of `poked` in the cloth, in thicknesses; None if the simulation fails."""
     scene = poked(seed)
     try:
         rollout = simulate(scene)

@@ -20,7 +20,10 @@ from tatamu.validation.subject import Subject
 
 
 def different(first: Rollout, second: Rollout) -> float:
-    """Return the number of different bytes in the positions; all bytes if the sizes of the positions differ."""
+    """Return the number of different bytes in the positions of two rollouts.
+
+    If the numbers of positions differ, all bytes count as different.
+    """
     a = first.positions.tobytes()
     b = second.positions.tobytes()
     if len(a) != len(b):
@@ -29,7 +32,7 @@ def different(first: Rollout, second: Rollout) -> float:
 
 
 def again(subject: Subject) -> Findings:
-    """Compare two rollouts of a scene in this process. Another scene is simulated between these two."""
+    """Compare two rollouts of one scene in this process. Between the two simulations, another scene is simulated."""
     scene = folded()
     first = subject.simulate(scene)
     subject.simulate(carried())

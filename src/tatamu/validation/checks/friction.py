@@ -1,8 +1,8 @@
 """Checks of Coulomb friction: cloth on an inclined table, and cloth on cloth.
 
 The threshold is the tilt at which a cloth starts to slide. It is found by bisection of an interval of tilts. A cloth
-counts as sliding if its middle moves faster than `SLIDING` after one second. This is the case at 0.01 degrees above the
-threshold.
+counts as sliding if its middle moves faster than `SLIDING` after one second. At 0.01 degrees above the threshold, the
+cloth moves this fast.
 """
 
 from __future__ import annotations
@@ -27,9 +27,10 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 SLIDING = 1e-3
 """Speed above which a cloth slides [m/s]."""
 SHIFTED = 1e-3
-"""Distance in 0.4 s above which a layer counts as sliding [m].
+"""Distance that a layer moves in 0.4 s, above which the layer counts as sliding [m].
 
-At 0.1 degrees above the threshold, layers move farther."""
+At 0.1 degrees above the threshold, layers move farther than this distance.
+"""
 GRIP = 3.0
 """Friction coefficient of the table under stacks. It is so large that the lowest layer does not slide."""
 
@@ -125,9 +126,9 @@ def on_table(subject: Subject, mu: float) -> Findings:
 
 
 def _acceleration(times: np.ndarray, distance: np.ndarray) -> float:
-    """Return the acceleration [m/s^2].
+    """Return the acceleration of a sliding cloth [m/s^2].
 
-    It is twice the leading coefficient of a parabola through the second half of the motion.
+    The acceleration is twice the leading coefficient of a parabola through the second half of the motion.
     """
     half = len(times) // 2
     return float(2 * np.polyfit(times[half:], distance[half:], 2)[0])

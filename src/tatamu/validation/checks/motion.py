@@ -33,7 +33,7 @@ def velocities(rollout: Rollout) -> np.ndarray:
 def kinetic(scene: Scene, rollout: Rollout) -> np.ndarray:
     """Return the kinetic energy of the mean velocities between f frames [J], shape (f - 1,).
 
-    It is never larger than the mean of the true kinetic energy.
+    This energy is never larger than the mean of the true kinetic energy between two frames.
     """
     return 0.5 * np.einsum("fnk,fnk,n->f", *[velocities(rollout)] * 2, masses(scene))
 
@@ -136,7 +136,10 @@ def drop(subject: Subject) -> Findings:
 
 
 def _never_up(subject: Subject, scene: Scene, height: float) -> Findings:
-    """Compare kinetic and gravitational energy with their sum at the start, when the cloth is unstrained."""
+    """Check that the sum of kinetic and gravitational energy never exceeds the sum at the start.
+
+    At the start, the cloth is unstrained, so it has no other energy.
+    """
     energy = mechanical(scene, subject.simulate(scene))
     scale = float(masses(scene).sum()) * scene.gravity * height
     over = max(0.0, float(energy.max()) / scale)

@@ -1,6 +1,7 @@
 """Checks of woven cloth.
 
-Its shear stiffness is independent, and its stretching and bending depend on the angle to the warp.
+The shear stiffness of woven cloth is independent of its other stiffnesses. Its stretching and bending depend on the
+angle to the warp.
 """
 
 from __future__ import annotations

@@ -20,9 +20,9 @@ SIDE = 0.16
 
 
 def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
-    """Return a scene with equal square cloths on a level table, and the vertices of each cloth.
+    """Return a scene with a stack of equal square cloths on a level table, and the vertices of each cloth.
 
-    Every second cloth is rotated, so that no vertex lies on another.
+    Every second cloth is rotated, so that no vertex lies on another vertex.
     """
     layouts = (staggered, staggered_across)
     parts = []

@@ -1,7 +1,7 @@
 """Checks of stretch: strain of a hanging sheet, shear, contraction, and the catenary.
 
-Without drag, waves in a membrane decay slowly. These static scenes therefore have air drag near critical damping of
-their slowest wave. The drag does not change where the cloth comes to rest.
+Without drag, waves in a membrane decay slowly. The scenes of these checks therefore have air drag near critical damping
+of the slowest wave. The drag does not change the shape in which the cloth comes to rest.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ FABRICS = {
     "woven": Material(areal_density=0.2, stretch_stiffness=1000.0, poisson_ratio=0.0, bending_rigidity=2e-5),
     "jersey": Material(areal_density=0.15, stretch_stiffness=150.0, poisson_ratio=0.0, bending_rigidity=5e-6),
 }
-"""Materials without Poisson effect. Their held edge does not disturb the uniaxial reference."""
+"""Materials without Poisson effect. These materials do not contract across the pull, so the held edge does not disturb
+the one-dimensional strain of the reference."""
 PLANE = Material(areal_density=0.2, stretch_stiffness=100.0, poisson_ratio=0.3, bending_rigidity=2e-5)
 MESHES = ("right triangles", "staggered", "irregular")
 

@@ -1,9 +1,9 @@
 """Checks of symmetry: a scene that is rotated and shifted, mirrored or renumbered must have the same motion.
 
 Before contact, the results must agree within rounding errors. In contact, rounding errors grow with every impact. The
-difference after contact is therefore only stated. It is stated next to the difference that a scene gives if it is
-larger by a billionth. In the first scene, two hands lift a towel at one side. In the second scene, the hands carry the
-towel over a table.
+difference after contact is therefore only stated, and has no limit. For comparison, the same difference is stated for a
+scene that is enlarged by a billionth. In the first scene, two hands lift a towel at one side. In the second scene, the
+hands carry the towel over a table.
 """
 
 from __future__ import annotations
@@ -28,7 +28,10 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 
 @dataclass(frozen=True)
 class Change:
-    """A change of a scene. It must change the coordinates of the motion in the same way, and nothing else."""
+    """A change of a scene.
+
+    The coordinates of the simulated motion must change in the same way, and the motion must not change otherwise.
+    """
 
     points: Callable[[np.ndarray], np.ndarray]
     """Function from points of the original scene to points of the changed scene, shape (.., 3)."""

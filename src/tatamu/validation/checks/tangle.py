@@ -1,8 +1,8 @@
 """Checks of tangles: limp cloth that is pressed, dragged and folded must never pass through itself.
 
 A crossing is a pair of an edge and a triangle that pass through each other. Crossings are counted in every frame. For
-two separate layers, vertices on the wrong side are counted as well. A vertex of the upper layer under the lower layer
-has passed through the lower layer, even if no edge crosses it any more.
+two separate layers, vertices on the wrong side are counted as well. If a vertex of the upper layer is under the lower
+layer, it has passed through the lower layer, even if no edge crosses the lower layer any more.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def press_and_drag(subject: Subject, speed: float, press: float) -> Findings:
 def crossings_of_fold(
     simulate: Callable[[Scene], Rollout], seed: int, fast: bool, spacing: float = SPACING
 ) -> np.ndarray | None:
-    """Return the crossings in every frame of a random fold of limp cloth, shape (f,).
+    """Return the number of crossings in each of f frames of a random fold of limp cloth, shape (f,).
 
     The result is None if the simulation fails.
     """
