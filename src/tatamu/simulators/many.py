@@ -18,9 +18,9 @@ def processors() -> int:
 
 @contextmanager
 def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
-    """Yield the given executor. If it is None, yield threads.
+    """Yield the given executor. If it is None, start threads and yield an executor that uses them.
 
-    The number of threads is the number of processors, but at most `most`, the number of tasks at a time.
+    There is one thread per processor, but at most `most` threads.
     """
     if given is not None:
         yield given

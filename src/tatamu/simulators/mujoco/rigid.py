@@ -14,7 +14,10 @@ import numpy as np
 from tatamu.body import Body
 
 CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
-"""Contact parameters. MuJoCo's contacts are springs and dampers, with a time of 4 ms and a depth of 0.2 mm here."""
+"""Contact parameters in MuJoCo's language.
+
+A contact in MuJoCo is a spring with a damper. Here its time constant is 4 ms. It becomes stiffer with the depth of the
+contact, up to a depth of 0.2 mm."""
 HEAVY = 1e3
 """Mass of a body [kg]. It is so large that cloth does not move the body within a step."""
 RIGID = 2
@@ -36,7 +39,7 @@ class MovingBody:
     """A body that moves along its path."""
 
     def __init__(self, body: Body, model: Any, number: int) -> None:
-        """Find the body with a number in a model."""
+        """Find the body in a model, from its number among the bodies of the scene."""
         self.body = body
         joint = int(model.body(f"rigid{number}").jntadr[0])
         at = int(model.jnt_qposadr[joint])

@@ -1,9 +1,10 @@
 """Broad phase of bodies: finds the vertices, edges and faces near each body.
 
-The search has two steps. *Wide* candidates are found among all faces, with a margin. They are searched again when cloth
-and bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may touch
-the body in one round of contact. Boxes around faces and edges, in the frame of a body, are compared with the box around
-the body.
+The search has two steps. *Wide* candidates are found among all faces, edges and vertices. They include elements that
+are farther away from the body than contact by a margin. They are searched again when cloth and bodies together may have
+moved by most of this margin. *Narrow* candidates are the wide candidates that may touch the body in one round of
+contact. In both steps, the boxes around faces and edges are compared with the box around the body, in the frame of the
+body.
 """
 
 from __future__ import annotations
@@ -16,11 +17,15 @@ from tatamu.simulators.native.contact.bodies.state import Bodies, Candidates, Po
 from tatamu.simulators.native.contact.state import ContactMesh
 
 MARGIN = 0.01
-"""Largest additional distance of wide candidates beyond contact [m]."""
+"""Largest distance of wide candidates from a body, in addition to the distance at which contact is possible [m]."""
 WEAR = 0.7
-"""Fraction of the margin after which wide candidates are searched again [-]. The rest allows for motion by contact."""
+"""Fraction of the margin by which cloth and bodies may move before wide candidates are searched again [-].
+
+The rest of the margin allows for motion by contact."""
 SLACK = 5e-4
-"""Largest approach by forces and contact that narrow candidates allow for, in addition to their velocities [m]."""
+"""Largest approach in a round, by forces and contact, for which narrow candidates are complete [m].
+
+In addition, the approach by the velocities at the start of the round is allowed for."""
 
 
 @kernel
@@ -144,7 +149,7 @@ def _filter(
 ) -> None:
     """List the faces, edges and vertices that reach into the box around body b, in the order of their numbers.
 
-    Elements with a vertex that the hand of the body holds are left out.
+    The hand to which the body belongs may hold vertices. Elements with such a vertex are left out.
     """
     count = 0
     for i in range(faces.shape[0]):

@@ -14,7 +14,8 @@ LEVEL = 1e-9
 
 @kernel
 def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Return the signed distance of a point, and the unit normal of the surface next to it.
+    """Return the signed distance of a point from a body, and the unit normal of the body's surface at the nearest
+    point.
 
     Args:
         half: Half sizes of the core [m], shape (3,).
@@ -47,7 +48,7 @@ def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> t
 
 @kernel
 def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, within: float) -> float:
-    """Return the fraction along an edge at which its distance from the body is smallest.
+    """Return the fraction along an edge of the cloth at which the edge is nearest to the body.
 
     Args:
         half: Half sizes of the core [m], shape (3,).

@@ -80,7 +80,9 @@ class Bodies(NamedTuple):
     orientations: np.ndarray
     """Unit quaternions (w, x, y, z) at the beginning of each outer step, shape (b, steps + 1, 4)."""
     held: np.ndarray
-    """Whether the hand of a body ever holds a vertex, shape (b, n). The body ignores triangles at such vertices."""
+    """Whether the hand to which a body belongs holds the vertex at any time, shape (b, n).
+
+    The body does not collide with triangles at such vertices."""
     start: Pose
     """Poses at the start of the round of contact."""
     end: Pose
@@ -156,7 +158,10 @@ def _no_candidates(count: int, mesh: ContactMesh) -> Candidates:
 
 @kernel
 def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray, number: int, fraction: float) -> None:
-    """Set the pose of body b at a fraction of outer step `number`. The body turns by a small angle within a step."""
+    """Set the pose of body b at a fraction of outer step `number`.
+
+    Quaternions are interpolated linearly, because a body only turns by a small angle within a step.
+    """
     later = min(number + 1, position.shape[0] - 1)
     q = np.empty(4)
     for k in range(3):
@@ -179,7 +184,10 @@ def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray,
 
 @kernel
 def place(bodies: Bodies, number: int, begin: float, end: float) -> None:
-    """Set the poses at the start and at the end of a round, the fractions `begin` and `end` of outer step `number`."""
+    """Set the poses of all bodies at the start and at the end of a round of contact.
+
+    The round begins at the fraction `begin` of outer step `number`, and ends at the fraction `end` of this step.
+    """
     for b in range(bodies.radius.shape[0]):
         _set_pose(bodies.start, b, bodies.positions[b], bodies.orientations[b], number, begin)
         _set_pose(bodies.end, b, bodies.positions[b], bodies.orientations[b], number, end)
