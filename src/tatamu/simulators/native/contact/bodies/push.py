@@ -86,9 +86,7 @@ def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, 
 
 @kernel
 def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
-    """Write the positions of the vertices near a body in its frame, and return the longest motion of these vertices
-    [m].
-    """
+    """Write the positions of the vertices near a body in its frame, and return the longest of their motions [m]."""
     longest = 0.0
     for i in range(near.shape[0]):
         v = near[i]

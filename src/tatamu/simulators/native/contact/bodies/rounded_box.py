@@ -14,8 +14,7 @@ LEVEL = 1e-9
 
 @kernel
 def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Return the signed distance of a point from a body, and the unit normal of the body's surface at the nearest
-    point.
+    """Return the signed distance of a point from a body, and the body's unit normal next to the point.
 
     Args:
         half: Half sizes of the core [m], shape (3,).
