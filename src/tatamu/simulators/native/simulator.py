@@ -57,7 +57,7 @@ def simulate_many(scenes: Sequence[Scene], options: Options | None = None) -> li
 
 
 def load_kernels() -> None:
-    """Compile the kernels, or load them from disk, once per process. Other threads wait."""
+    """Compile the kernels, or load them from disk, once per process. Meanwhile other threads that call it wait."""
     with _LOADING:
         _loaded()
 

@@ -37,7 +37,7 @@ class State(NamedTuple):
     slot: np.ndarray
     """Slot (memory position) of each vertex, shape (n,)."""
     positions: Positions
-    """Positions by vertex. One time step of these positions is one round of contact."""
+    """Positions by vertex. For these positions, a step is one round of contact."""
     triangle_forces: np.ndarray
     """Temporary memory: forces of a block of triangles on their corners [N], in single precision, shape (9 BLOCK,)."""
     hinges: HingeMeasures

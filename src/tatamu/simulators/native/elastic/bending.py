@@ -4,9 +4,10 @@
     K_T = A_T Q' D Q                            stiffness of triangle T, see `curvature`
     W   = sum_T 1/2 (g - g0)' K_T (g - g0)      energy, over the inner edges of T; g0: g of the unstrained shape
 
-A_T is the area of triangle T. Q is the matrix from the measures g to the curvatures of the triangle, and D contains the
-rigidities. Bending has no Poisson effect. Therefore a narrow strip and a wide sheet have the same moment per width and
-curvature, which is the bending rigidity B. The derivation is in docs/theory/bending.md.
+For large angles, g grows faster than theta, which keeps tight loops open. A_T is the area of triangle T. Q is the
+matrix from the measures g to the curvatures of the triangle, and D contains the rigidities. Bending has no Poisson
+effect. Therefore a narrow strip and a wide sheet have the same moment per width and curvature, which is the bending
+rigidity B. The derivation is in docs/theory/bending.md.
 """
 
 from __future__ import annotations

@@ -46,8 +46,8 @@ class Membrane(NamedTuple):
     S: np.ndarray
     """Twice the stiffness S at each place, in single precision [N/m^3], shape (6, places).
 
-    S maps the changes of squared edge lengths to forces. It is symmetric, and its six elements are packed
-    (`symmetric`)."""
+    S maps the changes of squared edge lengths to forces per length of an edge. The matrix is symmetric, and its six
+    elements are packed as in `symmetric`."""
     L2: np.ndarray
     """Squared rest lengths of the edges [m^2], shape (3, places)."""
     relaxed: np.ndarray
