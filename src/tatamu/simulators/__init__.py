@@ -49,7 +49,7 @@ class Simulator(Protocol):
         ...
 
     def simulate_many(self, scenes: Sequence[Scene]) -> list[Rollout]:
-        """Simulate several scenes. Each rollout has the same positions as a rollout by `simulate`."""
+        """Simulate several scenes. The positions are the same as if each scene were simulated alone."""
         ...
 
 
@@ -117,6 +117,6 @@ def simulate(scene: Scene, simulator: str = "native") -> Rollout:
 def simulate_many(scenes: Sequence[Scene], simulator: str = "native") -> list[Rollout]:
     """Simulate several scenes, and return their rollouts.
 
-    Each rollout has the same positions as a rollout by `simulate`.
+    The positions are the same as if each scene were simulated alone.
     """
     return named(simulator).simulate_many(scenes)

@@ -21,7 +21,7 @@ class Capabilities:
     coarse_search: bool = False
     """Whether a search can start on a coarser mesh.
 
-    This is possible if, on a coarser mesh, nearly the same folds are better than others."""
+    This is possible if the best folds on a coarser mesh are also among the best folds on the fine mesh."""
     compression: bool = False
     """Whether the simulator can simulate cloth that resists compression less than tension (`Material.compression`).
 

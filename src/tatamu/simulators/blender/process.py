@@ -24,7 +24,7 @@ from tatamu.errors import InputError, SimulationError
 from tatamu.simulators.blender import discovery
 
 MARK = b"\x00\xfftatamu\xff\x00"
-"""Start of every message. All other bytes in the pipe are output of Blender itself."""
+"""Start of every message. All bytes between two messages in the pipe are output of Blender itself."""
 START_LIMIT = 120.0
 """Longest time to wait for the first message of a started Blender [s]."""
 ATTEMPTS = 3

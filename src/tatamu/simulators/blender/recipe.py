@@ -43,7 +43,7 @@ def written(scene: Scene) -> Recipe:
     """Write the recipe of a scene.
 
     Raises:
-        InputError: If the material's `blender` table is wrong.
+        InputError: If the material's `blender` table contains an error.
     """
     pieces = segments(scene, LONGEST_FRAME if scene.material.blender is None else np.inf)
     longest = max((piece.duration for piece in pieces), default=LONGEST_FRAME)

@@ -100,7 +100,7 @@ class Springs:
 
     @property
     def _edge_angles(self) -> np.ndarray:
-        """Direction of each of the h inner edges in the axes of its triangle [rad], shape (h,)."""
+        """Direction of each of the h inner edges in the axes of one of its triangles [rad], shape (h,)."""
         angles = np.zeros(len(self.topology.edges))
         angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
         return np.asarray(angles[self.topology.faces_per_edge == 2])
@@ -153,9 +153,10 @@ class Hinges:
         return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
 
     def angle(self, direction: np.ndarray) -> np.ndarray:
-        """Return the angles of the h hinges [rad] if their vertices lie on a cylinder of curvature 1/m, shape (h,).
+        """Return the angles of the h hinges on a cylinder with the curvature 1 [1/m], in rad, shape (h,).
 
-        The cylinder is curved along `direction`, the angle of a direction from the edge [rad], shape (h,).
+        All four vertices of each hinge lie on the cylinder. `direction` contains the angle from each edge to the
+        direction in which the cylinder is curved [rad], shape (h,).
         """
         zero = np.zeros_like(self.length)
         along = np.stack([zero, self.length, self.feet[0], self.feet[1]], axis=1)

@@ -187,7 +187,8 @@ def add_table(collider: dict[str, Any]) -> None:
 def assign(target: Any, values: dict[str, Any]) -> None:
     """Set properties in alphabetical order.
 
-    In this order, each *_stiffness is set before its *_stiffness_max. Blender never lets *_stiffness_max be smaller.
+    In this order, each *_stiffness is set before its *_stiffness_max. Blender never lets *_stiffness_max be smaller
+    than *_stiffness.
     """
     for name, value in sorted(values.items()):
         setattr(target, name, value)

@@ -16,8 +16,8 @@ from tatamu.body import Body
 CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
 """Contact parameters in MuJoCo's language.
 
-A contact in MuJoCo is a spring with a damper. Here its time constant is 4 ms. It becomes stiffer with the depth of the
-contact, up to a depth of 0.2 mm."""
+A contact in MuJoCo is a spring with a damper. Here its time constant is 4 ms. The deeper the contact, the stiffer it
+is, up to a depth of 0.2 mm."""
 HEAVY = 1e3
 """Mass of a body [kg]. It is so large that cloth does not move the body within a step."""
 RIGID = 2

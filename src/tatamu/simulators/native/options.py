@@ -35,8 +35,7 @@ class StepOptions(NamedTuple):
 
     The limit of stability is 2. The difference to 2 is reserved for large angles."""
     sticking_phase: float = 1.5
-    """Largest product of time step h and angular frequency omega for the steps of bending while its friction sticks
-    [-].
+    """Largest product of time step h and angular frequency omega for bending while its friction sticks [-].
 
     It can be larger than `bending_phase`, because friction that slips removes energy."""
     membrane_damping: float = 5e-5
@@ -106,7 +105,7 @@ class ContactOptions(NamedTuple):
 
     Not only the vertices but also the edges of pressed layers are kept away from each other."""
     pressed_searches: int = 4
-    """Number of searches for candidates for which the edges at a vertex still count as pressed after a press."""
+    """Number of searches for candidates after which the edges at a vertex no longer count as pressed."""
     pairs_per_edge: int = 24
     """Largest number of edge pairs per edge of the mesh. Memory is reserved for this number."""
 
@@ -188,7 +187,7 @@ class UntangleOptions(NamedTuple):
     length_sweeps: int = 4
     """Number of sweeps in each pass. The sweeps bring the lengths of edges back between `shortest` and `longest`."""
     again_after: float = 0.1
-    """Time after which the separation is tried again if layers were not separated [s]."""
+    """Time after which the separation is tried again if layers are still crossed, or were separated [s]."""
 
 
 class RestOptions(NamedTuple):

@@ -136,7 +136,7 @@ class Simulation:
 
     @property
     def displacements(self) -> np.ndarray:
-        """Displacement of each gripper from where it closed [m], shape (grippers, 3). Open grippers have zero."""
+        """Displacement of each gripper since it closed [m], shape (grippers, 3). It is zero for an open gripper."""
         return self._grippers.displacements(self.number)
 
     @property

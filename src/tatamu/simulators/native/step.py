@@ -284,7 +284,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
 
 @unlocked
 def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tuple[int, float]:
-    """Make outer steps.
+    """Make outer steps, the longest time steps of the simulator.
 
     Args:
         system: The running scene. Its state is changed in place.

@@ -11,8 +11,8 @@ resort. Bridson et al. also have a stage of continuous collision detection, whic
 candidate (a pair of mesh elements that may touch) remembers its side at the start of the step. A pair that has passed
 through within a step has a negative gap, and is pushed back.
 
-The search for candidates also finds pairs that are farther apart than contact by a *margin*. Nothing keeps these pairs
-from passing through each other:
+The search for candidates looks farther than one thickness by a distance that is called the *margin*. Three kinds of
+pairs are not kept from passing through each other:
 
 - two edges in flat cloth that is not pressed,
 - a vertex and a triangle that is not one of the three partners of the vertex,

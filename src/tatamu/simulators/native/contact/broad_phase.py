@@ -20,7 +20,8 @@ from tatamu.simulators.native.options import ContactOptions
 KEPT_APART = 1.5
 """Distance at which every pair must be known as a candidate, in thicknesses.
 
-The search distance minus this distance is the margin, by which the cloth can move before the next search."""
+The search distance minus this distance is the margin. Two parts of the cloth can approach each other by the margin
+before the next search."""
 
 
 @kernel
@@ -69,9 +70,9 @@ def _pair_edges(x: np.ndarray, mesh: ContactMesh, contact: ContactState, shape: 
 def refresh(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
     """Follow the motion of the vertices, and search candidates again if they are worn out.
 
-    Candidates are worn out when two vertices may have come closer by most of the margin since the search. The new
-    search uses the positions at the start of the round. If no search is necessary but edges have come under pressure
-    since the last search, only these edges are paired.
+    Candidates are pairs of mesh elements that may touch. They are worn out when two vertices may have come closer by
+    most of the margin since the search. The new search uses the positions at the start of the round. If no search is
+    necessary but edges have come under pressure since the last search, only these edges are paired.
     """
     motion.follow(positions, contact)
     margin = mesh.search_distance - KEPT_APART * mesh.thickness

@@ -113,8 +113,8 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
 def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[int, int]:
     """Fill `chosen` with the next awake pairs that the last sweep moved, beginning with the i-th awake pair.
 
-    Awake pairs are the pairs that are tested in every sweep. The function returns the number of pairs in `chosen`, and
-    the place in the list of awake pairs where the next call continues.
+    Awake pairs are the pairs that the first sweep did not put to sleep. The function returns the number of pairs in
+    `chosen`, and the place in the list of awake pairs where the next call continues.
     """
     pairs = contact.edge_edge.pairs
     awake = contact.edge_edge.awake

@@ -114,7 +114,7 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
         if meets[p] > of_edges(reach, a, b, c, d):
             continue
         if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
-            continue  # held on both sides
+            continue  # hands hold both edges
         if _edges_passed(positions.x, positions.start, a, b, c, d):
             grew |= _join_four(zone, a, b, c, d)
     return grew
@@ -150,7 +150,7 @@ def _join_passed_vertices(
             if meets[v, k] > of_vertex_and_face(reach, v, a, b, c):
                 continue
             if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
-                continue  # held on both sides
+                continue  # hands hold the vertex and the triangle
             if _vertex_passed(x, v, a, b, c, side[v, k], tolerance):
                 grew |= _join_four(zone, v, a, b, c)
     return grew

@@ -23,7 +23,7 @@ class Positions(NamedTuple):
     start: np.ndarray
     """Positions at the start of the step, which contact corrected before. All layers are on their correct sides."""
     predicted: np.ndarray
-    """Positions before contact. They give the change of velocity, (x - predicted) / step.
+    """Positions before contact. The change of velocity by contact is (x - predicted) / step.
 
     Corrections that must not become velocity also shift the predicted positions."""
 

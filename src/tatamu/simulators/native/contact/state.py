@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 PARTNERS = 3
-"""Largest number of triangles from which a vertex is kept.
+"""Largest number of triangles from which contact keeps a vertex apart.
 
 They are the nearest triangle below, the nearest triangle above, and a further triangle that the vertex touches."""
 BELOW = 0
@@ -56,9 +56,9 @@ class VertexFace(NamedTuple):
     """
 
     triangle: np.ndarray
-    """Number of each triangle from which a vertex is kept, shape (n, PARTNERS).
+    """Numbers of the triangles from which contact keeps a vertex apart, shape (n, PARTNERS).
 
-    It is -1 if the vertex is kept from fewer triangles."""
+    Entries that are not needed are -1."""
     side: np.ndarray
     """Side of the triangle on which the vertex is, shape (n, PARTNERS).
 
@@ -85,7 +85,7 @@ class VertexFace(NamedTuple):
 
     Friction pulls the vertex towards this point."""
     order: np.ndarray
-    """Vertices that are kept from a triangle, the highest first, shape (n,).
+    """Vertices that contact keeps apart from any triangle, sorted by height, the highest first, shape (n,).
 
     The first `counters.ordered` entries are in use."""
 

@@ -1,4 +1,4 @@
-"""Cloth against the table: a plane with Coulomb friction, applied to positions.
+"""Contact of cloth with the table, a plane with Coulomb friction. Positions are corrected.
 
 In a time step h, a vertex gets the depth d below the plane and the slip s along the plane. The depth d is undone. In
 addition, friction undoes the fraction min(1, mu d / |s|) of the slip, where mu is the coefficient of friction. Friction

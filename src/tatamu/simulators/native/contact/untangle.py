@@ -1,4 +1,4 @@
-"""Takes layers apart that passed through one another in a pinch, when the hand opens.
+"""Separates layers that passed through one another where a hand pinches them. This is done when the hand opens.
 
 A hand keeps the orientation of the held cloth, but the cloth next to it may turn over. An example is a hem when a
 garment is folded. The layers in the pinch are then in the opposite order to the layers next to it. Real cloth turns
@@ -24,7 +24,9 @@ from tatamu.topology import areas, edge_lengths, longest_sides
 
 
 def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions) -> tuple[np.ndarray, int]:
-    """Untangle the cloth. A cloth without crossings is not moved.
+    """Separate layers of cloth that pass through one another. A cloth without crossings is not moved.
+
+    A crossing is an edge that passes through a triangle.
 
     Args:
         x: Positions of the n vertices [m], shape (n, 3).
@@ -101,7 +103,10 @@ def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: floa
 
 @kernel
 def _meeting(x: np.ndarray, e: int, t: int, mesh: ContactMesh) -> tuple[float, float, float, float]:
-    """Return where edge e passes through triangle t: the fraction along the edge, and barycentric coordinates."""
+    """Return the point at which edge e passes through triangle t.
+
+    The results are the fraction along the edge, and the three barycentric coordinates on the triangle.
+    """
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
     a, b, c = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
     nx, ny, nz = normal_of(x, a, b, c)

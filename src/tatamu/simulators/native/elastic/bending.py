@@ -55,7 +55,9 @@ class Bending(NamedTuple):
     friction: Friction
     """Constants of the friction of bending, for cloth with hysteresis."""
     K: np.ndarray
-    """Stiffness K_T of each triangle, packed [N m], in single precision, shape (6, places of triangles)."""
+    """Stiffness K_T of each triangle, in single precision [N m], shape (6, places of triangles).
+
+    The six different elements of each symmetric matrix are packed as in `symmetric`."""
 
 
 class HingeMeasures(NamedTuple):
@@ -172,8 +174,8 @@ def _measure(
         px, py, pz = ey * uz - ez * uy, ez * ux - ex * uz, ex * uy - ey * ux
         qx, qy, qz = ez * wy - ey * wz, ex * wz - ez * wx, ey * wx - ex * wy
         length = np.sqrt(square)
-        i1 = ONE / np.sqrt(px * px + py * py + pz * pz + TINY)  # apart, as the product of both squares
-        i2 = ONE / np.sqrt(qx * qx + qy * qy + qz * qz + TINY)  # may be too small for single precision
+        i1 = ONE / np.sqrt(px * px + py * py + pz * pz + TINY)  # two roots, because the product
+        i2 = ONE / np.sqrt(qx * qx + qy * qy + qz * qz + TINY)  # of both squares may be too small for single precision
         scale = i1 * i2
         cx, cy, cz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
         sine = (cx * ex + cy * ey + cz * ez) * scale / length

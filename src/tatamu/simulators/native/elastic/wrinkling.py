@@ -1,9 +1,9 @@
 """Tension field: a membrane that resists compression less than tension. It replaces wrinkles too fine for the mesh.
 
 A sheet that is compressed buckles instead of becoming shorter. Waves shorter than two cells are not possible on the
-mesh. Without them, the mesh would carry load like a plate that cannot buckle. The energy is therefore reduced, as in
-tension field theory (Pipkin 1986; Choi and Ko 2002 for cloth). E1 >= E2 are the principal strains. The number m = E2 +
-nu E1 is the second principal stress divided by q. The formulas of the energy W are:
+mesh. Without such waves, the mesh would carry load like a plate that cannot buckle. The energy is therefore reduced, as
+in tension field theory (Pipkin 1986; Choi and Ko 2002 for cloth). E1 >= E2 are the principal strains. The number m = E2
++ nu E1 is the second principal stress divided by q. The formulas of the energy W are:
 
     W      = 1/2 Y psi(E1, b) + 1/2 q psi(m, (1 + nu) b),   q = Y / (1 - nu^2)
     psi(e) = e^2 for e > 0, c e^2 down to -b, c e^2 + (1 - c)(e + b)^2 beyond

@@ -25,7 +25,7 @@ BLOCK = 528
 The number is not a power of two, because rows whose distance is a power of two would use the same cache lines.
 """
 SHORTEST_BAND = 24
-"""Least number of elements in a band of elements whose slots have equal differences."""
+"""Least number of elements that form a band. In a band, the slots of all elements have the same differences."""
 FULLEST = 2.0
 """Largest number of slots (memory positions) per vertex, fillers included, at which vertices are arranged in rows."""
 

@@ -22,7 +22,7 @@ It is a fraction of the edge that the two triangles of the parallelogram share."
 EDGE_SKEW = 0.7
 """Largest distance of a vertex from its position on the lattice, for vertices at a border that cuts through cells.
 
-It is a fraction of the edge that the two triangles of the parallelogram share."""
+It is a fraction of the edge that the vertex's triangle shares with the next triangle on the lattice."""
 
 Places = dict[int, tuple[int, int]]
 
@@ -42,7 +42,7 @@ class Patch(NamedTuple):
 def patches(rest: np.ndarray, hinges: np.ndarray) -> list[Patch]:
     """Return the pieces of lattice in a mesh. Each vertex belongs to at most one piece.
 
-    The direction of the rows is chosen so that the rectangles of rows and columns are well filled.
+    The direction of the rows is chosen so that few places in the rectangle of rows and columns stay empty.
     """
     points = rest.tolist()
     quads = hinges.tolist()

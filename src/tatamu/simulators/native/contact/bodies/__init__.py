@@ -14,15 +14,18 @@ point inside the face. These three cases are tested separately:
 
     vertex   d at the vertex
     edge     the minimum of d along the edge, by bisection of its derivative
-    face     a corner of the core over the inside of the triangle, if the normal of the triangle lies in the corner's
-             normal cone, and the corner is still on the side of the triangle's plane where it was before
+    face     the distance of a corner of the core from the triangle's plane, minus r, if the corner lies over the inside
+             of the triangle, and the triangle's normal lies in the normal cone of the corner
+
+The normal cone of a corner contains the directions in which the corner is the farthest point of the core. The distance
+is measured on the side of the triangle's plane on which the corner was at the start of the round.
 
 The mid-surface of the cloth stays half a thickness from the body. A vertex, edge or face that is closer is pushed out
 along the normal n. Its vertices share the push by their inverse masses; the body does not give way. Coulomb friction
-with the coefficient mu acts along the surface of the body. A round is one call of contact for all pairs. The slip s
-leads from the position x0 of the cloth at the start of the round to its position x. It is measured in the frame of the
-body, so a body that moves or turns carries the cloth along. The rotation and the centre of the body are R0 and c0 at
-the start of the round, and R1 and c1 at its end:
+with the coefficient mu acts along the surface of the body. A round is one call of contact, in which all pairs are
+corrected. The slip s leads from the position x0 of the cloth at the start of the round to its position x. It is
+measured in the frame of the body, so a body that moves or turns carries the cloth along. The rotation and the centre of
+the body are R0 and c0 at the start of the round, and R1 and c1 at its end. A prime marks the transpose of a matrix:
 
     s = R1' (x - c1) - R0' (x0 - c0),   s_t = s - (n s) n,   s_t shrinks by min(1, mu push / |s_t|)
 

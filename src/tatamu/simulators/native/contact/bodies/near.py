@@ -1,10 +1,10 @@
 """Broad phase of bodies: finds the vertices, edges and faces near each body.
 
 The search has two steps. *Wide* candidates are found among all faces, edges and vertices. They include elements that
-are farther away from the body than contact by a margin. They are searched again when cloth and bodies together may have
-moved by most of this margin. *Narrow* candidates are the wide candidates that may touch the body in one round of
-contact. In both steps, the boxes around faces and edges are compared with the box around the body, in the frame of the
-body.
+are farther away from the body than contact by a margin. Wide candidates are searched again when cloth and bodies
+together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may touch the body in
+one round of contact. In both steps, the boxes around faces and edges are compared with the box around the body, in the
+frame of the body.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ WEAR = 0.7
 
 The rest of the margin allows for motion by contact."""
 SLACK = 5e-4
-"""Largest approach in a round, by forces and contact, for which narrow candidates are complete [m].
+"""Largest motion of cloth towards a body, by forces and contact in one round, for which narrow candidates allow [m].
 
-In addition, the approach by the velocities at the start of the round is allowed for."""
+In addition, they allow for the motion by the velocities at the start of the round."""
 
 
 @kernel

@@ -24,7 +24,7 @@ much farther than the point."""
 
 
 class Frame(NamedTuple):
-    """One body in one round of contact."""
+    """One body in one round of contact, and the positions of the cloth in the frame of this body."""
 
     half: np.ndarray
     """Half sizes of the core [m], shape (3,)."""

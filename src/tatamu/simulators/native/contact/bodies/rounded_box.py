@@ -7,7 +7,9 @@ import numpy as np
 from tatamu.simulators.native.compiled import kernel
 
 BISECTIONS = 14
-"""Number of times that an edge is halved. An edge of 20 mm is halved down to about a micrometre."""
+"""Number of halvings of an edge that find its point nearest to a body.
+
+If the edge has 20 mm, the point is found to about a micrometre."""
 LEVEL = 1e-9
 """Slope of the distance along an edge below which the edge counts as parallel to the surface [-]."""
 

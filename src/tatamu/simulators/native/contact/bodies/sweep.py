@@ -21,8 +21,8 @@ tolerance, several corners can share the load of a triangle."""
 CLEAR = 0.98
 """Fraction of the gap between cloth and body [-].
 
-Edges and triangles that lie farther outside than this fraction of the gap are not tested. There it is enough to test
-their vertices."""
+Edges and triangles that lie farther outside a face of the core than this fraction of the gap are not tested. There it
+is enough to test their vertices."""
 
 
 @kernel
