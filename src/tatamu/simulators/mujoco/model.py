@@ -3,7 +3,7 @@
 Each vertex is a body with three sliders (joints along x, y and z). A flex, MuJoCo's deformable body, connects all
 vertices. The membrane follows the law of Saint Venant and Kirchhoff on each triangle. Bending is a quadratic hinge
 model with the cylinder rigidity D = E t^3 / 12 (1 - nu^2) (MuJoCo 4.0, XML reference, flex/elasticity). The input of
-MuJoCo is a Young modulus E, a Poisson ratio nu and an elastic thickness t. The thickness t may differ from the
+MuJoCo is a Young modulus E, a Poisson ratio nu and an elastic thickness t. The thickness t can differ from the
 thickness for contact. E and t follow from the stiffness Y [N/m] and the bending rigidity B [N m] of the cloth:
 
     Y = E t,  B = E t^3 / 12 (1 - nu^2)   =>   t = sqrt(12 B (1 - nu^2) / Y),  E = Y / t

@@ -45,7 +45,7 @@ def require() -> None:
 
 
 def prepare() -> None:
-    """Compile the kernels, or load them from disk."""
+    """Compile the functions of the simulator, or load their compiled code from disk."""
     load_kernels()
 
 

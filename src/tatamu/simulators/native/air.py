@@ -64,11 +64,12 @@ class AirSurface(NamedTuple):
     """
 
     normals: np.ndarray
-    """Unit normals of the surface, from their last update, shape (3, slots)."""
+    """Unit normal of the surface at each slot (memory position of a vertex), from the last update, shape (3, slots)."""
     carried: np.ndarray
     """Ratio alpha of the carried mass of air to the mass of cloth and carried air [-], shape (slots,).
 
-    It is 0 for cloth that is held or in contact."""
+    The array has one number per slot (memory position of a vertex). The ratio is 0 for cloth that is held or in
+    contact."""
     along: np.ndarray
     """Temporary memory: decrease of the velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray

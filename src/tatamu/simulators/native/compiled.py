@@ -53,7 +53,7 @@ def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
 
 
 def compilation() -> tuple[int, int]:
-    """Return the number of compiled kernels on disk, and the number of all kernels.
+    """Return the number of compiled functions (kernels) on disk, and the number of all kernels.
 
     The first number is 0 if this process did not have to compile any kernel.
 

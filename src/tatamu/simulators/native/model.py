@@ -47,9 +47,9 @@ class Model:
     slot: np.ndarray
     """Slot (memory position) of each vertex, shape (n,)."""
     slots: int
-    """Number of slots that contain vertices or fillers. Copies come after these slots."""
+    """Number of slots (memory positions of vertices), including fillers. Copies come after these slots."""
     width: int
-    """Number of slots and copies together."""
+    """Number of slots (memory positions of vertices) and of copies of slots together."""
     mass: np.ndarray
     """Lumped mass of each vertex [kg], shape (n,): a third of the mass of each triangle around the vertex."""
     elastic: ElasticModel
@@ -63,7 +63,8 @@ class Model:
 
     It is 0 if bending has no friction."""
     rest_measures: np.ndarray
-    """Measures g of the dihedral angles in the unstrained shape, in the order of memory [-]."""
+    """Measures g = 4 tan(theta / 4) of the dihedral angles theta in the unstrained shape [-], in the order of
+    memory."""
     lengths: np.ndarray
     """Lengths of the edges at rest [m], shape (e,)."""
 

@@ -1,4 +1,4 @@
-"""Settings of the simulator that a study may vary, as one immutable record for `simulate`.
+"""Settings of the simulator that a study can vary, as one immutable record for `simulate`.
 
 All numbers in the documentation were made with the defaults. The calibrated material is a part of the scene and not of
 the options. Each group of options is a NamedTuple, which compiled loops accept. Other values need no new compilation.
@@ -64,22 +64,26 @@ class ElasticOptions(NamedTuple):
 class ContactOptions(NamedTuple):
     """Settings of contact between layers of cloth, and between cloth and table.
 
-    The unit t in the fields is the thickness of the cloth.
+    Many of the lengths are given in thicknesses of the cloth.
     """
 
     # Candidates: pairs of mesh elements that may touch.
     margin_thicknesses: float = 3.0
-    """Margin of the search for contact [t]. Candidates are searched within one thickness plus this margin.
+    """Margin of the search for contact [thicknesses of the cloth].
 
-    The options `margin_edges` and `margin_limit` can increase the margin."""
+    Candidates (pairs that may touch) are searched within one thickness plus this margin. The options `margin_edges` and
+    `margin_limit` can increase the margin."""
     margin_edges: float = 0.75
-    """Least margin as a fraction of the longest edge [-].
+    """Least margin of the search for contact, as a fraction of the longest edge of the mesh [-].
 
-    Coarse cloth needs a larger margin, because it moves farther between two searches."""
+    It is limited by `margin_limit`. Coarse cloth needs a larger margin, because it moves farther between two
+    searches."""
     margin_limit: float = 0.01
-    """Largest margin that follows from the longest edge [m]."""
+    """Largest margin of the search for contact that `margin_edges` can demand [m]."""
     margin_wear: float = 0.8
-    """Fraction of the margin by which two vertices may approach each other before candidates are searched again [-]."""
+    """Fraction of the margin after which candidates are searched again [-].
+
+    The search is repeated when two vertices may have approached each other by this fraction of the margin."""
     crease_cosine: float = 0.5
     """Cosine between the normals of triangles below which cloth counts as folded [-].
 
@@ -93,15 +97,15 @@ class ContactOptions(NamedTuple):
 
     Then the plane of the triangle determines on which side of the triangle the vertex lies."""
     same_direction_cosine: float = 0.8
-    """Cosine above which two directions count as equal [-].
+    """Cosine of the angle between two directions above which they count as equal [-].
 
     Two triangles that keep a vertex away in equal directions count as one sheet."""
     touching: float = 1.1
-    """Distance below which a triangle is in contact with a vertex [t].
+    """Distance below which a triangle is in contact with a vertex [thicknesses of the cloth].
 
     Such a triangle stays a candidate even if two other triangles are nearer."""
     pressed: float = 0.6
-    """Distance below which layers count as pressed [t].
+    """Distance below which layers count as pressed [thicknesses of the cloth].
 
     Not only the vertices but also the edges of pressed layers are kept away from each other."""
     pressed_searches: int = 4
@@ -113,7 +117,9 @@ class ContactOptions(NamedTuple):
     barycentric_tolerance: float = 0.02
     """Largest distance outside a triangle that still counts as inside, in barycentric coordinates [-]."""
     edge_gap: float = 0.75
-    """Distance at which edges are kept from other edges [t]. Vertices are kept at one thickness from triangles."""
+    """Distance at which edges are kept from other edges [thicknesses of the cloth].
+
+    Vertices are kept at one thickness from triangles."""
     clearing_speed: float = 0.5
     """Speed at which layers that are too close are separated [m/s].
 
@@ -131,20 +137,24 @@ class ContactOptions(NamedTuple):
     any number of entries.
     """
     noticeable: float = 0.02
-    """Size of a correction above which the next sweep tests the moved vertices again [t]."""
+    """Size of a correction above which the next sweep tests the moved vertices again [thicknesses of the cloth]."""
 
     # Frequency of contact, and vertices that are moved far by contact ("restless" vertices).
     restless: float = 0.25
-    """Movement of a vertex by contact above which contact is resolved twice as often in the next outer step [t].
+    """Movement of a vertex by contact above which contact is resolved more often [thicknesses of the cloth].
+
+    In the next outer step, contact is then resolved twice as often as in the present outer step.
 
     Contact is resolved at most once after every substep. If contact were not resolved more often, layers that hands
     crush would oscillate by several thicknesses between two corrections."""
     calm: float = 0.08
-    """Contact is resolved half as often in the next outer step if no vertex moves farther than this by contact [t]."""
+    """Largest movement of any vertex by contact below which contact is resolved less often [thicknesses of the cloth].
+
+    In the next outer step, contact is then resolved half as often as in the present outer step."""
     sweeps_of_many: int = 5
     """Largest number of sweeps in each round if contact is resolved several times per outer step."""
     hard: float = 0.08
-    """Size of a correction by contact above which a vertex counts as restless [t].
+    """Size of a correction by contact above which a vertex counts as restless [thicknesses of the cloth].
 
     Vertices that are not restless are not tested for passing through cloth.
     """
@@ -160,11 +170,11 @@ class ContactOptions(NamedTuple):
 class UntangleOptions(NamedTuple):
     """Settings for separating layers that passed through each other while a hand was closed.
 
-    The unit t in the fields is the thickness of the cloth.
+    Many of the lengths are given in thicknesses of the cloth.
     """
 
     step: float = 0.3
-    """Distance by which one pass moves an edge relative to a triangle [t]."""
+    """Distance by which one pass moves an edge relative to a triangle [thicknesses of the cloth]."""
     most_passes: int = 60
     """Largest number of passes."""
     flattest: float = 1e-3
@@ -214,7 +224,7 @@ class LimitOptions(NamedTuple):
     thickest: float = 0.9
     """Largest thickness of the cloth, as a fraction of the shortest edge [-]."""
     most_work: float = 1e12
-    """Largest product of steps and vertices that a rollout may need. It corresponds to about two hours."""
+    """Largest product of steps and vertices with which a rollout is started. It corresponds to about two hours."""
     fastest_hand: float = 10.0
     """Highest speed of a hand [m/s]. Targets that need a higher speed are refused.
 
@@ -238,7 +248,7 @@ _POSITIVE = {
 
 @dataclass(frozen=True)
 class Options:
-    """All settings of this simulator that a study may vary.
+    """All settings of this simulator that a study can vary.
 
     Raises:
         InputError: If a number is negative or not finite, a number that must be positive is zero, or the first sweep of

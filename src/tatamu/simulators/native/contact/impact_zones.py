@@ -202,7 +202,8 @@ def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options
         positions: Positions to correct, and the positions at the start of the step.
         mesh: The mesh.
         contact: State of contact, whose pairs are tested. The vertices of zones become restless.
-        options: Number of times that zones may grow, and the tolerance for points that count as inside.
+        options: Largest number of passes in which zones can grow, and the tolerance for points that count as inside a
+            triangle.
 
     Returns:
         Number of passes in which zones grew; 0 if nothing had passed through.

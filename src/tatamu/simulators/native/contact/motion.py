@@ -49,7 +49,7 @@ def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> fl
 
 @kernel
 def begin(x: np.ndarray, contact: ContactState) -> None:
-    """Start to count motion from the positions x of the n vertices [m], shape (n, 3).
+    """Set all paths to zero, and start to add up the motion from the positions x of the n vertices [m], shape (n, 3).
 
     In these positions every vertex is on the correct side of all layers.
     """
@@ -129,7 +129,7 @@ def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float
 
 @kernel
 def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
-    """Return whether any two vertices may have come closer by a limit [m] since the search.
+    """Return whether any two vertices may have come closer by a limit [m] since the search for candidates.
 
     Positions are compared with the positions at the search, so oscillations do not make candidates stale. Oscillations
     do add to paths, which wake sleeping pairs.

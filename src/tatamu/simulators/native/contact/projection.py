@@ -36,7 +36,7 @@ def correction(gap: float, gap_at_start: float, wanted: float, clearing: float, 
         gap: Distance of the pair, negative after it has passed through [m].
         gap_at_start: Distance of the pair at the start of the step [m].
         wanted: Distance that the pair should have [m].
-        clearing: Largest distance by which a pair that was too close may be separated in this step [m].
+        clearing: Largest distance by which a pair that was too close is separated in this step [m].
         recovery: Part of the distance `clearing` that becomes velocity [m].
 
     Returns:

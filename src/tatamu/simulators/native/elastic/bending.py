@@ -43,9 +43,9 @@ class Bending(NamedTuple):
     hinges: np.ndarray
     """Table of the bands of hinges, with slots (memory positions) of vertices."""
     copies: np.ndarray
-    """Slots of vertices that are copied behind the last slot for the bands of hinges."""
+    """Slots (memory positions) of vertices that are copied behind the last slot for the bands of hinges."""
     rest_moment: np.ndarray
-    """Moment K g0 in the unstrained shape at each place of a hinge [N m], shape (hinge places,).
+    """Moment K g0 of each hinge in the unstrained shape, in the order of memory [N m], shape (hinge places,).
 
     K is the stiffness of bending, and g0 are the measures of the dihedral angles. The moments have single precision."""
     couplings: np.ndarray
@@ -55,7 +55,7 @@ class Bending(NamedTuple):
     friction: Friction
     """Constants of the friction of bending, for cloth with hysteresis."""
     K: np.ndarray
-    """Stiffness K_T of each triangle, in single precision [N m], shape (6, places of triangles).
+    """Stiffness K_T of each triangle, in the order of memory and in single precision [N m], shape (6, triangle places).
 
     The six different elements of each symmetric matrix are packed as in `symmetric`."""
 
@@ -73,7 +73,7 @@ class HingeMeasures(NamedTuple):
     vertices [1/m]: rows 0 to 2 for the vertex c, rows 3 to 5 for the vertex d. Rows 6 and 7 contain the feet of these
     vertices, as fractions of the edge."""
     g: np.ndarray
-    """Measure g of the dihedral angle of each hinge [-]."""
+    """Measure g = 4 tan(theta / 4) of the dihedral angle theta of each hinge [-]."""
     slope: np.ndarray
     """Derivative g' = d g / d theta of the measure g of each hinge's angle theta [-]."""
     moment: np.ndarray

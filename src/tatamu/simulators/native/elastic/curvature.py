@@ -59,9 +59,10 @@ def rigidities(material: Material) -> np.ndarray:
 
 
 def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the foot of a vertex on the opposite edge and its height over the edge, for each of h hinges.
+    """Return the foot of a vertex on the opposite edge and its height over this edge, for each of h hinges.
 
-    Both arrays have the shape (h,). The foot is a fraction of the edge, and the height has the unit m.
+    Both arrays have the shape (h,). The foot is the nearest point of the edge, as a fraction of the edge. The height
+    has the unit m.
     """
     x0, x1, x2 = rest[hinges[:, 0]], rest[hinges[:, 1]], rest[hinges[:, apex]]
     edge = x1 - x0

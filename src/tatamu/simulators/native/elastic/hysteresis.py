@@ -41,7 +41,7 @@ class Friction(NamedTuple):
 
     The elements of the matrix are stored row by row."""
     area: np.ndarray
-    """Area of each triangle [m^2], shape (places,)."""
+    """Area of each triangle, in the order of memory [m^2], shape (places,)."""
     stiffness: np.ndarray
     """Stiffness s_j of each element of friction [N m], shape (elements,)."""
     limit: np.ndarray
@@ -58,9 +58,11 @@ class Slip(NamedTuple):
 
     The three components of each element follow one another, shape (3 elements, places)."""
     curvature: np.ndarray
-    """Temporary memory: curvatures k [1/m], shape (3, places)."""
+    """Temporary memory: curvatures k of all triangles, in the order of memory [1/m], shape (3, places)."""
     moment: np.ndarray
-    """Temporary memory: elastic and frictional moments [N], shape (3, places). The moment of twist is halved."""
+    """Temporary memory: sums of the elastic and frictional moments of all triangles [N], shape (3, places).
+
+    The moment of twist is halved."""
 
 
 def none(real: type = np.float32) -> Friction:
@@ -72,7 +74,7 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
     """Return the constants of friction in the order in which forces are computed.
 
     Args:
-        couplings: Bands (runs in memory) of triangles, with the places of their hinges.
+        couplings: Bands (runs in memory) of triangles, with the memory positions of their hinges.
         curved: Curvature maps of the mesh.
         material: Material of the cloth.
         real: Precision in which forces are computed.
@@ -91,8 +93,9 @@ def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip
 
     Args:
         friction: Constants of the friction.
-        g0: Measures of the hinges in the unstrained shape, in the order of memory [-]. Copies are included.
-        triangles: Table of the bands (runs in memory) of triangles, with the places of their hinges.
+        g0: Measures g of the hinges' dihedral angles in the unstrained shape, in the order of memory [-]. Copies are
+            included.
+        triangles: Table of the bands (runs in memory) of triangles, with the memory positions of their hinges.
     """
     places = friction.area.shape[0]
     real = friction.Q.dtype
@@ -180,10 +183,10 @@ def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.nda
     K_T of a triangle, but they are computed without reading K_T from memory.
 
     Args:
-        g: Measures of the hinges in the order of memory [-]. Copies are included.
+        g: Measures g of the hinges' dihedral angles, in the order of memory [-]. Copies are included.
         friction: Constants of the friction.
-        slip: State of the elements.
-        triangles: Table of the bands (runs in memory) of triangles, with the places of their hinges.
+        slip: State of the elements of friction, which is updated.
+        triangles: Table of the bands (runs in memory) of triangles, with the memory positions of their hinges.
         moment: Moments of the hinges in the order of memory [N m]. Copies are included.
     """
     _curvatures(g, friction.Q, triangles, slip.curvature)

@@ -44,12 +44,12 @@ class Membrane(NamedTuple):
     copies: np.ndarray
     """Slots (memory positions) of vertices that are copied behind the last slot for the bands."""
     S: np.ndarray
-    """Twice the stiffness S at each place, in single precision [N/m^3], shape (6, places).
+    """Twice the stiffness S of each triangle, in the order of memory [N/m^3], shape (6, places).
 
-    S maps the changes of squared edge lengths to forces per length of an edge. The matrix is symmetric, and its six
-    elements are packed as in `symmetric`."""
+    The numbers have single precision. S maps the changes of squared edge lengths to forces per length of an edge. The
+    matrix is symmetric, and its six elements are packed as in `symmetric`."""
     L2: np.ndarray
-    """Squared rest lengths of the edges [m^2], shape (3, places)."""
+    """Squared rest lengths of the edges of each triangle, in the order of memory [m^2], shape (3, places)."""
     relaxed: np.ndarray
     """Constants of wrinkling from `wrinkling.constants`, in single precision, shape (12, places).
 

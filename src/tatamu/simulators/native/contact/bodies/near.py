@@ -19,9 +19,10 @@ from tatamu.simulators.native.contact.state import ContactMesh
 MARGIN = 0.01
 """Largest distance of wide candidates from a body, in addition to the distance at which contact is possible [m]."""
 WEAR = 0.7
-"""Fraction of the margin by which cloth and bodies may move before wide candidates are searched again [-].
+"""Fraction of the margin after which wide candidates are searched again [-].
 
-The rest of the margin allows for motion by contact."""
+They are searched again when cloth and bodies together may have moved by this fraction of the margin. The rest of the
+margin allows for motion by contact."""
 SLACK = 5e-4
 """Largest motion of cloth towards a body, by forces and contact in one round, for which narrow candidates allow [m].
 
@@ -64,7 +65,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
 
     Args:
         x: Positions at the start of the round [m], shape (n, 3).
-        longest_way: Largest distance that a vertex may move in the round [m].
+        longest_way: Largest distance that a vertex can move in the round [m].
         mesh: The mesh of the cloth.
         bodies: The bodies, with their poses at the start and at the end of the round.
 
@@ -149,7 +150,7 @@ def _filter(
 ) -> None:
     """List the faces, edges and vertices that reach into the box around body b, in the order of their numbers.
 
-    The hand to which the body belongs may hold vertices. Elements with such a vertex are left out.
+    If the hand to which the body belongs holds vertices, elements with such a vertex are left out.
     """
     count = 0
     for i in range(faces.shape[0]):

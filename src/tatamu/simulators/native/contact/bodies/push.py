@@ -27,16 +27,16 @@ class Frame(NamedTuple):
     """One body in one round of contact, and the positions of the cloth in the frame of this body."""
 
     half: np.ndarray
-    """Half sizes of the core [m], shape (3,)."""
+    """Half sizes of the core of the body [m], shape (3,)."""
     radius: float
     rotation: np.ndarray
     """Rotation from the frame of the body to the world frame, at the end of the round, shape (3, 3)."""
     position: np.ndarray
-    """Position of the centre at the end of the round [m], shape (3,)."""
+    """Position of the body's centre at the end of the round [m], shape (3,)."""
     rotation0: np.ndarray
     """Rotation from the frame of the body to the world frame, at the start of the round, shape (3, 3)."""
     position0: np.ndarray
-    """Position of the centre at the start of the round [m], shape (3,)."""
+    """Position of the body's centre at the start of the round [m], shape (3,)."""
     local: np.ndarray
     """Positions of the n vertices in the frame of the body at the end of the round [m], shape (n, 3).
 
@@ -51,7 +51,7 @@ class Rule(NamedTuple):
     """The rule by which points of the cloth are pushed out of a body in one sweep."""
 
     wanted: float
-    """Gap that this sweep restores [m]."""
+    """Gap between cloth and body that this sweep restores [m]."""
     clearing: float
     """Largest distance by which a point that was too close at the start of the round is moved away in the round [m]."""
     recovery: float
@@ -59,7 +59,7 @@ class Rule(NamedTuple):
 
     Any further motion changes only the position, and not the velocity."""
     friction: float
-    """Coulomb coefficient [-]."""
+    """Coulomb coefficient of cloth on the body [-]."""
     noticeable: float
     """Length of a push above which the next sweep tests the pushed vertices again [m]."""
     hard: float
@@ -67,7 +67,7 @@ class Rule(NamedTuple):
 
     Restless vertices are tested for passing through cloth."""
     sweep: int
-    """Number of this sweep."""
+    """Number of this Gauss-Seidel sweep of contact."""
     restless_until: int
     """Number of the outer step until which pushed vertices are restless."""
     passing: float
