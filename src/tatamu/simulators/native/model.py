@@ -63,8 +63,9 @@ class Model:
 
     It is 0 if bending has no friction."""
     rest_measures: np.ndarray
-    """Measures g = 4 tan(theta / 4) of the dihedral angles theta in the unstrained shape [-], in the order of
-    memory."""
+    """Measures g = 4 tan(theta / 4) of the dihedral angles theta in the unstrained shape [-].
+
+    They are in the order of the hinges in memory."""
     lengths: np.ndarray
     """Lengths of the edges at rest [m], shape (e,)."""
 

@@ -1,7 +1,7 @@
 """Broad phase of vertices against triangles: the nearest triangle on either side of a vertex, and one more.
 
-Kernels that are called for each vertex get single arrays, never records of many arrays. If a call is not inlined, numba
-copies such a record at each call. This once took half of the time of every search.
+Compiled functions that are called for each vertex get single arrays, never records of many arrays. If a call is not
+inlined, numba copies such a record at each call. This once took half of the time of every search.
 """
 
 from __future__ import annotations

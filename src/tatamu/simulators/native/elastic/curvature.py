@@ -30,7 +30,8 @@ from tatamu.material import Material
 from tatamu.topology import Topology, areas
 
 LARGEST_CONDITION = 1e6
-"""Largest condition number at which the inverse of R is used. Garments have less than a thousandth of this number."""
+"""Largest condition number at which the inverse of R is used. On meshes of garments, it is below a thousandth of
+this."""
 
 
 class CurvatureMaps(NamedTuple):

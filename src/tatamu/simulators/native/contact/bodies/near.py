@@ -43,7 +43,7 @@ def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
 
 @kernel
 def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
-    """Return a bound on the motion of any point on or near a body between two poses [m]."""
+    """Return an upper bound on the motion of any point on or near a body between two poses [m]."""
     longest = 0.0
     for b in range(bodies.radius.shape[0]):
         half = bodies.half[b]
