@@ -39,8 +39,9 @@ class HeldVertices:
             model.dof_armature[self.sliders] = 0.0
 
     def aim(self, data: Any, start: float, end: float) -> None:
-        """Put the vertices on their path before a step from `start` to `end` [s], and give them the velocity of the
-        path.
+        """Put the vertices on their path before a step from `start` to `end` [s].
+
+        They also get the velocity of the path.
         """
         if self.closed_at is not None:
             data.qpos[self.sliders] = self._path(start)

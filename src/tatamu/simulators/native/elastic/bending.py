@@ -29,8 +29,9 @@ HALF: Any = np.float32(0.5)
 ONE: Any = np.float32(1.0)
 FOUR: Any = np.float32(4.0)
 WIDE: Any = np.float32(0.4)
-"""Least cosine of a half angle that is used as a divisor. For smaller cosines, a formula without this divisor is
-used."""
+"""Least cosine of a half angle that is used as a divisor.
+
+For smaller cosines, a formula without this divisor is used."""
 
 
 class Bending(NamedTuple):

@@ -30,8 +30,9 @@ from tatamu.material import Material
 from tatamu.topology import Topology, areas
 
 LARGEST_CONDITION = 1e6
-"""Largest condition number at which the inverse of R is used. On meshes of garments, it is below a thousandth of
-this."""
+"""Largest condition number of R at which its inverse is used.
+
+On meshes of garments, the condition number is below a thousandth of this limit."""
 
 
 class CurvatureMaps(NamedTuple):
