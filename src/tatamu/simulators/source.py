@@ -1,4 +1,4 @@
-"""The digest of the source code on which a rollout depends. Simulations of other versions are recognised by it."""
+"""The digest of the source code on which a rollout depends. It shows whether another version made a kept simulation."""
 
 from __future__ import annotations
 

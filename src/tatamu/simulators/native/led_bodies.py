@@ -1,4 +1,4 @@
-"""Rigid bodies of a running scene, such as fingers, that follow a controller's targets instead of the scene."""
+"""Rigid bodies of a running scene, such as fingers, that follow the targets of a controller."""
 
 from __future__ import annotations
 
@@ -100,7 +100,8 @@ class LedBodies:
     def restore(self, state: Mapping[int, BodyPose]) -> None:
         """Set the bodies to a state of the same scene.
 
-        The next call of `lead` writes the paths of bodies with targets.
+        Bodies without a target get back their path in the scene. For bodies with a target, the next call of `lead`
+        writes the path.
         """
         times = np.arange(self._positions.shape[1]) * self._outer_step
         for index in self._led.keys() - state.keys():

@@ -1,4 +1,4 @@
-"""Settings of the simulator that a study may vary, as one immutable record for `simulate`.
+"""Settings of the simulator that a study can vary, as one immutable record for `simulate`.
 
 All numbers in the documentation were made with the defaults. The calibrated material is a part of the scene and not of
 the options. Each group of options is a NamedTuple, which compiled loops accept. Other values need no new compilation.
@@ -22,7 +22,9 @@ class StepOptions(NamedTuple):
     """Settings of the time steps."""
 
     outer_step: float = 1e-3
-    """Length H of the longest outer step [s]. Contact and friction are resolved at least once in this time."""
+    """Largest length H of an outer step, the longest of the time steps [s].
+
+    Contact is resolved at least once in each outer step."""
     membrane_phase: float = 1.25
     """Largest product of time step h and angular frequency omega for the steps of the membrane [-].
 
@@ -33,9 +35,9 @@ class StepOptions(NamedTuple):
 
     The limit of stability is 2. The difference to 2 is reserved for large angles."""
     sticking_phase: float = 1.5
-    """Largest product h omega for the steps of bending while all friction of bending sticks [-].
+    """Largest product of time step h and angular frequency omega for bending while its friction sticks [-].
 
-    It may be larger than without friction, because friction that slips removes energy."""
+    It can be larger than `bending_phase`, because friction that slips removes energy."""
     membrane_damping: float = 5e-5
     """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
     damping_part: float = 0.3
@@ -48,9 +50,10 @@ class ElasticOptions(NamedTuple):
     """Settings of the elastic forces."""
 
     angle_sum_part: float = 0.45
-    """Weight a of the operator C in the curvature Q = a C + (1 - a) R^-1 [-].
+    """Weight a in the formula Q = a C + (1 - a) R^-1 of the curvature [-].
 
-    With this value, about half of the irregular and rotated meshes are too soft, and the others are too stiff
+    C and R^-1 are two matrices from the dihedral angles of a triangle to its curvatures (`elastic.curvature`). With
+    this value, about half of the irregular and rotated meshes are too soft, and the others are too stiff
     (benchmarks/statics.py)."""
     crowding_strain: float = 0.2
     """Compressive Green strain b up to which cloth that wrinkles is soft [-]. Beyond it, cloth has its full stiffness.
@@ -61,22 +64,26 @@ class ElasticOptions(NamedTuple):
 class ContactOptions(NamedTuple):
     """Settings of contact between layers of cloth, and between cloth and table.
 
-    The unit t in the fields is the thickness of the cloth.
+    Many of the lengths are given in thicknesses of the cloth.
     """
 
     # Candidates: pairs of mesh elements that may touch.
     margin_thicknesses: float = 3.0
-    """Margin of the search for contact [t]. Candidates are searched within one thickness plus this margin.
+    """Margin of the search for contact [thicknesses of the cloth].
 
-    The next two options change the margin."""
+    Candidates (pairs that may touch) are searched within one thickness plus this margin. The options `margin_edges` and
+    `margin_limit` can increase the margin."""
     margin_edges: float = 0.75
-    """Least margin as a fraction of the longest edge [-].
+    """Least margin of the search for contact, as a fraction of the longest edge of the mesh [-].
 
-    Coarse cloth needs a larger margin, because it moves farther between two searches."""
+    It is limited by `margin_limit`. Coarse cloth needs a larger margin, because it moves farther between two
+    searches."""
     margin_limit: float = 0.01
-    """Largest margin that follows from the longest edge [m]."""
+    """Largest margin of the search for contact that `margin_edges` can demand [m]."""
     margin_wear: float = 0.8
-    """Fraction of the margin by which vertices may approach before candidates are searched again [-]."""
+    """Fraction of the margin after which candidates are searched again [-].
+
+    The search is repeated when two vertices may have approached each other by this fraction of the margin."""
     crease_cosine: float = 0.5
     """Cosine between the normals of triangles below which cloth counts as folded [-].
 
@@ -86,21 +93,23 @@ class ContactOptions(NamedTuple):
 
     Edges at a border are always kept away. The default corresponds to a crease of 20 degrees."""
     level_cosine: float = 0.7
-    """Cosine above which the plane of a triangle determines on which side of the triangle a vertex lies [-]."""
+    """Cosine between the normals of a vertex and a triangle above which both count as nearly parallel [-].
+
+    Then the plane of the triangle determines on which side of the triangle the vertex lies."""
     same_direction_cosine: float = 0.8
-    """Cosine above which two directions count as equal [-].
+    """Cosine of the angle between two directions above which they count as equal [-].
 
     Two triangles that keep a vertex away in equal directions count as one sheet."""
     touching: float = 1.1
-    """Distance below which a triangle is in contact with a vertex [t].
+    """Distance below which a triangle is in contact with a vertex [thicknesses of the cloth].
 
     Such a triangle stays a candidate even if two other triangles are nearer."""
     pressed: float = 0.6
-    """Distance below which layers count as pressed [t].
+    """Distance below which layers count as pressed [thicknesses of the cloth].
 
-    The edges of pressed layers are kept away from each other as well."""
+    Not only the vertices but also the edges of pressed layers are kept away from each other."""
     pressed_searches: int = 4
-    """Number of searches for contact after which the edges at a vertex no longer count as pressed."""
+    """Number of searches for candidates after which the edges at a vertex no longer count as pressed."""
     pairs_per_edge: int = 24
     """Largest number of edge pairs per edge of the mesh. Memory is reserved for this number."""
 
@@ -108,7 +117,9 @@ class ContactOptions(NamedTuple):
     barycentric_tolerance: float = 0.02
     """Largest distance outside a triangle that still counts as inside, in barycentric coordinates [-]."""
     edge_gap: float = 0.75
-    """Distance at which edges are kept from other edges [t]. Vertices are kept at one thickness from triangles."""
+    """Distance at which edges are kept from other edges [thicknesses of the cloth].
+
+    Vertices are kept at one thickness from triangles."""
     clearing_speed: float = 0.5
     """Speed at which layers that are too close are separated [m/s].
 
@@ -118,55 +129,61 @@ class ContactOptions(NamedTuple):
 
     The rest of the separation only changes positions (split impulse)."""
     restored: tuple[float, ...] | np.ndarray = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
-    """Fraction of the missing distance that each Gauss-Seidel sweep restores [-].
+    """Distance that each Gauss-Seidel sweep of contact restores between layers, as a fraction of the full distance [-].
 
-    The number of entries is the largest number of sweeps.
-
-    The first sweep restores the whole distance. Later sweeps are made only while a pair is still too close. They
-    restore less, because layers that a hand crushes have no room for the whole distance. Compiled loops receive an
-    array, which has the same type for any number of entries.
+    The number of entries is the largest number of sweeps. The first sweep restores the full distance. A later sweep is
+    made only if a pair is closer than the distance that this sweep restores. Later sweeps restore less, because layers
+    that a hand crushes have no room for the full distance. Compiled loops receive an array, which has the same type for
+    any number of entries.
     """
     noticeable: float = 0.02
-    """Size of a correction above which the next sweep tests the moved vertices again [t]."""
+    """Size of a correction above which the next sweep tests the moved vertices again [thicknesses of the cloth]."""
 
     # Frequency of contact, and vertices that are moved far by contact ("restless" vertices).
     restless: float = 0.25
-    """Movement of a vertex by contact above which contact is resolved twice as often in the next outer step [t].
+    """Movement of a vertex by contact above which contact is resolved more often [thicknesses of the cloth].
 
-    Contact is resolved at most after every substep. Without this option, layers that hands crush would oscillate by
-    several thicknesses between two corrections."""
+    In the next outer step, contact is then resolved twice as often as in the present outer step.
+
+    Contact is resolved at most once after every substep. If contact were not resolved more often, layers that hands
+    crush would oscillate by several thicknesses between two corrections."""
     calm: float = 0.08
-    """Contact is resolved half as often in the next outer step if no vertex moves farther than this by contact [t]."""
+    """Largest movement of any vertex by contact below which contact is resolved less often [thicknesses of the cloth].
+
+    In the next outer step, contact is then resolved half as often as in the present outer step."""
     sweeps_of_many: int = 5
     """Largest number of sweeps in each round if contact is resolved several times per outer step."""
     hard: float = 0.08
-    """Size of a correction by contact above which a vertex counts as restless [t].
+    """Size of a correction by contact above which a vertex counts as restless [thicknesses of the cloth].
 
-    Only restless vertices can pass through cloth. Only these are tested for impact zones (groups of colliding
-    vertices).
+    Vertices that are not restless are not tested for passing through cloth.
     """
     restless_steps: int = 3
     """Number of outer steps for which a vertex stays restless, that is, in danger of passing through cloth."""
     zone_passes: int = 30
-    """Largest number of passes in which impact zones may grow. What remains is resolved in the next step."""
+    """Largest number of passes in which impact zones can grow in a round of contact.
+
+    An impact zone is a group of vertices that passed through cloth, and is set back and moved as a whole. If cloth
+    still passes through cloth after these passes, the next step resolves it."""
 
 
 class UntangleOptions(NamedTuple):
     """Settings for separating layers that passed through each other while a hand was closed.
 
-    The unit t in the fields is the thickness of the cloth.
+    Many of the lengths are given in thicknesses of the cloth.
     """
 
     step: float = 0.3
-    """Distance by which one pass moves an edge relative to a triangle [t]."""
+    """Distance by which one pass moves an edge relative to a triangle [thicknesses of the cloth]."""
     most_passes: int = 60
     """Largest number of passes."""
     flattest: float = 1e-3
     """Least sine of the angle between an edge and a triangle [-]. Smaller values are replaced by this one."""
     blunt: float = 0.1
-    """Length of a sum of directions, along which a pass moves an edge, below which the pass moves less [-].
+    """Length of the vector G below which an edge is moved by clearly less than the distance `step` [-].
 
-    A short sum means an uncertain direction."""
+    G is the sum of the directions in which the edge should move relative to a triangle. If G is short, the direction is
+    uncertain."""
     shortest: float = 0.7
     """Least length of edges during separation, as a fraction of their rest length [-].
 
@@ -178,15 +195,15 @@ class UntangleOptions(NamedTuple):
 
     Bending forces grow with the inverse of the height."""
     length_sweeps: int = 4
-    """Number of sweeps in each pass that bring edges back between these lengths."""
+    """Number of sweeps in each pass. The sweeps bring the lengths of edges back between `shortest` and `longest`."""
     again_after: float = 0.1
-    """Time after which the separation is tried again if layers were not separated [s]."""
+    """Time after which the separation is tried again if layers are still crossed, or were separated [s]."""
 
 
 class RestOptions(NamedTuple):
     """Settings of the test whether cloth is at rest.
 
-    Cloth is tested if no hand holds it or will hold it. Cloth at rest is not moved any more.
+    Cloth is tested if no hand holds it, and no hand will hold it later. Cloth at rest is not moved any more.
     """
 
     every: float = 0.1
@@ -207,7 +224,7 @@ class LimitOptions(NamedTuple):
     thickest: float = 0.9
     """Largest thickness of the cloth, as a fraction of the shortest edge [-]."""
     most_work: float = 1e12
-    """Largest product of steps and vertices that a rollout may need. It corresponds to about two hours."""
+    """Largest product of steps and vertices with which a rollout is started. It corresponds to about two hours."""
     fastest_hand: float = 10.0
     """Highest speed of a hand [m/s]. Targets that need a higher speed are refused.
 
@@ -231,7 +248,7 @@ _POSITIVE = {
 
 @dataclass(frozen=True)
 class Options:
-    """All settings of this simulator that a study may vary.
+    """All settings of this simulator that a study can vary.
 
     Raises:
         InputError: If a number is negative or not finite, a number that must be positive is zero, or the first sweep of

@@ -1,6 +1,6 @@
 """The test whether released cloth is at rest.
 
-The test uses displacements and not kinetic energy, because kinetic energy only shows jitter.
+The test uses displacements and not kinetic energy, because the kinetic energy of cloth at rest only shows jitter.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """A running scene. `simulate` runs it to the end, or a controller advances it step by step.
 
-Time advances in outer steps of length H, and a whole number of outer steps makes a frame. The result does not depend on
-how a run is divided. A scene may be advanced in pieces, or continued from a saved state. It gives exactly the same
-bytes as without interruption.
+Time advances in outer steps of length H, and a whole number of outer steps makes a frame. A scene can be advanced in
+pieces, or continued from a saved state. The result has exactly the same bytes as without interruption.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ LOCKED = 3000.0
 
 Y is the stiffness, h the mean edge, and B the bending rigidity."""
 THICK = 0.5
-"""Thickness above which a warning is printed, as a fraction of the shortest edge."""
+"""Thickness of the cloth above which a rollout has a warning, as a fraction of the shortest edge."""
 
 
 class Simulation:
@@ -137,7 +136,7 @@ class Simulation:
 
     @property
     def displacements(self) -> np.ndarray:
-        """Displacement of each gripper from where it closed [m], shape (grippers, 3). Open grippers have zero."""
+        """Displacement of each gripper since it closed [m], shape (grippers, 3). It is zero for an open gripper."""
         return self._grippers.displacements(self.number)
 
     @property
@@ -247,9 +246,10 @@ class Simulation:
         return floor(time / self.sizes.outer_step + 0.5)
 
     def _advance_to(self, last: int) -> None:
-        """Advance to step `last`, or only to the next event or by a few frames.
+        """Advance to outer step `last`, but at most to the next event, and at most by FRAMES_AT_ONCE frames.
 
-        `_latest` receives the frames in between.
+        An event is a gripper that opens or closes, or a test. `_latest` receives the positions in the frames in
+        between.
         """
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
@@ -320,7 +320,8 @@ class Simulation:
     def _untangle(self) -> None:
         """Separate layers that have passed through each other, for example after a pinch, and search candidates again.
 
-        Layers that are still crossed may separate later, when the cloth has moved. Other layers may have crossed again.
+        The method plans another attempt if layers are still crossed or were separated. Layers that are still crossed
+        can be separated later, when the cloth has moved. Layers that were separated can cross again.
         """
         x = self.system.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
@@ -392,9 +393,10 @@ class Simulation:
 
 
 def locking(cloth: Cloth, material: Material) -> float:
-    """Return the ratio of stretching to bending, Y h^2 / B [-], which is infinite if B is zero.
+    """Return the ratio Y h^2 / B [-], which compares the stiffness in stretching with the stiffness in bending.
 
-    Y is the stiffness of the cloth, B its bending rigidity, and h the mean edge of its mesh.
+    Y is the stiffness of the cloth, B its bending rigidity, and h the mean edge of its mesh. If B is zero, the ratio is
+    infinite.
     """
     edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
     stiffness = max(material.stretch_stiffness, material.weft_stiffness)

@@ -172,7 +172,7 @@ def _longest_way(V: np.ndarray, seconds: float) -> float:
 def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
     """Copy the positions of the vertices near bodies from slots.
 
-    They belong to the start or the end of a membrane step.
+    If `to_start` is true, the positions are stored as positions at the start of a membrane step, otherwise at its end.
     """
     positions = bodies.near.positions
     for b in range(bodies.radius.shape[0]):
@@ -209,9 +209,9 @@ def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
 def _meet_bodies(system: System, begin: float, end: float, number: int) -> None:
     """Resolve contact with bodies after a membrane step, which is a part of outer step `number`.
 
-    The membrane step starts at the fraction `begin` of the outer step and ends at the fraction `end`. Cloth that hangs
-    over a finger pulls each vertex there. In an outer step, this moves the vertex by millimetres, which is too much for
-    one correction. In a membrane step, the motion is small enough.
+    The membrane step starts at the fraction `begin` of the outer step and ends at the fraction `end`. If cloth hangs
+    over a finger, its weight pulls the vertices on the finger down. In an outer step, this moves a vertex by
+    millimetres, which is too much for one correction. In a membrane step, the motion is small enough.
     """
     state = system.state
     h = system.sizes.substep
@@ -284,7 +284,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
 
 @unlocked
 def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tuple[int, float]:
-    """Make outer steps.
+    """Make outer steps, the longest time steps of the simulator.
 
     Args:
         system: The running scene. Its state is changed in place.

@@ -21,7 +21,7 @@ class HandTarget:
     """The target of one gripper in one call of `Simulation.advance`."""
 
     displacement: Sequence[float] | np.ndarray | None = None
-    """Displacement at the end of the call from where the gripper closed [m], shape (3,); None if it does not move."""
+    """Displacement of the gripper since it closed, at the end of the call [m], shape (3,); None if it does not move."""
     closed: bool | None = None
     """True to close the gripper at the start of the call, False to open it, None to leave it unchanged."""
     vertices: Sequence[int] | np.ndarray | None = None

@@ -1,4 +1,4 @@
-"""The shape of the cloth for the searches of both kinds of pairs: normals, centroids, radii."""
+"""The shape of the cloth for the searches of contact: normals, centroids and radii of triangles."""
 
 from __future__ import annotations
 

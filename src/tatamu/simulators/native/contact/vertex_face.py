@@ -1,8 +1,8 @@
 """Narrow phase and correction of vertices against triangles, with Coulomb friction.
 
 Every vertex has up to three partners: triangles that `vertex_face_search` found, and from which contact keeps the
-vertex apart. When the cloth slides, a partner moves on to the neighbouring triangle. The side of the partner on which
-the vertex lies is remembered. It is determined from the positions at the start of the step, where every vertex is on
+vertex apart. When the cloth slides, the neighbouring triangle becomes the partner. For each partner, the side on which
+the vertex lies is stored. The side is determined from the positions at the start of the step, where every vertex is on
 its correct side, and never from predicted positions. Positions are corrected so that layers stay a thickness apart. The
 tangential part of a correction is friction. The formulas use the inverse mass w_v of the vertex, the inverse masses w_k
 of the corners, and the barycentric coordinates b_k:
@@ -36,9 +36,9 @@ MOST_TRIANGLES = 4
 AWAKE = 1.1
 """Distance up to which a pair is tested in every sweep, in thicknesses. Pairs farther apart sleep."""
 SLEEP = 0.8
-"""Fraction of the distance minus one thickness.
+"""Fraction of the distance that a pair has in addition to one thickness [-].
 
-A sleeping pair is tested again after it may have approached by this."""
+A sleeping pair is tested again when the vertex and the triangle may have approached by this fraction."""
 
 
 @kernel
@@ -76,7 +76,10 @@ def _height(x: np.ndarray, v: int, a: int, b: int, c: int) -> float:
 
 @kernel
 def _slip(x: np.ndarray, v: int, a: int, b: int, c: int, at: Vector, nx: float, ny: float, nz: float) -> Vector:
-    """Return the offset of v from the point `at` (barycentric) on triangle (a, b, c), in its plane [m]."""
+    """Return the offset of v from a point on triangle (a, b, c) [m], projected into the plane of the triangle.
+
+    `at` contains the barycentric coordinates of the point, and (nx, ny, nz) is the unit normal of the triangle.
+    """
     sx = x[v, 0] - at[0] * x[a, 0] - at[1] * x[b, 0] - at[2] * x[c, 0]
     sy = x[v, 1] - at[0] * x[a, 1] - at[1] * x[b, 1] - at[2] * x[c, 1]
     sz = x[v, 2] - at[0] * x[a, 2] - at[1] * x[b, 2] - at[2] * x[c, 2]

@@ -1,7 +1,7 @@
 """Broad phase of vertices against triangles: the nearest triangle on either side of a vertex, and one more.
 
-Kernels that are called for each vertex get single arrays, never records of many arrays. If a call is not inlined, numba
-copies such a record at each call. This once took half of the time of every search.
+Compiled functions that are called for each vertex get single arrays, never records of many arrays. If a call is not
+inlined, numba copies such a record at each call. This once took half of the time of every search.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from tatamu.simulators.native.geometry import dot, point_triangle
 from tatamu.simulators.native.options import ContactOptions
 
 SURELY_BESIDE = 0.3
-"""Height over the plane of a level triangle above which a vertex is surely on that side, in thicknesses."""
+"""Height over the plane of a triangle above which a vertex is surely on this side of the triangle, in thicknesses.
+
+It is used for triangles that are nearly parallel to the cloth at the vertex."""
 
 
 @kernel
@@ -40,9 +42,9 @@ def _nearest_on_both_sides(
 ) -> np.ndarray:
     """Return the nearest triangle below and above each of the n vertices, shape (n, 2). It is -1 if none is near.
 
-    The distance to the triangle counts here, not the distance to its centroid. Of two layers that are a thickness
-    apart, the farther one can have the nearer centroid. A wrong choice would last, because a partner never moves from
-    one layer to another.
+    "Above" is the direction of the vertex's normal. The distance to the triangle counts here, not the distance to its
+    centroid. Of two layers that are a thickness apart, the farther one can have the nearer centroid. A wrong choice
+    would last, because a partner never moves from one layer to another.
     """
     faces = mesh.faces
     near = mesh.near

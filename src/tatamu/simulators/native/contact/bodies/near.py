@@ -1,9 +1,10 @@
 """Broad phase of bodies: finds the vertices, edges and faces near each body.
 
-The search has two steps. *Wide* candidates are found among all faces, with a margin. They are searched again when cloth
-and bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may touch
-the body in one round of contact. Boxes around faces and edges, in the frame of a body, are compared with the box around
-the body.
+The search has two steps. *Wide* candidates are found among all faces, edges and vertices. They include elements that
+are farther away from the body than contact by a margin. Wide candidates are searched again when cloth and bodies
+together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may touch the body in
+one round of contact. In both steps, the boxes around faces and edges are compared with the box around the body, in the
+frame of the body.
 """
 
 from __future__ import annotations
@@ -16,11 +17,16 @@ from tatamu.simulators.native.contact.bodies.state import Bodies, Candidates, Po
 from tatamu.simulators.native.contact.state import ContactMesh
 
 MARGIN = 0.01
-"""Largest additional distance of wide candidates beyond contact [m]."""
+"""Largest distance of wide candidates from a body, in addition to the distance at which contact is possible [m]."""
 WEAR = 0.7
-"""Fraction of the margin after which wide candidates are searched again [-]. The rest allows for motion by contact."""
+"""Fraction of the margin after which wide candidates are searched again [-].
+
+They are searched again when cloth and bodies together may have moved by this fraction of the margin. The rest of the
+margin allows for motion by contact."""
 SLACK = 5e-4
-"""Largest approach by forces and contact that narrow candidates allow for, in addition to their velocities [m]."""
+"""Largest motion of cloth towards a body, by forces and contact in one round, for which narrow candidates allow [m].
+
+In addition, they allow for the motion by the velocities at the start of the round."""
 
 
 @kernel
@@ -37,7 +43,7 @@ def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
 
 @kernel
 def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
-    """Return a bound on the motion of any point on or near a body between two poses [m]."""
+    """Return an upper bound on the motion of any point on or near a body between two poses [m]."""
     longest = 0.0
     for b in range(bodies.radius.shape[0]):
         half = bodies.half[b]
@@ -59,7 +65,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
 
     Args:
         x: Positions at the start of the round [m], shape (n, 3).
-        longest_way: Largest distance that a vertex may move in the round [m].
+        longest_way: Largest distance that a vertex can move in the round [m].
         mesh: The mesh of the cloth.
         bodies: The bodies, with their poses at the start and at the end of the round.
 
@@ -144,7 +150,7 @@ def _filter(
 ) -> None:
     """List the faces, edges and vertices that reach into the box around body b, in the order of their numbers.
 
-    Elements with a vertex that the hand of the body holds are left out.
+    If the hand to which the body belongs holds vertices, elements with such a vertex are left out.
     """
     count = 0
     for i in range(faces.shape[0]):

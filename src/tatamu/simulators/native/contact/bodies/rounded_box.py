@@ -7,14 +7,16 @@ import numpy as np
 from tatamu.simulators.native.compiled import kernel
 
 BISECTIONS = 14
-"""Number of times that an edge is halved. An edge of 20 mm is halved down to about a micrometre."""
+"""Number of halvings of an edge that find its point nearest to a body.
+
+If the edge has 20 mm, the point is found to about a micrometre."""
 LEVEL = 1e-9
 """Slope of the distance along an edge below which the edge counts as parallel to the surface [-]."""
 
 
 @kernel
 def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Return the signed distance of a point, and the unit normal of the surface next to it.
+    """Return the signed distance of a point from a body, and the body's unit normal next to the point.
 
     Args:
         half: Half sizes of the core [m], shape (3,).
@@ -47,7 +49,7 @@ def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> t
 
 @kernel
 def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, within: float) -> float:
-    """Return the fraction along an edge at which its distance from the body is smallest.
+    """Return the fraction along an edge of the cloth at which the edge is nearest to the body.
 
     Args:
         half: Half sizes of the core [m], shape (3,).
