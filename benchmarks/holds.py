@@ -215,7 +215,7 @@ def two_meshes(out: Path, known: bool, write: bool) -> None:
             measured = judged(folder, 200, fine=fine, seed=MARGINS_SEED)
             mesh = measured.result.mesh
             found = row("towel half, seed 0", "in disturbed worlds", measured)
-            rows.append({**found, "simulations": measured.result.simulations, "on the own": mesh.own_simulations})
+            rows.append({**found, "simulations": measured.result.simulations, "on the fine mesh": mesh.own_simulations})
             print(rows[-1], flush=True)
     show("margins: two meshes", rows, write)
 
