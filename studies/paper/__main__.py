@@ -87,7 +87,7 @@ def reproduce(
 
 
 def _pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Read options of the form GARMENT=VALUE, and return the values by garment."""
+    """Read command line options of the form GARMENT=VALUE, and return the values by garment."""
     pairs = [text.partition("=") for text in given or []]
     for name, sign, value in pairs:
         if not (name and sign and value):

@@ -35,7 +35,10 @@ The paper does not state this length, although the properties of the cloth in Ta
 
 @dataclass(frozen=True)
 class Choices:
-    """The choices of a run. If the paper does not state a choice, it has a default."""
+    """The choices of a run of the paper's experiment.
+
+    Choices that the paper does not state have default values.
+    """
 
     simulator: str = "blender"
     garments: tuple[str, ...] = tuple(FOLDS)
@@ -66,7 +69,7 @@ class Choices:
         check_search(self.sampler)
 
     def material(self, garment: str) -> Material:
-        """Return the material of a garment."""
+        """Return the material of the cloth of a garment."""
         return load_material(Path(self.materials.get(garment, f"paper-{garment}")))
 
     def task(self, garment: str) -> Task:

@@ -49,7 +49,7 @@ class Window:
     """The rectangular area in which an edge of a layer of cloth is expected, in the fold's frame."""
 
     corner: np.ndarray
-    """Corner of the garment at which the window and the expected edge start [m], shape (2,)."""
+    """Point at which the window and the expected edge start [m], shape (2,)."""
     along: np.ndarray
     """Unit vector along the expected edge, shape (2,)."""
     outward: np.ndarray

@@ -24,9 +24,10 @@ ROOM = 0.004
 SMALLEST = 400
 """Least number of pixels along the shorter side of a photo."""
 WIDEST, WIDEST_PIXELS = 0.006, 10.0
-"""Largest width of the outline of sharply photographed cloth, in metres and in pixels.
+"""Largest width over which the colour changes at the outline of the cloth, in metres and in pixels.
 
-The limit in pixels is so large because JPEG files blur colours over 4 pixels.
+If the width exceeds both limits, the photograph counts as blurred. The limit in pixels is so large because JPEG files
+blur colours over 4 pixels.
 """
 SPACING = 2.0
 """Distance between points along the outline of a cloth, in pixels of a reduced copy of the photograph."""

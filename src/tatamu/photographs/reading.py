@@ -29,7 +29,10 @@ from tatamu.photographs.pose import Pose
 from tatamu.study.result import Result
 
 REACH = 0.06
-"""Largest distance between an edge of the folded cloth and its target position at which the edge is found [m]."""
+"""Largest distance between an edge of the folded cloth and its target position [m].
+
+The photograph is not searched for edges that are farther away.
+"""
 LENGTH = 0.12
 """Length of the part of a cloth's edge that is searched, measured from a corner of the cloth [m]."""
 UNSEEN = 0.012
