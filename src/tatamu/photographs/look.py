@@ -86,7 +86,7 @@ class Overlay:
         self.curve(self._photograph.in_pixels(places), colour, width, closed)
 
     def frame(self, origin: np.ndarray, turn: np.ndarray, name: str) -> None:
-        """Draw the axes of a frame on the table; its origin has shape (2,) and its rotation has shape (2, 2)."""
+        """Draw the axes of a frame on the table. The frame's origin has shape (2,), its rotation matrix (2, 2)."""
         for axis, colour, letter in zip(turn.T, AXES, "xy", strict=True):
             ends = self._photograph.in_pixels(np.array([origin, origin + ARROW * axis]))
             self.curve(ends, colour, 2.0)
