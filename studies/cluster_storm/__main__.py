@@ -39,7 +39,10 @@ KILL_EVERY = 8.0
 """Time between two kills of a worker [s]."""
 CLIENT_KILLED_AT = (0.3, 0.6)
 DATABASE_RESTARTED_AT = ((0.2, "fast"), (0.5, "immediate"))
-"""Fractions of complete studies at which the database is restarted, and the ways in which PostgreSQL is stopped."""
+"""Moments at which the database is restarted, and the ways in which PostgreSQL is then stopped.
+
+A moment is given as the fraction of studies that are complete.
+"""
 ROUNDS = 3
 """Number of times that a measurement is repeated.
 
@@ -202,7 +205,7 @@ def kill_workers(cluster: Cluster, storm: Storm, calm: Event) -> None:
 
 
 def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> Storm:
-    """Run a sweep to its end while workers, database and client are killed."""
+    """Run a sweep, a list of learning tasks, to its end while workers, database and client are killed."""
     storm, calm, begun = Storm(), Event(), time.monotonic()
     restarts, kills = list(DATABASE_RESTARTED_AT), list(CLIENT_KILLED_AT)
     with TemporaryDirectory() as scratch:
@@ -239,7 +242,10 @@ def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> S
 
 
 def proof(studies: int) -> str:
-    """Return a table that compares two sweeps: a sweep during which processes are killed, and an undisturbed sweep."""
+    """Return a table that compares two runs of the same learning tasks.
+
+    During the first run, processes are killed. The second run is undisturbed.
+    """
     with TemporaryDirectory() as folder, postgres.running() as server:
         file = sweep_file(Path(folder), studies)
         calm = start(file, Path(folder) / "calm", "--at-a-time", "4")  # runs at the same time on one core

@@ -26,11 +26,11 @@ class Moment:
 
     after: int
     mean_vertex_distance: float
-    """Mean of the vertex errors e_i, Eq. (12), as a median over the seeds [m]."""
+    """Mean of the vertex errors e_i, Eq. (12), in the best trial, as a median over the seeds [m]."""
     slip: float
-    """Slip of the part of the cloth that should not move, as a median over the seeds [m]."""
+    """Slip of the part of the cloth that should not move, in the best trial, as a median over the seeds [m]."""
     trajectory_length: float
-    """Length l_x of a hand's path, as a median over the seeds [m]."""
+    """Length l_x of a hand's path in the best trial, as a median over the seeds [m]."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from tatamu.simulators import named
 from tatamu.study import Places, Progress, Result, learn
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
-"""Fold of each garment.
+"""Fold plan that is learned for each garment.
 
 Fig. 5 of the paper shows a fold for each garment, but does not show the direction of the fold.
 """
@@ -46,13 +46,16 @@ class Choices:
     trials: int = 50
     sampler: str = "gp"
     sizes: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Width and length of a garment [m], by its name. The default is the garment's default size."""
+    """Width and length of each garment [m], by the garment's name. The default is the garment's default size."""
     spacings: dict[str, float] = field(default_factory=dict)
-    """Mesh spacing of a garment [m], by its name. The default is `SPACING`."""
+    """Edge length of the mesh of each garment [m], by the garment's name. The default is `SPACING`."""
     folds: dict[str, str] = field(default_factory=dict)
-    """Fold plan of a garment, by its name. The default is from `FOLDS`."""
+    """Fold plan of each garment, by the garment's name. The default is from `FOLDS`."""
     materials: dict[str, str] = field(default_factory=dict)
-    """Material preset or file of a garment, by its name. The default is the preset with the paper's numbers."""
+    """Material preset or file of each garment, by the garment's name.
+
+    The default is the preset with the paper's numbers.
+    """
 
     def __post_init__(self) -> None:
         named(self.simulator)
@@ -90,7 +93,7 @@ class Choices:
 
 @dataclass(frozen=True)
 class Study:
-    """The learned fold of a garment with a random seed."""
+    """The result of a study: the learned fold, with its garment and the random seed of the search."""
 
     garment: str
     seed: int
@@ -104,7 +107,7 @@ def run(
     executor: Executor | None = None,
     at_a_time: int = 1,
 ) -> list[Study]:
-    """Run all studies, or resume them.
+    """Run or resume a study for each garment and random seed.
 
     Args:
         choices: Garments, seeds, trials and everything that the paper leaves open.

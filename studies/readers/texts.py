@@ -137,6 +137,9 @@ def _shown(markdown: str) -> str:
 
 
 def sample(seed: int, n_docstrings: int, n_pages: int) -> list[Text]:
-    """Choose random docstrings and pages for a reader. In the same version, a seed always gives the same sample."""
+    """Choose random docstrings and pages for a reader.
+
+    In the same version of the repository, a seed always gives the same sample.
+    """
     chance = random.Random(seed)
     return [*chance.sample(docstrings(), n_docstrings), *chance.sample(pages(), n_pages)]

@@ -24,9 +24,9 @@ class Displacement:
     """The displacement of a camera: a rotation and a translation."""
 
     rotation: np.ndarray
-    """Rotation matrix R, shape (3, 3)."""
+    """Rotation matrix R of the camera's displacement, shape (3, 3)."""
     translation: np.ndarray
-    """Translation t [m], shape (3,)."""
+    """Translation t of the camera's displacement [m], shape (3,)."""
 
     @property
     def angle(self) -> float:

@@ -13,9 +13,12 @@ from studies.real_cloth.recording import Recording
 from tatamu.instruments.oscillation import FreeSwing, swings
 
 STILL = 0.05
-"""Largest speed of the bar that holds a cloth at which the cloth counts as swinging freely [m/s]."""
+"""Largest speed of the bar that holds a cloth [m/s].
+
+If the bar moves faster, the cloth does not count as swinging freely.
+"""
 LEAST = 0.004
-"""Smallest distance of a cloth's turning point from rest that counts as part of a swing [m].
+"""Smallest distance from rest at which a cloth may turn back in a swing [m].
 
 Smaller movements count as noise.
 """

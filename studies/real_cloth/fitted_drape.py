@@ -54,7 +54,7 @@ class FittedModel:
     waviness: float = 0.0
     """Standard deviation of the height of wavy unstrained cloth [m]; 0 for flat cloth."""
     times: int = 1
-    """Number of repeats of this model, divided by the number of repeats of other models."""
+    """Factor by which this model has more repeats of each drape than other models."""
     needs: tuple[str, ...] = ()
     """Names of the capabilities that a simulator must have for this model."""
     rigidities: Sequence[float] = RIGIDITIES

@@ -1,8 +1,8 @@
 """Predicts the drape of four fabrics from their measured bending rigidity, without any fit.
 
-The measurements are by Matsudaira et al. 2015 (J. Textile Eng. 61(6) 69-73, doi 10.4188/jte.61.69). They are the
-rigidity from a KES-FB2 tester, the drape coefficient, and the number of nodes, which are the folds of the hem. The size
-of the specimens is not stated, so both standard sizes are simulated.
+The measurements are by Matsudaira et al. 2015 (Journal of Textile Engineering 61(6) 69-73, doi 10.4188/jte.61.69). They
+are the rigidity from a KES-FB2 tester, the drape coefficient, and the number of nodes, which are the folds of the hem.
+The size of the specimens is not stated, so both standard sizes are simulated.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NUMBERS = (
     "nodes",
 )
 JAPANESE, BRITISH = Size(0.127, 0.0635), Size(0.15, 0.09)
-"""Sizes of drapemeters in the standards JIS L 1096 and BS 5058."""
+"""Sizes of drapemeters, instruments that measure drape, in the standards JIS L 1096 and BS 5058."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
-"""Predicts recordings of a square cloth that a robot swings, by Luque et al.
+"""Predicts how a square cloth moves that a robot swings, and compares with recordings by Luque et al.
 
 Only the size of the cloth is known, and the effects of air depend on its density. Therefore the effects of air divided
-by the density are fitted to six recordings. All other recordings are predicted.
+by the density are fitted to six recordings. The motion in all other recordings is predicted.
 """
 
 from __future__ import annotations
@@ -230,7 +230,7 @@ def _held_out(measured: Sequence[Recording]) -> list[int]:
 
 
 def _off(prediction: Predicted, measured: Sequence[Recording]) -> list[float]:
-    """Return the RMS error of the swing for each recording that was not used for fitting [m]."""
+    """Return the RMS error of the predicted swing for each recording that was not used for fitting [m]."""
     errors = [prediction.swings[k] - measured[k].swing for k in _held_out(measured)]
     return [float(np.sqrt(np.nanmean(error**2))) for error in errors]
 
@@ -250,7 +250,7 @@ def _line(prediction: Predicted, measured: Sequence[Recording]) -> Line:
 
 
 def _distance(pairs: Sequence[Pairs], measured: Sequence[Recording], by: Displacement = UNMOVED) -> float:
-    """Return the median distance between predicted and seen nodes [m].
+    """Return the median distance between predicted and seen nodes of the cloth [m].
 
     The median is over the recordings that were not used for fitting.
     """

@@ -26,7 +26,7 @@ LAGS = np.arange(0.1, 0.6, 0.02)
 CLOCKS = np.arange(-0.15, 0.151, 0.01)
 """Corrections of the time of a camera frame that are tried [s]."""
 JITTER = 0.05
-"""Standard deviation of the camera's lag between frames [s]."""
+"""Standard deviation of the camera's lag from frame to frame [s]."""
 CORNER_NOISE = 0.008
 """Standard deviation of the position of a corner of the cloth that the camera sees [m]."""
 OUTLIER = 0.04
@@ -173,7 +173,7 @@ class Recording:
     def noise(self) -> float:
         """Noise of the camera [m].
 
-        It is the RMS distance between the upper corners as the camera sees them and as the robot holds them.
+        It is the RMS distance between the cloth's upper corners as the camera sees them and as the robot holds them.
         """
         off = np.linalg.norm(self.corners(self.clock) - self.nodes[:, -1, [0, -1]], axis=2)
         return float(np.sqrt(np.mean(off[self.good[:, -1, [0, -1]]] ** 2)))

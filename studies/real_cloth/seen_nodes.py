@@ -158,7 +158,7 @@ def later(each: Seen) -> np.ndarray:
 
 
 def rms(off: np.ndarray) -> float:
-    """Return the RMS of errors of shape (.., 3) [m]. Errors that are NaN are left out."""
+    """Return the root mean square (RMS) length of error vectors, shape (.., 3) [m]. Vectors with NaN are left out."""
     return float(np.sqrt(np.nanmean((off**2).sum(axis=-1))))
 
 

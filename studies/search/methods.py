@@ -68,7 +68,7 @@ def by_search(
 ) -> Proposing:
     """Return a function that proposes trials with a search of tatamu.
 
-    For each proposal, the search is made again and gets all earlier trials.
+    For each proposal, a new search is made, and all earlier trials are given to it.
 
     Args:
         make: Function that makes the search from a setting and a seed.

@@ -28,11 +28,11 @@ PAPERS = {"a4": (0.210, 0.297), "letter": (0.2159, 0.2794)}
 COLUMNS, ROWS = 6, 8
 """Numbers of squares of the board's chessboard, across and along the page."""
 SQUARE = 0.030
-"""Intended side length of a printed square [m]."""
+"""Intended side length of a square of the board's printed chessboard [m]."""
 MARKER = 0.024
-"""Intended side length of a printed marker [m]."""
+"""Intended side length of a coded marker, which is printed inside a white square of the chessboard [m]."""
 BAR = 0.150
-"""Intended length of the printed scale bar [m]."""
+"""Intended length of the scale bar that is printed on the board [m]."""
 TOP = 0.012
 """Distance between the board's chessboard and the upper edge of the paper [m]."""
 MARKERS = COLUMNS * ROWS // 2
@@ -51,17 +51,17 @@ class Board(Record):
 
     paper: Paper = "a4"
     bar: float = Field(BAR, gt=0.5 * BAR, lt=2.0 * BAR)
-    """Measured length of the scale bar [m]."""
+    """Measured length of the scale bar that is printed on the board [m]."""
     pages: int = Field(1, ge=1, le=8)
 
     @property
     def scale(self) -> float:
-        """Ratio of the printed size to the intended size."""
+        """Ratio of the board's printed size to its intended size."""
         return self.bar / BAR
 
     @property
     def size(self) -> np.ndarray:
-        """Width and height of the pattern as printed [m], shape (2,)."""
+        """Width and height of the board's chessboard as printed [m], shape (2,)."""
         return self.scale * SQUARE * np.array([COLUMNS, ROWS])
 
     @property

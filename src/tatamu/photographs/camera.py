@@ -54,7 +54,7 @@ difference would be 1 for a rim with a square cross-section, and 0.3 for a round
 SMOOTH = 2
 """Number of points on each side of a point of an outline, from which the outline's direction is computed."""
 WORST = 5e-4
-"""Largest root mean square distance in a photo between the corners of the board and the corners of a flat board.
+"""Largest root mean square distance in a photo between the board's corners and the corners of a fitted flat board.
 
 It is a fraction of the picture's longer side.
 """
@@ -133,7 +133,7 @@ class Camera:
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
 
     def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
-        """Return the positions on the table [m] of the n points of a cloth's outline, shape (n, 2).
+        """Return the positions on the table [m] of n points of the outline of a cloth in a photo, shape (n, 2).
 
         The rim of the cloth reaches from the table up to the height `top`. On the side of the cloth that is nearer to
         the camera, the outline in the photo shows points near the rim's lower edge. On the far side, the outline shows
@@ -161,9 +161,9 @@ class View:
 
     camera: Camera
     parameters: np.ndarray
-    """The p estimated parameters of the lens, of the camera's pose and of further pages, shape (p,)."""
+    """The p estimated parameters of the lens, the camera's pose and the board's further pages, shape (p,)."""
     covariance: np.ndarray
-    """Covariance matrix of the p parameters, shape (p, p)."""
+    """Covariance matrix of the camera's p estimated parameters, shape (p, p)."""
     rms: float
     """Root mean square distance between the board's corners in the photo and in the estimated camera [pixels]."""
     penalty: float
@@ -186,10 +186,10 @@ class View:
             yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
 
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the standard deviations of positions on the table [m], shape (n,).
+        """Return the standard deviations of n positions [m], shape (n,), due to the uncertainty of the camera.
 
-        The camera sees these positions at the given n pixels, shape (n, 2). The deviations result from the uncertainty
-        of the camera. `height` is the height of the positions above the table [m].
+        The camera sees the positions at n pixels, shape (n, 2). The positions have the height `height` above the table
+        [m].
         """
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]

@@ -12,12 +12,9 @@ from tatamu.photographs.opencv import opencv
 STEP = 0.5
 """Distance between samples of the colour along a line that crosses an edge of cloth [pixels]."""
 FAINT = 4.0
-"""Smallest difference in colour between the two sides of an edge of cloth [8-bit levels]."""
+"""Smallest difference in colour between the two sides of a line that counts as an edge of cloth [8-bit levels]."""
 NEIGHBOURS = 9
-"""Number of neighbouring lines across an edge.
-
-The difference in colour at an edge is the median over these lines.
-"""
+"""Number of neighbouring lines across an edge, over which the median of the difference in colour is computed."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +22,7 @@ class Edges:
     """The edge of cloth near each of n given points of a curve."""
 
     points: np.ndarray
-    """Points on the edge [pixels], shape (n, 2). If no edge was found near a given point, it is the given point."""
+    """Points on the edge [pixels], shape (n, 2). If no edge was found near a given point, the given point itself."""
     found: np.ndarray
     """Whether an edge was found near each given point, shape (n,)."""
     width: np.ndarray

@@ -35,7 +35,7 @@ STRETCH = 0.02
 This value is added to the score of a pose if the logarithm of length over width changes by 1.
 """
 CORRELATED = 0.05
-"""Length of the pieces of an outline in which the errors of all points are correlated [m]."""
+"""Length along an outline within which the errors of points are correlated, so they do not average out [m]."""
 
 
 @dataclass(frozen=True)
@@ -49,19 +49,22 @@ class Fit:
     The scales are the factors along the garment and across it.
     """
     off: np.ndarray
-    """Distance of each found point from the fitted outline [m], shape (n,); positive outside the outline."""
+    """Distance of each point of the outline in the photograph from the fitted outline [m], shape (n,).
+
+    The distance is positive if the point is outside the fitted outline.
+    """
     covariance: np.ndarray
-    """Covariance of the parameters that results from errors of the found outline, shape (5, 5)."""
+    """Covariance of the parameters that results from errors of the outline in the photograph, shape (5, 5)."""
 
     @property
     def pose(self) -> Pose:
-        """Fitted pose of the garment's frame."""
+        """Fitted pose of the garment's frame on the table."""
         x, y, yaw = self.parameters[:3].tolist()
         return Pose(x, y, wrapped(yaw))
 
     @property
     def scale(self) -> np.ndarray:
-        """Scales along the garment (x) and across it (y), shape (2,)."""
+        """Factors by which the fit scales the garment: along the garment (x) and across it (y), shape (2,)."""
         return np.exp(self.parameters[3:])
 
     def place(self, points: np.ndarray) -> np.ndarray:

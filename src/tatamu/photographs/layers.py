@@ -36,7 +36,7 @@ RIM = 0.0045
 WIDE = 0.006
 """Largest width of the dark or bright band that the rim of a layer makes in the picture [m]."""
 SEEN = 0.7
-"""Standard deviation of the camera's blur [pixels]."""
+"""Standard deviation of the blur of the camera's picture [pixels]."""
 SECOND = 0.35
 """Least gradient of brightness at the fainter side of the band that the rim of a layer makes in the picture.
 
@@ -55,7 +55,7 @@ class Window:
     outward: np.ndarray
     """Unit vector across the expected edge, which points out of the layer of cloth, shape (2,)."""
     length: float
-    """Length of the window along the edge [m]."""
+    """Length of the window along the expected edge [m]."""
     reach: float
     """Distance from the expected edge, to either side, within which the edge is searched [m]."""
 

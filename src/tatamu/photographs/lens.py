@@ -59,7 +59,7 @@ class Lens(Record):
     focal: float = Field(gt=0.0, le=1e6)
     """Focal length of the lens [pixels]."""
     centre: tuple[float, float]
-    """Position of the optical axis in the picture [pixels]."""
+    """Position at which the optical axis meets the picture [pixels]."""
     distortion: Distortion = ()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 ROUNDS = 8
 """Number of rounds of a line fit. In each round, the points get new weights."""
 TUNING = 2.0
-"""Distance from a fitted line at which a point has half of the full weight, in standard deviations."""
+"""Distance from a fitted line, in standard deviations, at which a point has half of the full weight."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,10 @@ OTHER = 0.15
 With a larger difference, the cloth is another garment, or is only partly visible.
 """
 MOST_TURNED = 2
-"""Largest number of corners that may be turned in. With more turned corners, the cloth counts as another garment."""
+"""Largest number of a garment's corners that may be turned in.
+
+With more turned corners, the cloth counts as another garment.
+"""
 UNLIKE = 0.010
 """Largest root mean square distance between the outline in a photo and the garment's outline [m].
 

@@ -1,4 +1,7 @@
-"""Describes a garment that was found on the table: pose, size, outline, and difference from the learned garment."""
+"""Describes a garment that was found on the table: pose, size and outline.
+
+It also describes how the garment differs from the garment of a learned fold.
+"""
 
 from __future__ import annotations
 

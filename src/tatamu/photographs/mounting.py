@@ -13,9 +13,12 @@ from tatamu.photographs.pose import Pose
 FARTHEST = 10.0
 """Largest allowed coordinate of a board or a touched mark in the robot's base frame [m]."""
 TOUCHED = 0.005
-"""Largest distance between a touched mark and the mark in the fitted pose of the board [m]."""
+"""Largest distance between the place at which the robot touched a mark and the mark's place on the board [m].
+
+If the distance is larger, the touched places are refused.
+"""
 LEVEL = 0.01
-"""Largest difference in height between the touched marks on a level table [m]."""
+"""Largest difference in height between the touched marks [m]. If it is larger, the table is not level."""
 
 
 def parse_pose(text: str, option: str) -> Pose:

@@ -22,7 +22,7 @@ from tatamu.photographs.sheet import SHEETS, Sheet, find_sheet
 ROOM = 0.004
 """Width of the margin around a sheet of paper that is ignored in the search for cloth [m]."""
 SMALLEST = 400
-"""Least number of pixels along the shorter side of a photo."""
+"""Smallest allowed number of pixels along the shorter side of a photo."""
 WIDEST, WIDEST_PIXELS = 0.006, 10.0
 """Largest width over which the colour changes at the outline of the cloth, in metres and in pixels.
 

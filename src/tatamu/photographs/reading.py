@@ -152,7 +152,7 @@ class FoldReader:
             photograph: The photograph.
             frame: Pose of the fold's frame on the board.
             spread: Standard deviations of x, y [m] and yaw [rad] of the frame.
-            fold: The fold.
+            fold: The planned fold, with its target.
 
         Raises:
             InputError: If the fold uses a single hand, or no cloth is found.
@@ -175,7 +175,7 @@ class FoldReader:
 
     @property
     def _hem(self) -> list[int]:
-        """Numbers of the vertices at the left and the right corner of the moved hem."""
+        """Numbers of the mesh's vertices at the left and the right corner of the moved hem."""
         return [int(self._fold.left[0]), int(self._fold.right[0])]
 
     def read(self, given: Mapping[str, np.ndarray]) -> FoldReading:

@@ -58,7 +58,7 @@ class Shape:
 
 
 def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
-    """Return the shape of a garment.
+    """Return the outline and the named corners of a lying garment, as seen from above.
 
     Args:
         garment: The garment.
@@ -73,7 +73,7 @@ def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
 
 
 def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
-    """Return the region that triangles cover, seen from above, with holes filled.
+    """Return the region that the triangles of a mesh cover, seen from above, with holes filled.
 
     If the region has several parts, the largest part is returned.
     """

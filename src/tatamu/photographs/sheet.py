@@ -58,7 +58,10 @@ class Sheet:
 
     @property
     def marks(self) -> np.ndarray:
-        """The three corners (-x, -y), (+x, -y) and (-x, +y) of the sheet in its frame [m], shape (3, 2)."""
+        """Positions of three corners of the sheet in its frame [m], shape (3, 2).
+
+        They are the corners at (-x, -y), (+x, -y) and (-x, +y).
+        """
         return self.corners[[0, 1, 3]]
 
 
@@ -124,7 +127,10 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
 
 
 def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
-    """Return whether a quadrangle has the same brightness everywhere. If not, it may be a printed page."""
+    """Return whether a quadrangle in a photo has the same brightness everywhere.
+
+    If not, it may be a printed page.
+    """
     middle = quad.mean(axis=0)
     inner = np.round(middle + 0.85 * (quad - middle)).astype(np.int32)
     there = np.zeros(dark.shape, dtype=np.uint8)
