@@ -12,9 +12,10 @@ import numpy as np
 from tatamu.topology import Topology
 
 ROWS = 0.2
-"""Penalty for a pair of triangles whose shared edge is along y [-].
+"""Penalty for joining two triangles whose shared edge is along y [-].
 
-The penalty is added to the largest cosine at a corner of the quadrilateral. It decides between pairs that are equally
+Triangles are joined to quadrilaterals, and the pair with the smallest number is joined first. This number is the
+largest cosine at a corner of the quadrilateral plus the penalty. The penalty decides between pairs that are equally
 rectangular."""
 
 
