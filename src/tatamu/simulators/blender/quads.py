@@ -14,9 +14,8 @@ from tatamu.topology import Topology
 ROWS = 0.2
 """Penalty for joining two triangles whose shared edge is along y [-].
 
-Triangles are joined to quadrilaterals, and the pair with the smallest number is joined first. This number is the
-largest cosine at a corner of the quadrilateral plus the penalty. The penalty decides between pairs that are equally
-rectangular."""
+Pairs of triangles are joined to quadrilaterals in the order of their skewness, the largest cosine at a corner. The
+penalty is added to the skewness. It decides between pairs that are equally rectangular."""
 
 
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:

@@ -67,7 +67,7 @@ class Springs:
 
     @property
     def moduli(self) -> np.ndarray:
-        """Tensile stiffness Y of a strip in each of d directions, divided by the spring constant k, Y/k, shape (d,)."""
+        """Ratio Y/k of the tensile stiffness Y of a strip to the spring constant k in d directions, shape (d,)."""
         c, s = np.cos(DIRECTIONS), np.sin(DIRECTIONS)
         stress = np.stack([c * c, s * s, c * s])
         return 1.0 / np.einsum("ad,ab,bd->d", stress, np.linalg.inv(self.tensor), stress)
@@ -84,7 +84,7 @@ class Springs:
 
     @property
     def rigidities(self) -> np.ndarray:
-        """Ratio B/b of the bending rigidity B to Blender's bending stiffness b, in each of d directions, shape (d,).
+        """Ratio B/b of the bending rigidity B to Blender's bending stiffness b in d directions, shape (d,).
 
         Blender pushes each vertex opposite an edge with the force b L theta / 30 (measured: docs/theory/blender.md). L
         is the length of the edge, and theta is the angle between its two triangles. H_a and H_b are the heights of the
@@ -153,7 +153,7 @@ class Hinges:
         return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
 
     def angle(self, direction: np.ndarray) -> np.ndarray:
-        """Return the angles of the h hinges on a cylinder with the curvature 1 [1/m], in rad, shape (h,).
+        """Return the angle of each hinge of a mesh that lies on a cylinder with the curvature 1/m [rad], shape (h,).
 
         All four vertices of each hinge lie on the cylinder. `direction` contains the angle from each edge to the
         direction in which the cylinder is curved [rad], shape (h,).

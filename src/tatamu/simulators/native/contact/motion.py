@@ -22,14 +22,15 @@ from tatamu.simulators.native.contact.state import ContactState
 from tatamu.simulators.native.geometry import Vector
 
 EVERY = 16
-"""The mean motion is taken over every n-th vertex, where n is this number.
+"""Spacing of the vertices from which the mean motion of the cloth is computed.
 
-All vertices need not be used, because motion relative to any reference motion gives a valid bound on the approach."""
+Only vertices whose number is a multiple of this value are used. All vertices need not be used, because motion relative
+to any reference motion gives a valid bound on the approach."""
 
 
 @kernel
 def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
-    """Return the largest possible approach of edges (a, b) and (c, d) [m].
+    """Return the largest distance by which edges (a, b) and (c, d) can have approached each other [m].
 
     `length` contains the path lengths of all vertices [m].
     """
@@ -38,7 +39,7 @@ def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
 
 @kernel
 def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """Return the largest possible approach of vertex v and triangle (a, b, c) [m].
+    """Return the largest distance by which vertex v and triangle (a, b, c) can have approached each other [m].
 
     `length` contains the path lengths of all vertices [m]. The bound is not exact if the vertex slides onto a
     neighbouring triangle, because the path of one corner of this triangle is not counted. The error is small, because
@@ -129,7 +130,7 @@ def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float
 
 @kernel
 def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
-    """Return whether any two vertices may have come closer by a limit [m] since the search for candidates.
+    """Return whether two vertices may have come closer by more than a limit [m] since the search for candidates.
 
     Positions are compared with the positions at the search, so oscillations do not make candidates stale. Oscillations
     do add to paths, which wake sleeping pairs.

@@ -32,20 +32,25 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulators.native.options import ContactOptions
 
 MOST_TRIANGLES = 4
-"""Largest number of triangles over which a partner moves in one sweep."""
-AWAKE = 1.1
-"""Distance up to which a pair is tested in every sweep, in thicknesses. Pairs farther apart sleep."""
-SLEEP = 0.8
-"""Fraction of the distance that a pair has in addition to one thickness [-].
+"""Largest number of moves of a partner to a neighbouring triangle in one sweep.
 
-A sleeping pair is tested again when the vertex and the triangle may have approached by this fraction."""
+A partner of a vertex is a triangle from which contact keeps the vertex apart."""
+AWAKE = 1.1
+"""Largest distance of a vertex and a triangle that are tested in every sweep, in thicknesses of the cloth.
+
+Pairs that are farther apart sleep, that is, they are not tested for some time."""
+SLEEP = 0.8
+"""Fraction that determines how long a distant pair sleeps, that is, is not tested [-].
+
+A pair is a vertex and a triangle, and its excess is their distance minus one thickness of the cloth. The pair is tested
+again when the vertex and the triangle may have approached each other by this fraction of the excess."""
 
 
 @kernel
 def _barycentric(
     x: np.ndarray, v: int, a: int, b: int, c: int
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return v's projection on triangle (a, b, c), the triangle's unit normal, and v's height over the triangle [m].
+    """Return the projection of vertex v on triangle (a, b, c), the triangle's unit normal, and the height of v [m].
 
     The projection is given by its barycentric coordinates.
     """
@@ -67,7 +72,7 @@ def _barycentric(
 
 @kernel
 def _height(x: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """Return the height of v over the plane of triangle (a, b, c) [m]."""
+    """Return the height of vertex v over the plane of triangle (a, b, c) [m]."""
     nx, ny, nz = normal_of(x, a, b, c)
     px, py, pz = difference(x, v, a)
     length = np.sqrt(nx * nx + ny * ny + nz * nz) + TINY_LENGTH
@@ -76,7 +81,7 @@ def _height(x: np.ndarray, v: int, a: int, b: int, c: int) -> float:
 
 @kernel
 def _slip(x: np.ndarray, v: int, a: int, b: int, c: int, at: Vector, nx: float, ny: float, nz: float) -> Vector:
-    """Return the offset of v from a point on triangle (a, b, c) [m], projected into the plane of the triangle.
+    """Return the vector to vertex v from a point on triangle (a, b, c) [m], projected into the plane of the triangle.
 
     `at` contains the barycentric coordinates of the point, and (nx, ny, nz) is the unit normal of the triangle.
     """
