@@ -83,7 +83,7 @@ class Model:
 _kept: dict[bytes, Model] = {}
 _keeping = Lock()  # because simulate_many runs scenes in threads
 _MOST_KEPT = 48
-"""Largest number of models that are kept.
+"""Largest number of models, which are cloths prepared for the simulator, that are kept in memory.
 
 A study simulates about 20 random draws of the disturbances, each with its own material, on two meshes."""
 

@@ -92,7 +92,7 @@ def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tol
 
 @kernel
 def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: ContactState, zone: np.ndarray) -> bool:
-    """Put the vertices of two edges that have passed through each other into one zone; return whether any zone grew.
+    """Put edges that have passed through each other into the same zone, and return whether any zone grew.
 
     A zone is a group of vertices that move together.
     """
@@ -124,7 +124,7 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
 def _join_passed_vertices(
     x: np.ndarray, mesh: ContactMesh, contact: ContactState, zone: np.ndarray, tolerance: float
 ) -> bool:
-    """Put a vertex and the triangle that it has passed through into one zone; return whether any zone grew.
+    """Put each vertex and the triangle that it has passed through into the same zone; return whether any zone grew.
 
     A zone is a group of vertices that move together.
     """

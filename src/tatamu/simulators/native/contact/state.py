@@ -19,8 +19,8 @@ ABOVE = 1
 EXTRA = 2
 """Column of the third triangle of a vertex in arrays such as `VertexFace.triangle`.
 
-Contact keeps a vertex apart from three triangles. Their columns are BELOW for the nearest triangle below the vertex,
-ABOVE for the nearest triangle above it, and EXTRA for a further triangle that it touches."""
+Contact keeps a vertex apart from up to three triangles. Their columns are BELOW for the nearest triangle below the
+vertex, ABOVE for the nearest triangle above it, and EXTRA for a further triangle that it touches."""
 
 
 class ContactMesh(NamedTuple):

@@ -45,7 +45,7 @@ def sweep(
     options: ContactOptions,
     step: float,
 ) -> None:
-    """Lift all vertices that are too low, and hold them by friction.
+    """Lift all vertices that are too near to the table or below it, and hold them by friction.
 
     Only a part of the lift becomes velocity, as in `projection.correction`.
 

@@ -40,9 +40,11 @@ class Membrane(NamedTuple):
     """
 
     bands: np.ndarray
-    """Table of the bands of triangles, with slots (memory positions) of vertices."""
+    """Table of the bands (runs in memory) of triangles, with the slots (memory positions) of their vertices."""
     copies: np.ndarray
-    """Slots (memory positions) of vertices that are copied behind the last slot for the bands."""
+    """Slots (memory positions of vertices) that some triangles need as copies.
+
+    The copies are stored behind the last slot."""
     S: np.ndarray
     """Twice the stiffness S of each triangle, in the order of memory [N/m^3], shape (6, places).
 
@@ -186,9 +188,9 @@ def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 @kernel
 def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
-    """Return the edge from (x, y, z) to (to_x, to_y, to_z), and the change of its squared length from rest (l2).
+    """Return the vector from (x, y, z) to (to_x, to_y, to_z), and the change of its squared length from `l2`.
 
-    The results have the precision `real`.
+    The vector is an edge, and `l2` its squared length at rest. The results have the precision `real`.
     """
     dx = to_x - x
     dy = to_y - y
@@ -275,7 +277,7 @@ def _forces_of_wrinkled(
 
 @kernel
 def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
-    """Add three rows of `forces`, beginning with number `row`, to the columns of F, beginning with a."""
+    """Add three rows of `forces`, beginning with row number `row`, to the columns of F, beginning with column a."""
     for k in range(3):
         f = F[k, a : a + n]
         begin = (row + k) * BLOCK

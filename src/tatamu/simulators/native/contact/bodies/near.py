@@ -1,10 +1,10 @@
 """Broad phase of bodies: finds the vertices, edges and faces near each body.
 
-The search has two steps. *Wide* candidates are found among all faces, edges and vertices. They are all elements whose
-distance from the body is at most the contact distance plus a margin. Wide candidates are searched again when cloth and
-bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may touch the
-body in one round of contact. In both steps, the boxes around faces and edges are compared with the box around the body,
-in the frame of the body.
+The search has two steps. *Wide* candidates are found among all faces, edges and vertices. They include all elements
+whose distance from the body is at most the contact distance plus a margin. Wide candidates are searched again when
+cloth and bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may
+touch the body in one round of contact. In both steps, the boxes around faces and edges are compared with the box around
+the body, in the frame of the body.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from tatamu.simulators.native.contact.state import ContactMesh
 MARGIN = 0.01
 """Margin of the search for contact of cloth with rigid bodies [m].
 
-Wide candidates are the vertices, edges and faces whose distance from a body is at most the contact distance plus this
-margin."""
+Wide candidates are the parts of the cloth (vertices, edges and faces) near a body. They include all parts whose
+distance from the body is at most the contact distance plus this margin."""
 WEAR = 0.7
 """Fraction of the search margin that motion may use up [-].
 
@@ -35,7 +35,7 @@ allowance, plus the motion by the velocities at the start of the round."""
 
 @kernel
 def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
-    """Return the largest distance between a vertex's positions in `start` and in x [m]."""
+    """Return the largest distance by which any vertex has moved from `start` to x, which contain positions [m]."""
     square = 0.0
     for v in range(x.shape[0]):
         dx = x[v, 0] - start[v, 0]
@@ -152,9 +152,9 @@ def _filter(
     b: int,
     out: Candidates,
 ) -> None:
-    """List the faces, edges and vertices that reach into the box around body b, in the order of their numbers.
+    """List the faces that reach into the box around body b, with their edges and vertices, sorted by number.
 
-    If the hand to which the body belongs holds vertices, elements with such a vertex are left out.
+    The body may belong to a hand, for example as a finger. Faces with a vertex that this hand holds are left out.
     """
     count = 0
     for i in range(faces.shape[0]):

@@ -76,7 +76,7 @@ class Rule(NamedTuple):
     passing: float
     """Largest depth that a point which has passed through the body can have [m]; 0 if no point can have passed.
 
-    It is the longest motion of a vertex in this round of contact."""
+    It is the longest motion of a vertex relative to the body in this round of contact."""
 
 
 @kernel
@@ -91,7 +91,7 @@ def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, 
 
 @kernel
 def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
-    """Write the positions of the vertices near a body in its frame, and return the longest of their motions [m]."""
+    """Compute the positions of the vertices near a body in its frame, and return their longest motion [m]."""
     longest = 0.0
     for i in range(near.shape[0]):
         v = near[i]

@@ -51,7 +51,7 @@ def _vertices(
 def _edges(
     positions: Positions, mesh: ContactMesh, activity: Activity, frame: Frame, rule: Rule, near: np.ndarray
 ) -> float:
-    """Correct the edges near a body that are nearest to it between their ends, and return the smallest gap [m]."""
+    """Correct the edges near a body whose nearest point is not an end, and return their smallest gap [m]."""
     smallest = rule.wanted
     clear = CLEAR * rule.wanted + frame.radius + rule.passing
     within = rule.wanted + rule.passing
