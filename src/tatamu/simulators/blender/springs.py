@@ -100,7 +100,7 @@ class Springs:
 
     @property
     def _edge_angles(self) -> np.ndarray:
-        """Direction of each of the h inner edges in the axes of one of its triangles [rad], shape (h,)."""
+        """Angle of each of the h inner edges from the first axis of one of its two triangles [rad], shape (h,)."""
         angles = np.zeros(len(self.topology.edges))
         angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
         return np.asarray(angles[self.topology.faces_per_edge == 2])

@@ -94,7 +94,7 @@ def clear() -> None:
 
 
 def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) -> Any:
-    """Return a new mesh in the scene. Its coordinates are the coordinates of the scene."""
+    """Return a new mesh object in Blender's scene. Its coordinates are the coordinates of Blender's scene."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices, [], faces)
     made = bpy.data.objects.new(name, mesh)

@@ -125,9 +125,9 @@ class ContactOptions(NamedTuple):
     barycentric_tolerance: float = 0.02
     """Largest distance outside a triangle that still counts as inside, in barycentric coordinates [-]."""
     edge_gap: float = 0.75
-    """Distance at which edges are kept from other edges [thicknesses of the cloth].
+    """Distance that contact keeps between two edges [thicknesses of the cloth].
 
-    Vertices are kept at one thickness from triangles."""
+    Between a vertex and a triangle, contact keeps a distance of one thickness."""
     clearing_speed: float = 0.5
     """Speed at which layers that are too close are separated [m/s].
 
@@ -188,7 +188,7 @@ class UntangleOptions(NamedTuple):
     most_passes: int = 60
     """Largest number of passes."""
     flattest: float = 1e-3
-    """Least sine of the angle between an edge and a triangle [-]. Smaller values are replaced by this one."""
+    """Least sine of the angle between an edge and a triangle [-]. Smaller sines are replaced by this value."""
     blunt: float = 0.1
     """Length of the vector G at which its direction starts to be reliable [-].
 

@@ -155,7 +155,9 @@ class Simulation:
         hands: Sequence[HandTarget | None] | None = None,
         bodies: Sequence[BodyTarget | None] | None = None,
     ) -> None:
-        """Simulate for some time. The end is the outer step nearest to the total time that was requested so far.
+        """Simulate for the time `seconds`, and stop at the end of an outer step.
+
+        The end is the outer step nearest to the total time that was requested so far.
 
         Args:
             seconds: Time to simulate [s]. It must be at least one outer step, and must not exceed the end of the scene.

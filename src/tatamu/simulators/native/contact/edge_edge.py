@@ -138,7 +138,7 @@ def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[in
 
 @kernel
 def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float) -> None:
-    """Let pairs that are farther apart than `kept` [m] sleep, and list the other pairs as awake.
+    """Let pairs of edges whose distance exceeds `kept` [m] sleep, and list all other pairs as awake.
 
     A pair that sleeps is not tested until its edges may have come too near to each other.
     """
@@ -209,8 +209,9 @@ def _push_apart(
         wanted: Distance that the edges should have [m].
         speeds: Largest increase of the pair's distance, and the largest increase that becomes velocity [m]. See
             `projection.correction`, which has them as `clearing` and `recovery`.
-        thresholds: Lengths of a push above which vertices count as touched and as restless [m].
-        numbers: Number of this sweep, and number of the outer step until which pushed vertices are restless.
+        thresholds: Two lengths of a push [m]. After a longer push than the first, vertices count as touched. After a
+            longer push than the second, they are restless: they are tested for passing through cloth.
+        numbers: Number of this sweep, and number of the last outer step in which pushed vertices are restless.
 
     Returns:
         The gap before the push [m]; infinity if the gap was large enough.

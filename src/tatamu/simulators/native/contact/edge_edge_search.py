@@ -1,4 +1,4 @@
-"""Broad phase of edges against edges: finds pairs of a guarded edge and an edge near it.
+"""Broad phase of edges against edges: finds the edges near each guarded edge.
 
 A guarded edge is an edge that contact keeps apart from other edges. Three kinds of edges are guarded: borders, creased
 edges, and edges of layers that are pressed together. Other edges need no guard, because the cloth is nearly flat and

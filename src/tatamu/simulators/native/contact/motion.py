@@ -64,7 +64,7 @@ def begin(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def follow(positions: Positions, contact: ContactState) -> None:
-    """Add the motion up to the start of this round of contact to the paths, then update the reach.
+    """Add the motion since the start of the last round of contact to the vertices' paths, then update their reach.
 
     The reach of a vertex is its path plus its motion within the round. If the search found no pairs, no pair can wake,
     so paths are not needed. In this case `worn_out` compares positions in every round.

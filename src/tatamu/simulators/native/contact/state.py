@@ -33,7 +33,9 @@ class ContactMesh(NamedTuple):
     near_start: np.ndarray
     """Start of each vertex's entries in `near`, shape (n + 1,)."""
     near: np.ndarray
-    """Triangles that contain a vertex or one of its neighbours, for all vertices one after another."""
+    """Numbers of the triangles near each vertex, for all vertices one after another.
+
+    These triangles contain the vertex or one of its neighbours."""
     edges: np.ndarray
     """Numbers of the two vertices of every edge, shape (e, 2)."""
     edge_faces: np.ndarray
@@ -153,7 +155,7 @@ class Activity(NamedTuple):
     touched: np.ndarray
     """Number of the last sweep that moved the vertex noticeably."""
     restless: np.ndarray
-    """Number of the outer step until which the vertex is tested for passing through cloth."""
+    """Number of the last outer step in which the vertex is tested for passing through cloth."""
     pressed: np.ndarray
     """Number of further searches for which all edges at the vertex are guarded (kept apart from other edges)."""
 

@@ -12,8 +12,8 @@ of the corners, and the barycentric coordinates b_k:
 
 l_n is the impulse along the normal, l_t is the impulse along the triangle, and mu is the coefficient of friction. Slip
 is measured from the *friction anchor*, the point of the triangle where the vertex started to stick. It is not measured
-from the start of the step. If the table or another layer undoes a correction, the next step corrects it again, so
-layers at rest do not creep.
+from the position at the start of the step. If the table or another layer undoes a correction, the next step corrects it
+again, so layers at rest do not creep.
 
 A pair is a vertex and a triangle. If a hand holds the vertex and a corner of the triangle, contact does not correct the
 pair. Corrections so close to the hand would act like a clamp that bends the layers as one plate. The derivation is in

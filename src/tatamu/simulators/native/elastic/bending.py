@@ -65,7 +65,7 @@ class Bending(NamedTuple):
 
 
 class HingeMeasures(NamedTuple):
-    """Temporary arrays of all hinges, in the order of their places in memory.
+    """Temporary arrays for the angles and moments of all hinges, in the order of their places in memory.
 
     `g` and `moment` have additional memory for copies of hinges.
     """

@@ -248,7 +248,10 @@ def _forces(
 def _forces_of_wrinkled(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Compute the same forces as `_forces`, for cloth that resists compression less than tension."""
+    """Compute the forces on the corners of n triangles of cloth that resists compression less than tension.
+
+    The arguments are the same as in `_forces`.
+    """
     R = membrane.relaxed
     compression = membrane.compression
     crowding = membrane.crowding

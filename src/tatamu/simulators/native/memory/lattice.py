@@ -72,7 +72,7 @@ class _Mesh(NamedTuple):
     """Whether each vertex is in a piece of the lattice. The piece may be too small for a patch."""
 
     def skew(self, a: int, b: int, c: int, d: int) -> float:
-        """Return the distance of d from its lattice position a + b - c, in lengths of the edge (a, b)."""
+        """Return the distance of vertex d from its lattice position a + b - c, as a fraction of the edge (a, b)."""
         p, q, r, s = (self.points[v] for v in (a, b, c, d))
         return dist([i + j - k for i, j, k in zip(p, q, r, strict=True)], s) / dist(p, q)
 

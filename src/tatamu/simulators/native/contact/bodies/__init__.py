@@ -33,10 +33,10 @@ matrix:
 s_t is the part of the slip along the surface. Friction removes the fraction min(1, mu push / |s_t|) of s_t, where push
 is the length of the push.
 
-Cloth stays on the side of a body on which it is at the start of the round. A point has passed through the body under
-two conditions: Its path in the round is longer than the sum of its distances at both ends of the path, and the normals
-at both ends point against each other. The distance of such a point is measured from the tangent plane of the earlier
-side.
+Cloth stays on the side of a body on which it is at the start of the round. A point counts as passed through the body
+under two conditions. Its path in the round is longer than the sum of its distances at both ends of the path, and the
+normals at both ends point in opposite directions. The distance of such a point is measured from the tangent plane of
+the body on the side from which the point came.
 
     state        the bodies as arrays: shapes, paths, poses of the round, candidates
     rounded_box  the distance and its normal, and its minimum along an edge

@@ -131,9 +131,9 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
     """Return the gap between a point of the cloth and a body [m], the gap at the round's start [m], and the normal.
 
-    A point has passed through the body under two conditions. Its path in the round is longer than the sum of its
-    distances at both ends of the path, and the normals at both ends point against each other. The gap of such a point
-    is measured from the tangent plane of the side from which the point came.
+    A point counts as passed through the body under two conditions. Its path in the round is longer than the sum of its
+    distances at both ends of the path, and the normals at both ends point in opposite directions. The gap of such a
+    point is measured from the tangent plane of the body on the side from which the point came.
     """
     px, py, pz = between(frame.local, corners, weights)
     qx, qy, qz = between(frame.local0, corners, weights)
