@@ -120,7 +120,7 @@ class HookedVertices:
     """One gripper: a weight that holds its vertices, and hooks that carry the vertices.
 
     A hand that closes at the start carries all its vertices with one hook. A hand that closes later has one hook for
-    each vertex, because the vertices have moved away from their first positions before the hand closes.
+    each vertex, because the vertices have already moved when the hand closes.
     """
 
     def __init__(self, cloth: Any, number: int, grip: dict[str, Any]) -> None:

@@ -1,8 +1,8 @@
 """Time stepping: symplectic Euler at three rates.
 
 An outer step, the longest time step, has two parts. In the first part, bending changes ("kicks") the velocities once or
-more. After each kick, membrane, gravity and drag act in small substeps. (If gravity acted once per outer step, it would
-excite the membrane, and cloth would fall 0.2 % too far in half a second.) In the second part, contact and the table
+more. After each kick, membrane, gravity and drag act in small substeps. (If gravity only acted once per outer step, the
+membrane would vibrate, and cloth would fall 0.2 % too far in half a second.) In the second part, contact and the table
 correct the positions, and the velocities change by the same corrections. If layers are crushed, contact is resolved
 several times per outer step. There is no linear solve, and no iteration to a tolerance. Held vertices have an inverse
 mass of zero. They follow their path at constant velocity within an outer step.

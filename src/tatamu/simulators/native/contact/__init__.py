@@ -52,8 +52,8 @@ tests/test_native_contact.py, test_native_vertex_face.py and test_native_edge_ed
 2. A partner (a triangle from which a vertex is kept) moves from triangle to neighbouring triangle as the cloth slides.
    It never moves around a fold whose halves lie back to back, and never onto another partner of the vertex. Apart from
    this motion, only a search changes the partners.
-3. A sleeping pair is not tested. It is tested again when the paths of its vertices (`motion`) show that its elements may
-   be near each other.
+3. A sleeping pair is not tested. It is tested again when the paths of its vertices (`motion`) show that its elements
+   may be near each other.
 4. If hands hold vertices of both elements of a pair, the pair is never corrected.
 5. The correction of a pair is distributed by inverse masses, so it changes no momentum. If the pair was too close at
    the start of the step, the correction adds at most the recovery speed (an option) to the velocities.

@@ -6,8 +6,9 @@ wakes only its own pairs.
 
 The path of a vertex leads through the positions that contact left at the end of each round of corrections. These
 positions are called legal, because every vertex is on the correct side of all layers. The predicted motion of a round
-is added for this round only. Otherwise the paths of layers that a hand presses would become long although the layers do
-not travel, because in every round their predicted positions lie within one another, and contact sets them back again.
+is added for this round only. If it were added permanently, the paths of layers that a hand presses would become long,
+although the layers do not travel. In every round, their predicted positions lie within one another, and contact sets
+them back again.
 
 All motion is measured relative to the mean motion, so a cloth that is carried as a whole wakes no pairs.
 """

@@ -3,9 +3,9 @@
 Every vertex has up to three partners: triangles that `vertex_face_search` found, and from which contact keeps the
 vertex apart. When the cloth slides, the neighbouring triangle becomes the partner. For each partner, the side on which
 the vertex lies is stored. The side is determined from the positions at the start of the step, where every vertex is on
-its correct side, and never from predicted positions. Positions are corrected so that layers stay a thickness apart. The
-tangential part of a correction is friction. The formulas use the inverse mass w_v of the vertex, the inverse masses w_k
-of the corners, and the barycentric coordinates b_k:
+its correct side. It is never determined from predicted positions. Positions are corrected so that layers stay a
+thickness apart. The tangential part of a correction is friction. The formulas use the inverse mass w_v of the vertex,
+the inverse masses w_k of the corners, and the barycentric coordinates b_k:
 
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
@@ -145,9 +145,9 @@ def sweep(
     The partners of a vertex are the triangles from which contact keeps the vertex apart.
 
     Vertices are visited from the highest down, so that each layer of a stack passes all of its weight to the next
-    layer. The function is long because this makes it fast. In a version with separate functions for narrow phase and
-    friction, which took arrays and numbers, a rollout took 1.08 to 1.19 times as long. With functions that took
-    records, a rollout took 1.8 times as long.
+    layer. The function is long because this makes it fast. Another version had separate functions for narrow phase and
+    friction. If these functions received arrays and numbers, a rollout took 1.08 to 1.19 times as long. If they
+    received records, it took 1.8 times as long.
 
     Args:
         positions: Positions to correct, and the positions at the start of the step.

@@ -224,8 +224,8 @@ def _forces(
     Triangle j has its corners in the slots a + j, b + j and c + j. `out` receives nine rows of BLOCK numbers [N].
 
     Rows are sliced one by one, because the compiler only recognises one-dimensional slices as contiguous. `out` is a
-    single array with a fixed distance between rows. If `out` were several arrays, the loop could only be vectorised
-    after each of them was compared with all arrays that are read, because arrays can overlap.
+    single array with a fixed distance between rows. If `out` were several arrays, the compiler would have to test
+    whether each of them overlaps with an array that is read. Only after these tests could the loop be vectorised.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]

@@ -74,9 +74,9 @@ class Rule(NamedTuple):
 
     Restless vertices are tested for passing through cloth. An outer step is the longest time step."""
     passing: float
-    """Largest depth that a point which has passed through the body can have [m]; 0 if no point can have passed.
+    """Largest possible depth of a point that has passed through the body [m]. It is 0 if no point can have passed.
 
-    It is the longest motion of a vertex relative to the body in this round of contact."""
+    If a point can have passed, the value is the longest motion of a vertex relative to the body in this round."""
 
 
 @kernel
