@@ -34,7 +34,7 @@ class Simulator(Protocol):
         ...
 
     def compilation(self) -> tuple[int, int]:
-        """Return the number of compiled functions on disk, and the number of all functions that need to be compiled.
+        """Return the progress of compilation: the number of compiled functions on disk, and the number to be compiled.
 
         The first number is 0 if this process did not have to compile any function.
         """
@@ -58,7 +58,7 @@ SIMULATORS: dict[str, str | Simulator] = {
     "blender": "tatamu.simulators.blender",
     "mujoco": "tatamu.simulators.mujoco",
 }
-"""The module (as an import path) or the object of each simulator, by the simulator's name.
+"""All simulators by name. Each is a module, given by its import path, or an object with the same functions.
 
 A module is imported when it is first used."""
 

@@ -1,4 +1,4 @@
-"""Capabilities and limits of a simulator. Callers read them, and need not compare the simulator's name."""
+"""Capabilities and limits of a simulator. Other modules read them, instead of testing which simulator is used."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Capabilities:
     parallel: bool = False
     """Whether several threads of one process can call `simulate` at the same time, without a change of the results."""
     coarse_search: bool = False
-    """Whether a search can start on a coarser mesh.
+    """Whether the search for the best fold can start on a mesh that is coarser than the final mesh.
 
-    This is possible if the best folds on a coarser mesh are also among the best folds on the fine mesh."""
+    This is possible if the best folds on the coarse mesh are also among the best folds on the final mesh."""
     compression: bool = False
     """Whether the simulator can simulate cloth that resists compression less than tension (`Material.compression`).
 
@@ -35,11 +35,11 @@ class Capabilities:
     bodies: bool = False
     """Whether cloth can collide with rigid bodies (`Scene.bodies`). If not, scenes with bodies are refused."""
     sound_cell: float | None = None
-    """Largest mean length of the mesh's edges at which folds have the right shape; None if not limited.
+    """Largest mean edge length of a mesh on which folds have the right shape; None if not limited.
 
     The unit is the bending length of the cloth (`Material.bending_length`)."""
     usable_cell: float | None = None
-    """Largest mean length of the mesh's edges at which two folds can be compared; None if not limited.
+    """Largest mean edge length of a mesh on which two folds can be compared; None if not limited.
 
     The unit is the bending length of the cloth (`Material.bending_length`)."""
     friction_table: float | None = None

@@ -1,4 +1,7 @@
-"""The digest of the source code on which a rollout depends. It shows whether another version made a kept simulation."""
+"""The digest of the source code on which a rollout depends.
+
+With it, tatamu recognises kept simulations that another version of the code made.
+"""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ CAPABILITIES = Capabilities(
     friction_table=MOST_FRICTION / TABLE_FRICTION,
     friction_cloth=MOST_FRICTION / SELF_FRICTION,
 )
-"""Capabilities of Blender. The size of the mesh's cells is not limited, but friction is limited.
+"""Capabilities of Blender. Cells of the mesh may have any size, but friction coefficients are limited.
 
 Several rollouts can run at the same time, because each of them uses a Blender process of its own."""
 
@@ -47,7 +47,7 @@ def prepare() -> None:
 
 
 def compilation() -> tuple[int, int]:
-    """Return zeros, because nothing is compiled."""
+    """Return (0, 0): no function is compiled, and no function needs to be compiled."""
     return 0, 0
 
 

@@ -17,7 +17,8 @@ from tatamu.errors import InputError
 VARIABLE = "TATAMU_BLENDER"
 """Name of the environment variable that contains the path of Blender.
 
-The path is the path of a Blender executable, or of a Python that can import `bpy`, the Python module of Blender."""
+The path leads to a Blender executable, or to a Python interpreter that can import `bpy`, the Python module of
+Blender."""
 VERSION = "5.0.1"
 """Version of Blender that `tatamu install blender` installs.
 
@@ -46,12 +47,12 @@ def environment_folder() -> Path:
 
 
 def python_of(folder: Path) -> Path:
-    """Return the path of the Python in a virtual environment."""
+    """Return the path of the Python interpreter in a virtual environment."""
     return folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
 
 
 def command() -> list[str]:
-    """Return the command that starts a worker, which is a process that runs Blender.
+    """Return the command line that starts a worker, a process that runs Blender.
 
     Raises:
         InputError: If no Blender is found, or the environment variable names a program that does not exist.
@@ -76,7 +77,7 @@ def _named(name: str) -> str:
 
 
 def started_by(program: str) -> list[str]:
-    """Return the command that starts a worker (a process that runs Blender) with a program.
+    """Return the command line that starts a worker, a process that runs Blender, from the path `program`.
 
     The program is a Blender executable, or a Python interpreter that can import Blender. The file name of an
     interpreter begins with `python` or `pypy`.

@@ -11,7 +11,7 @@ from tatamu.errors import InputError
 from tatamu.simulators.blender.discovery import VERSION, environment_folder, python_of
 
 PYTHON = "3.11"
-"""The only Python version for which this version of Blender is available as a wheel (a ready package)."""
+"""The only version of Python for which this version of Blender is available as a package (wheel)."""
 PACKAGES = (f"bpy=={VERSION}", "numpy<2")
 
 

@@ -25,7 +25,7 @@ THICKNESS = 0.01
 
 The whole scene is scaled until the cloth has this thickness, because Blender's smallest contact distance is 1 mm."""
 REACH = 2e-3
-"""Smallest contact distance of the cloth, and smallest contact distance of the table [m].
+"""Smallest contact distance that the cloth and the table get in Blender [m].
 
 With smaller distances, cloth that falls from 1 m would pass through the table. Because of these distances, Blender
 keeps a gap between the table and the cloth. Therefore the table is lowered until the cloth lies at the right height.
@@ -35,9 +35,10 @@ REST = 0.93
 
 The ratio is at most 1 without load, and 8/9 under load (measured). The value lies between these two ratios."""
 LAYERS = 1.125
-"""Factor by which `self_distance_min` is increased, so that layers have the right distance.
+"""Factor by which Blender's property `self_distance_min` is multiplied [-].
 
-In Blender, the distance between layers is 8/9 of twice `self_distance_min` (measured)."""
+With this factor, layers of cloth have the right distance. In Blender, the distance between layers is 8/9 of twice
+`self_distance_min` (measured)."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
 """Friction numbers of Blender that correspond to a friction coefficient of 1 (measured).
 
@@ -45,19 +46,20 @@ The first number is for cloth on the table, and the second number is for layers 
 MOST_FRICTION = 80.0
 """Largest friction number that Blender accepts."""
 COLLISION_LOOPS = 12
-"""Number of rounds of contact in each substep.
+"""Number of times that Blender corrects contacts in each substep.
 
-With fewer rounds, the friction of the table on a layer is not proportional to the load. For example, a sheet that lies
-under another sheet should slide when the table is tilted by 39 degrees. With 4 rounds, it slides at 21 degrees
-(measured).
+With fewer corrections, the friction of the table on a layer is not proportional to the load. For example, a sheet that
+lies under another sheet should slide when the table is tilted by 39 degrees. With 4 corrections, it slides at 21
+degrees (measured).
 """
 LARGEST_STIFFNESS = 1e4
 LONGEST_STEP = 1.0 / 300.0
 """Longest substep [s]. In this time, cloth with a speed of 1 m/s moves 3.3 mm."""
 STABLE = 1.4
-"""Largest product of the length of a substep and the largest angular frequency of bending [-].
+"""Largest allowed product h omega [-].
 
-Bending is integrated explicitly, which becomes unstable if the product is 2."""
+h is the length of a substep, and omega the largest angular frequency of bending. Bending is integrated explicitly,
+which becomes unstable if h omega reaches 2."""
 BENDING_DAMPING = 5e-4
 """Ratio of bending damping to bending stiffness, in Blender's unit of time.
 

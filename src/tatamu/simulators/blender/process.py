@@ -1,8 +1,8 @@
 """Blender as a separate process. It starts when it is first needed, restarts after a crash, and ends when tatamu ends.
 
-Blender is licensed under the GPL and has global state, so it is never imported here. A pipe carries a recipe to
-Blender, and another pipe carries positions back. The worker ends when its standard input closes. Therefore it also ends
-if tatamu is killed.
+Blender is licensed under the GPL and has global state, so it is never imported here. A pipe carries a recipe (the data
+of one scene) to Blender, and another pipe carries positions back. The worker, which is the process that runs Blender,
+ends when its standard input closes. Therefore it also ends if tatamu is killed.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class Worker:
         return data
 
     def close(self) -> None:
-        """End the process, and wait until it has ended, so that no zombie remains."""
+        """End the process, and wait until it has ended, so that no zombie process remains."""
         for pipe in (self.process.stdin, self.process.stdout, self.log):
             if pipe is not None:
                 with _quiet():

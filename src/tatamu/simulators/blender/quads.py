@@ -12,10 +12,10 @@ import numpy as np
 from tatamu.topology import Topology
 
 ROWS = 0.2
-"""Penalty for a pair of triangles whose shared edge is along y [-].
+"""Penalty for joining two triangles whose shared edge is along y [-].
 
-The penalty is added to the largest cosine at a corner of the quadrilateral. It decides between pairs that are equally
-rectangular."""
+Pairs of triangles are joined to quadrilaterals in the order of their skewness, the largest cosine at a corner. The
+penalty is added to the skewness. It decides between pairs that are equally rectangular."""
 
 
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:

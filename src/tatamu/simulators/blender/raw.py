@@ -36,7 +36,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "thickness_outer": (1e-3, 1.0),
     "cloth_friction": (0.0, 80.0),
 }
-"""Smallest and largest allowed value of each number."""
+"""Smallest and largest allowed value of each property in a material's `blender` table."""
 CHOICES = {"bending_model": ("ANGULAR", "LINEAR")}
 SWITCHES = ("use_self_collision",)
 WHOLE = ("quality", "collision_quality")

@@ -17,7 +17,7 @@ from tatamu.scene import Cloth
 from tatamu.topology import Topology, areas, edge_lengths
 
 DIRECTIONS = np.linspace(0.0, np.pi, 24, endpoint=False)
-"""Directions over which constants are averaged [rad]."""
+"""Directions over which elastic constants are averaged, as angles [rad]."""
 
 
 class Springs:
@@ -55,10 +55,10 @@ class Springs:
 
     @cached_property
     def tensor(self) -> np.ndarray:
-        """Matrix C of plane elasticity divided by the spring constant k, for the strains (xx, yy, xy), shape (3, 3).
+        """Ratio C/k of the matrix C of plane elasticity to the spring constant k, shape (3, 3).
 
-        C/k = (1/A) sum L^2 nn (x) nn. The sum is taken over all edges. L is the rest length of an edge, n its
-        direction, and A the area of the cloth.
+        The rows and columns belong to the strains (xx, yy, xy). C/k = (1/A) sum L^2 nn (x) nn. The sum is taken over
+        all edges. L is the rest length of an edge, n its direction, and A the area of the cloth.
         """
         weight = 1.0 / self.topology.faces_per_edge[self.topology.face_edges]
         x, y = self._directions[:, :, 0], self._directions[:, :, 1]
@@ -67,7 +67,7 @@ class Springs:
 
     @property
     def moduli(self) -> np.ndarray:
-        """Tensile stiffness Y of a strip in each of d directions, divided by the spring constant k, Y/k, shape (d,)."""
+        """Ratio Y/k of the tensile stiffness Y of a strip to the spring constant k in d directions, shape (d,)."""
         c, s = np.cos(DIRECTIONS), np.sin(DIRECTIONS)
         stress = np.stack([c * c, s * s, c * s])
         return 1.0 / np.einsum("ad,ab,bd->d", stress, np.linalg.inv(self.tensor), stress)
@@ -84,7 +84,7 @@ class Springs:
 
     @property
     def rigidities(self) -> np.ndarray:
-        """Bending rigidity B in each of d directions, divided by Blender's bending stiffness b, B/b, shape (d,).
+        """Ratio B/b of the bending rigidity B to Blender's bending stiffness b in d directions, shape (d,).
 
         Blender pushes each vertex opposite an edge with the force b L theta / 30 (measured: docs/theory/blender.md). L
         is the length of the edge, and theta is the angle between its two triangles. H_a and H_b are the heights of the
@@ -100,7 +100,7 @@ class Springs:
 
     @property
     def _edge_angles(self) -> np.ndarray:
-        """Direction of each of the h inner edges in the axes of one of its triangles [rad], shape (h,)."""
+        """Angle of each of the h inner edges from the first axis of one of its two triangles [rad], shape (h,)."""
         angles = np.zeros(len(self.topology.edges))
         angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
         return np.asarray(angles[self.topology.faces_per_edge == 2])
@@ -125,13 +125,13 @@ class Springs:
 
 @dataclass(frozen=True)
 class Hinges:
-    """The h inner edges of the mesh, each with the two opposite vertices of its triangles.
+    """The h inner edges of the mesh. Each has two triangles, and each triangle has a vertex opposite the edge.
 
     In the coordinates of a hinge, both triangles lie in one plane, and the edge goes from (0, 0) to (L, 0).
     """
 
     vertices: np.ndarray
-    """Numbers of both ends of each edge and of the two opposite vertices, shape (h, 4)."""
+    """Vertex numbers of both ends of each edge, and of the two vertices opposite the edge, shape (h, 4)."""
     length: np.ndarray
     """Length L of each edge [m], shape (h,)."""
     feet: np.ndarray
@@ -153,7 +153,7 @@ class Hinges:
         return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
 
     def angle(self, direction: np.ndarray) -> np.ndarray:
-        """Return the angles of the h hinges on a cylinder with the curvature 1 [1/m], in rad, shape (h,).
+        """Return the angle of each hinge of a mesh that lies on a cylinder with the curvature 1/m [rad], shape (h,).
 
         All four vertices of each hinge lie on the cylinder. `direction` contains the angle from each edge to the
         direction in which the cylinder is curved [rad], shape (h,).
@@ -166,7 +166,7 @@ class Hinges:
 
 
 def _largest(force: sparse.csr_array, theta: sparse.csr_array, count: int) -> float:
-    """Return the largest eigenvalue of the matrix force @ theta, by power iteration from a fixed vector."""
+    """Return the largest eigenvalue of the matrix product of `force` and `theta`, by power iteration."""
     vector = np.cos(1.7 * np.arange(count) ** 1.3)
     value = 0.0
     for _ in range(200):

@@ -45,7 +45,10 @@ def main() -> None:
 
 
 def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
-    """Put each recipe that arrives on the queue. When the input ends, end this program, even during a simulation."""
+    """Read recipes (data of scenes) from `source`, and put each of them on the queue.
+
+    When the input ends, end this program, even during a simulation.
+    """
     try:
         while len(header := source.read(len(MARK) + 4)) == len(MARK) + 4:
             recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
@@ -54,7 +57,7 @@ def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
 
 
 def send(out: BinaryIO, message: dict[str, Any], payload: bytes = b"") -> None:
-    """Write one message and the bytes that follow it."""
+    """Write one message, and the bytes `payload` after it, to `out`."""
     text = json.dumps(message).encode()
     out.write(MARK + struct.pack("<I", len(text)) + text + payload)
     out.flush()
@@ -91,7 +94,7 @@ def clear() -> None:
 
 
 def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) -> Any:
-    """Return a new mesh in the scene. Its coordinates are the coordinates of the scene."""
+    """Return a new mesh object in Blender's scene. Its coordinates are the coordinates of Blender's scene."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices, [], faces)
     made = bpy.data.objects.new(name, mesh)
@@ -117,7 +120,7 @@ class HookedVertices:
     """One gripper: a weight that holds its vertices, and hooks that carry the vertices.
 
     A hand that closes at the start carries all its vertices with one hook. A hand that closes later has one hook for
-    each vertex, because the vertices have moved away from their first positions before the hand closes.
+    each vertex, because the vertices have already moved when the hand closes.
     """
 
     def __init__(self, cloth: Any, number: int, grip: dict[str, Any]) -> None:
@@ -236,7 +239,10 @@ def key(owner: Any, name: str, values: list[float]) -> None:
 
 
 def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> bytes:
-    """Simulate all frames, and return the positions of the wanted frames as bytes. Initial positions are left out."""
+    """Simulate all frames, and return the positions in the frames that the recipe marks as wanted, as bytes.
+
+    Initial positions are left out.
+    """
     frames = bytearray()
     bpy.context.scene.frame_set(1)
     for frame, segment in enumerate(segments, start=2):

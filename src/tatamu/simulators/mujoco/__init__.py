@@ -28,8 +28,8 @@ In MuJoCo the bending energy is quadratic, so on large cells a fold collapses in
 the mean edge of the mesh, as a multiple of the cloth's bending length. Up to the size 0.37, the loop of a fold has the
 right shape. Rollouts on larger cells contain a warning.
 
-A rehearsal is a simulation of the robot that carries out its plan. The rehearsal compares two folds on the same mesh,
-so larger cells (up to the size 0.45) are accepted. Each halving of the edges would need four times as many vertices
+A rehearsal simulates how the robot carries out its plan. It compares two folds on the same mesh, so larger cells (up to
+the size 0.45) are accepted. Each halving of the edges would need four times as many vertices
 (docs/theory/robot-planning.md)."""
 
 
@@ -47,7 +47,7 @@ def prepare() -> None:
 
 
 def compilation() -> tuple[int, int]:
-    """Return zeros, because nothing is compiled."""
+    """Return (0, 0): no function is compiled, and no function needs to be compiled."""
     return 0, 0
 
 

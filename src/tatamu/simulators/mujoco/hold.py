@@ -12,7 +12,7 @@ import numpy as np
 from tatamu.scene import Gripper
 
 HEAVY = 1e6
-"""Ratio of the mass that is added to a held vertex to the mass of this vertex [-].
+"""Mass that is added to a held vertex, as a multiple of its own mass [-].
 
 Because the vertex is so heavy, the cloth cannot pull it off its path within a step."""
 

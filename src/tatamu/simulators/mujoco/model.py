@@ -25,7 +25,7 @@ SLIDERS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "
 
 
 def engine() -> Any:
-    """Return the package `mujoco`.
+    """Import the Python package `mujoco` and return it.
 
     Raises:
         InputError: If the package is not installed, or its version is older than 4.0.

@@ -28,7 +28,10 @@ With this bit, bodies collide with cloth, but not with each other or with the ta
 
 
 def rigid(number: int, body: Body) -> str:
-    """Return the XML element of a body in MuJoCo's language. MuJoCo uses the same sizes and quaternions as tatamu."""
+    """Return the XML element of a body in MuJoCo's language.
+
+    Sizes and quaternions are not converted, because MuJoCo defines them as tatamu does.
+    """
     size = " ".join(map(repr, body.size))
     return (
         f'<body name="rigid{number}"><freejoint/>'
@@ -39,7 +42,7 @@ def rigid(number: int, body: Body) -> str:
 
 
 class MovingBody:
-    """A body that moves along its path."""
+    """A rigid body that is moved along its path in the scene."""
 
     def __init__(self, body: Body, model: Any, number: int) -> None:
         """Find the body in a model, from its number among the bodies of the scene."""

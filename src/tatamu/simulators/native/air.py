@@ -50,7 +50,10 @@ class Air(NamedTuple):
     normal_quadratic: float
     """Quadratic drag q_n along the normal [kg/m^3]."""
     turning: float
-    """Constant k_n of quadratic drag after a change of direction [kg/m^(8/3)]."""
+    """Constant k_n of quadratic drag after cloth changes its direction [kg/m^(8/3)].
+
+    The quadratic drag is k_n s^(-1/3) if this is larger than q_n. s is the path along the normal since the velocity
+    along the normal changed its sign."""
     tangential_linear: float
     """Linear drag c_t along the surface [N s/m^3]."""
     tangential_quadratic: float
@@ -97,7 +100,9 @@ def air_of(gravity: float, material: Material) -> Air:
 
 
 SHORTEST = 1e-9
-"""Shortest path since a change of direction that is used in the formula of drag [m]. It prevents a division by zero."""
+"""Smallest value of the path s in the formula k_n s^(-1/3) of drag [m].
+
+A shorter path is replaced by this value, which prevents a division by zero."""
 EVERY = 2
 """Number of outer time steps between two updates of the normals. An update takes as long as a few substeps."""
 

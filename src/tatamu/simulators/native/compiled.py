@@ -15,7 +15,7 @@ from typing import Any
 from numba import njit, typeof
 
 _KERNELS: list[Any] = []
-"""All functions that are compiled separately, as dispatchers of numba."""
+"""All functions that numba compiles separately, as the dispatcher objects that numba makes of them."""
 
 
 def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -53,7 +53,7 @@ def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
 
 
 def compilation() -> tuple[int, int]:
-    """Return the number of compiled functions (kernels) on disk, and the number of all kernels.
+    """Return the progress of compilation: the number of compiled functions (kernels) on disk, and of all kernels.
 
     The first number is 0 if this process did not have to compile any kernel.
 

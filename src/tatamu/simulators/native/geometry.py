@@ -13,7 +13,7 @@ from tatamu.simulators.native.compiled import inlined, kernel
 Vector = tuple[float, float, float]
 
 TINY_LENGTH = 1e-30
-"""Number added to lengths and squares that may be zero, before they are used as divisors."""
+"""Number that is added to lengths and squares before they are used as divisors, because they may be zero."""
 
 
 @inlined

@@ -27,7 +27,7 @@ class Grip:
 
 @dataclass(frozen=True)
 class Led:
-    """A gripper that follows the targets of a controller, and no longer its motion in the scene."""
+    """State of a gripper that follows the targets of a controller instead of its motion in the scene."""
 
     vertices: tuple[int, ...] | None
     """Vertices that the gripper holds; None if it is open."""
@@ -199,11 +199,11 @@ class Grippers:
         )
 
     def state(self) -> GripperState:
-        """Return a copy of the state that changes during a simulation."""
+        """Return a copy of the part of the grippers' state that changes during a simulation."""
         return GripperState(dict(self._grips), dict(self._led))
 
     def restore(self, state: GripperState) -> None:
-        """Set the grippers to a state of the same scene."""
+        """Set the grippers to a state that `state` returned for the same scene."""
         for index in self._led.keys() - state.led.keys():
             self._follow_scene(index)
         self._grips = dict(state.grips)

@@ -47,7 +47,9 @@ class Model:
     slot: np.ndarray
     """Slot (memory position) of each vertex, shape (n,)."""
     slots: int
-    """Number of slots (memory positions of vertices), including fillers. Copies come after these slots."""
+    """Number of slots (memory positions of vertices), including fillers.
+
+    Copies of vertices are stored after these slots."""
     width: int
     """Number of slots (memory positions of vertices) and of copies of slots together."""
     mass: np.ndarray
@@ -83,7 +85,7 @@ class Model:
 _kept: dict[bytes, Model] = {}
 _keeping = Lock()  # because simulate_many runs scenes in threads
 _MOST_KEPT = 48
-"""Largest number of models that are kept.
+"""Largest number of models, which are cloths prepared for the simulator, that are kept in memory.
 
 A study simulates about 20 random draws of the disturbances, each with its own material, on two meshes."""
 
@@ -210,7 +212,7 @@ def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def steps_per_frame(frame_rate: float, outer_step: float) -> int:
-    """Return the number of outer steps of at most `outer_step` [s] that make one frame."""
+    """Return the number of outer steps in one frame, so that a step is at most `outer_step` long [s]."""
     return max(1, ceil(1.0 / (frame_rate * outer_step) - 1e-9))
 
 

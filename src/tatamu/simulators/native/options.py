@@ -26,22 +26,25 @@ class StepOptions(NamedTuple):
 
     Contact is resolved at least once in each outer step."""
     membrane_phase: float = 1.25
-    """Largest product of time step h and angular frequency omega for the steps of the membrane [-].
+    """Largest product h omega for the steps of the membrane [-].
 
-    The limit of stability is 2. The difference to 2 is reserved for large strains.
+    h is the time step, and omega the largest angular frequency of the membrane at rest. The limit of stability is 2.
+    This value is smaller, as a reserve for large strains.
     """
     bending_phase: float = 1.0
-    """Largest product of time step h and angular frequency omega for the steps of bending [-].
+    """Largest product h omega for the steps of bending [-].
 
-    The limit of stability is 2. The difference to 2 is reserved for large angles."""
+    h is the time step, and omega the largest angular frequency of bending at rest. The limit of stability is 2. This
+    value is smaller, as a reserve for large angles."""
     sticking_phase: float = 1.5
-    """Largest product of time step h and angular frequency omega for bending while its friction sticks [-].
+    """Largest product h omega for the steps of bending while its friction sticks [-].
 
-    It can be larger than `bending_phase`, because friction that slips removes energy."""
+    h is the time step, and omega the largest angular frequency. The product can be larger than `bending_phase`, because
+    friction that slips removes energy."""
     membrane_damping: float = 5e-5
     """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
     damping_part: float = 0.3
-    """Largest time constant tau_d of damping, as a fraction of the membrane's step [-].
+    """Largest time constant tau_d of damping, as a fraction of the membrane's time step [-].
 
     A larger time constant would be unstable."""
 
@@ -56,9 +59,9 @@ class ElasticOptions(NamedTuple):
     this value, about half of the irregular and rotated meshes are too soft, and the others are too stiff
     (benchmarks/statics.py)."""
     crowding_strain: float = 0.2
-    """Compressive Green strain b up to which cloth that wrinkles is soft [-]. Beyond it, cloth has its full stiffness.
+    """Largest compressive Green strain b at which cloth that wrinkles is soft [-].
 
-    At b = 0.2, an edge has 0.77 of its rest length."""
+    Beyond it, cloth has its full stiffness. At b = 0.2, an edge has 0.77 of its rest length."""
 
 
 class ContactOptions(NamedTuple):
@@ -79,37 +82,42 @@ class ContactOptions(NamedTuple):
     It is limited by `margin_limit`. Coarse cloth needs a larger margin, because it moves farther between two
     searches."""
     margin_limit: float = 0.01
-    """Largest margin of the search for contact that `margin_edges` can demand [m]."""
+    """Upper limit for the margin of the search for contact, if the margin follows from `margin_edges` [m]."""
     margin_wear: float = 0.8
-    """Fraction of the margin after which candidates are searched again [-].
+    """Fraction of the search margin that motion may use up [-].
 
-    The search is repeated when two vertices may have approached each other by this fraction of the margin."""
+    The search for candidates (pairs that may touch) is repeated when two vertices may have approached each other by
+    this fraction of the margin."""
     crease_cosine: float = 0.5
-    """Cosine between the normals of triangles below which cloth counts as folded [-].
+    """Smallest cosine between the normals of cloth that does not count as folded [-].
 
-    In folded cloth, vertices also avoid neighbouring triangles."""
+    If the cosine between the normals of two parts of the cloth is smaller, the cloth counts as folded there. In folded
+    cloth, vertices also avoid neighbouring triangles."""
     ridge_cosine: float = 0.94
-    """Cosine between the normals of two triangles below which their shared edge is kept away from other edges [-].
+    """Smallest cosine between the normals of two triangles whose shared edge is not guarded [-].
 
-    Edges at a border are always kept away. The default corresponds to a crease of 20 degrees."""
+    If the cosine is smaller, the edge is guarded, which means that it is kept away from other edges. Edges at a border
+    are always guarded. The default corresponds to a crease of 20 degrees."""
     level_cosine: float = 0.7
-    """Cosine between the normals of a vertex and a triangle above which both count as nearly parallel [-].
+    """Largest cosine between the normals of a vertex and a triangle that do not count as nearly parallel [-].
 
-    Then the plane of the triangle determines on which side of the triangle the vertex lies."""
+    If the cosine is larger, the plane of the triangle determines on which side of the triangle the vertex lies."""
     same_direction_cosine: float = 0.8
-    """Cosine of the angle between two directions above which they count as equal [-].
+    """Largest cosine between two directions that count as different [-].
 
-    Two triangles that keep a vertex away in equal directions count as one sheet."""
+    Two triangles that keep a vertex away in the same direction count as one sheet."""
     touching: float = 1.1
-    """Distance below which a triangle is in contact with a vertex [thicknesses of the cloth].
+    """Largest distance of a vertex and a triangle that count as touching [thicknesses of the cloth].
 
-    Such a triangle stays a candidate even if two other triangles are nearer."""
+    A triangle that touches a vertex stays a candidate even if two other triangles are nearer."""
     pressed: float = 0.6
-    """Distance below which layers count as pressed [thicknesses of the cloth].
+    """Smallest distance of layers that do not count as pressed [thicknesses of the cloth].
 
-    Not only the vertices but also the edges of pressed layers are kept away from each other."""
+    If layers are closer, not only their vertices but also their edges are kept away from each other."""
     pressed_searches: int = 4
-    """Number of searches for candidates after which the edges at a vertex no longer count as pressed."""
+    """Number of searches for candidates (pairs that may touch) for which a vertex counts as pressed.
+
+    The number is counted from the last time at which the layers at the vertex were pressed together."""
     pairs_per_edge: int = 24
     """Largest number of edge pairs per edge of the mesh. Memory is reserved for this number."""
 
@@ -117,9 +125,9 @@ class ContactOptions(NamedTuple):
     barycentric_tolerance: float = 0.02
     """Largest distance outside a triangle that still counts as inside, in barycentric coordinates [-]."""
     edge_gap: float = 0.75
-    """Distance at which edges are kept from other edges [thicknesses of the cloth].
+    """Distance that contact keeps between two edges [thicknesses of the cloth].
 
-    Vertices are kept at one thickness from triangles."""
+    Between a vertex and a triangle, contact keeps a distance of one thickness."""
     clearing_speed: float = 0.5
     """Speed at which layers that are too close are separated [m/s].
 
@@ -137,26 +145,28 @@ class ContactOptions(NamedTuple):
     any number of entries.
     """
     noticeable: float = 0.02
-    """Size of a correction above which the next sweep tests the moved vertices again [thicknesses of the cloth]."""
+    """Largest correction by contact that is negligible [thicknesses of the cloth].
+
+    After a larger correction, the next sweep tests the moved vertices again."""
 
     # Frequency of contact, and vertices that are moved far by contact ("restless" vertices).
     restless: float = 0.25
-    """Movement of a vertex by contact above which contact is resolved more often [thicknesses of the cloth].
+    """Upper limit for the movement of any vertex by contact [thicknesses of the cloth].
 
-    In the next outer step, contact is then resolved twice as often as in the present outer step.
-
-    Contact is resolved at most once after every substep. If contact were not resolved more often, layers that hands
-    crush would oscillate by several thicknesses between two corrections."""
+    If a movement exceeds the limit, contact is resolved twice as often in the next outer step as in the present outer
+    step. Contact is resolved at most once after every substep. If contact were not resolved more often, layers that
+    hands crush would oscillate by several thicknesses between two corrections."""
     calm: float = 0.08
-    """Largest movement of any vertex by contact below which contact is resolved less often [thicknesses of the cloth].
+    """Lower limit for the largest movement of any vertex by contact [thicknesses of the cloth].
 
-    In the next outer step, contact is then resolved half as often as in the present outer step."""
+    If the largest movement is below the limit, contact is resolved half as often in the next outer step as in the
+    present outer step."""
     sweeps_of_many: int = 5
-    """Largest number of sweeps in each round if contact is resolved several times per outer step."""
+    """Largest number of sweeps each time that contact is resolved, if it is resolved several times per outer step."""
     hard: float = 0.08
-    """Size of a correction by contact above which a vertex counts as restless [thicknesses of the cloth].
+    """Largest correction by contact that counts as gentle [thicknesses of the cloth].
 
-    Vertices that are not restless are not tested for passing through cloth.
+    After a larger correction, a vertex counts as restless. Only restless vertices are tested for passing through cloth.
     """
     restless_steps: int = 3
     """Number of outer steps for which a vertex stays restless, that is, in danger of passing through cloth."""
@@ -178,12 +188,12 @@ class UntangleOptions(NamedTuple):
     most_passes: int = 60
     """Largest number of passes."""
     flattest: float = 1e-3
-    """Least sine of the angle between an edge and a triangle [-]. Smaller values are replaced by this one."""
+    """Least sine of the angle between an edge and a triangle [-]. Smaller sines are replaced by this value."""
     blunt: float = 0.1
-    """Length of the vector G below which an edge is moved by clearly less than the distance `step` [-].
+    """Length of the vector G at which its direction starts to be reliable [-].
 
-    G is the sum of the directions in which the edge should move relative to a triangle. If G is short, the direction is
-    uncertain."""
+    G is the sum of the directions in which an edge should move relative to a triangle. If G is shorter, its direction
+    is uncertain, so the edge is moved by clearly less than the distance `step`."""
     shortest: float = 0.7
     """Least length of edges during separation, as a fraction of their rest length [-].
 
@@ -191,13 +201,15 @@ class UntangleOptions(NamedTuple):
     longest: float = 1.1
     """Largest length of edges during separation, as a fraction of their rest length [-]."""
     slimmest: float = 0.1
-    """Least height of triangles, as a fraction of the shortest edge [-].
+    """Smallest height of triangles after separation, as a fraction of the shortest edge [-].
 
     Bending forces grow with the inverse of the height."""
     length_sweeps: int = 4
     """Number of sweeps in each pass. The sweeps bring the lengths of edges back between `shortest` and `longest`."""
     again_after: float = 0.1
-    """Time after which the separation is tried again if layers are still crossed, or were separated [s]."""
+    """Time from one attempt to separate layers to the next attempt [s].
+
+    There is a next attempt if layers are still crossed, or were separated."""
 
 
 class RestOptions(NamedTuple):
@@ -209,7 +221,9 @@ class RestOptions(NamedTuple):
     every: float = 0.1
     """Time between two tests [s]."""
     still: float = 1e-4
-    """Mean displacement between two tests below which the cloth is at rest [m]. With 0, cloth is never at rest."""
+    """Limit for the mean displacement of the cloth between two tests [m].
+
+    If the displacement is smaller, the cloth is at rest. With 0, cloth is never at rest."""
 
 
 class LimitOptions(NamedTuple):
@@ -220,19 +234,23 @@ class LimitOptions(NamedTuple):
 
     Above it, the membrane model is not valid and a rollout stops."""
     farthest: float = 1e4
-    """Distance from the origin at which a rollout stops [m]."""
+    """Largest distance of the cloth from the origin [m]. If the cloth is farther away, the rollout stops."""
     thickest: float = 0.9
-    """Largest thickness of the cloth, as a fraction of the shortest edge [-]."""
+    """Largest thickness of the cloth, as a fraction of the shortest edge of the mesh [-].
+
+    Scenes with thicker cloth are refused."""
     most_work: float = 1e12
-    """Largest product of steps and vertices with which a rollout is started. It corresponds to about two hours."""
+    """Largest product of the number of time steps and the number of vertices of a rollout.
+
+    Scenes with a larger product are refused. The default corresponds to about two hours."""
     fastest_hand: float = 10.0
     """Highest speed of a hand [m/s]. Targets that need a higher speed are refused.
 
     Arms move at 2 m/s, and a throw reaches 10 m/s."""
     most_bytes_in_double: float = 64e6
-    """Size of all frames above which they are kept in single precision [bytes].
+    """Largest size of all frames that are kept in double precision [bytes].
 
-    Single precision rounds one metre by 0.06 micrometres."""
+    Larger rollouts are kept in single precision. Single precision rounds one metre by 0.06 micrometres."""
 
 
 _POSITIVE = {

@@ -37,15 +37,20 @@ from tatamu.simulators.native.targets import HandTarget
 from tatamu.topology import Topology, edge_lengths, principal_stretches
 
 FRAMES_AT_ONCE = 8
-"""Number of frames between two checks for interrupts. Compiled loops do not notice interrupts."""
-RECENT = 0.1
-"""Time before an error [s]. If a hand moved too fast within this time, the error names the hand as its cause."""
-LOCKED = 3000.0
-"""Value of Y h^2 / B above which a warning says that cells may be too stiff for natural folds [-].
+"""Number of frames between two checks for interrupts.
 
-Y is the stiffness, h the mean edge, and B the bending rigidity."""
+Interrupts come, for example, from Ctrl+C, and compiled loops do not notice them."""
+RECENT = 0.1
+"""Time before an error in which the motion of hands is checked [s].
+
+If a hand moved too fast within this time, the error names the hand as its cause."""
+LOCKED = 3000.0
+"""Largest value of Y h^2 / B without a warning [-].
+
+If the value is larger, a warning says that the cells of the mesh may be too stiff for natural folds. Y is the stiffness
+of the cloth, h the mean edge, and B the bending rigidity."""
 THICK = 0.5
-"""Thickness of the cloth above which a rollout has a warning, as a fraction of the shortest edge."""
+"""Largest thickness of the cloth without a warning, as a fraction of the shortest edge of the mesh [-]."""
 
 
 class Simulation:
@@ -150,7 +155,9 @@ class Simulation:
         hands: Sequence[HandTarget | None] | None = None,
         bodies: Sequence[BodyTarget | None] | None = None,
     ) -> None:
-        """Simulate for some time. The end is the outer step nearest to the total time that was requested so far.
+        """Simulate for the time `seconds`, and stop at the end of an outer step.
+
+        The end is the outer step nearest to the total time that was requested so far.
 
         Args:
             seconds: Time to simulate [s]. It must be at least one outer step, and must not exceed the end of the scene.
@@ -248,8 +255,8 @@ class Simulation:
     def _advance_to(self, last: int) -> None:
         """Advance to outer step `last`, but at most to the next event, and at most by FRAMES_AT_ONCE frames.
 
-        An event is a gripper that opens or closes, or a test. `_latest` receives the positions in the frames in
-        between.
+        At an event, a gripper opens or closes, layers are separated, or a test shows whether the cloth is at rest. The
+        positions in the frames in between are written to `_latest`.
         """
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
@@ -286,7 +293,7 @@ class Simulation:
         return lines
 
     def _work_grippers(self) -> None:
-        """Open the grippers that are due, and then close those that are due.
+        """First open all grippers that must open now, and then close all grippers that must close now.
 
         In this order, a gripper can grasp cloth in the same step in which another gripper releases it.
         """

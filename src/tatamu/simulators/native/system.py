@@ -45,7 +45,7 @@ class State(NamedTuple):
     slot: np.ndarray
     """Slot (memory position) of each vertex, shape (n,)."""
     positions: Positions
-    """Positions by vertex. For these positions, a step is one round of contact."""
+    """Positions by vertex, for contact. Their fields `start` and `predicted` refer to one round of contact."""
     triangle_forces: np.ndarray
     """Temporary memory: forces of a block of triangles on their corners [N], in single precision, shape (9 BLOCK,)."""
     hinges: HingeMeasures

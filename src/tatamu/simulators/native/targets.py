@@ -46,7 +46,7 @@ class HandTarget:
     def held(
         self, name: str, before: tuple[int, ...] | None, usual: tuple[int, ...], count: int
     ) -> tuple[int, ...] | None:
-        """Return the vertices that the gripper holds from the start of the call on; None if it is open.
+        """Return the vertices that the gripper holds after it has opened or closed; None if it is open.
 
         Args:
             name: Name of this target in messages.

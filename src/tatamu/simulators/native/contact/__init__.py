@@ -1,18 +1,19 @@
-"""Contact of cloth with itself, with the table and with rigid bodies. Contact corrects positions.
+"""Contact of cloth with itself, with the table and with rigid bodies.
 
-Elastic forces, gravity and hands predict positions for the end of a time step. Contact moves these positions. As a
-result, no layer passes through another, layers stay a thickness apart, and friction acts. The changes of positions
-become velocity. The positions at the start of the step are *legal*, which means that every vertex is on the correct
-side of its neighbours. They are legal because contact corrected them in the step before.
+In each time step, elastic forces, gravity and hands determine a predicted position of every vertex for the end of the
+step. Contact corrects these predicted positions. As a result, no layer passes through another, layers stay a thickness
+apart, and friction acts. The corrections, divided by the time step, become velocity. The positions at the start of the
+step are *legal*, which means that every vertex is on the correct side of its neighbours. They are legal because contact
+corrected them in the step before.
 
 The algorithm is position-based dynamics (Mueller et al. 2007). It has some of the stages of robust cloth collision
 (Bridson, Fedkiw and Anderson 2002): proximity, repulsion and friction. Rigid impact zones (Provot 1997) are the last
 resort. Bridson et al. also have a stage of continuous collision detection, which is absent here. Instead, each
-candidate (a pair of mesh elements that may touch) remembers its side at the start of the step. A pair that has passed
-through within a step has a negative gap, and is pushed back.
+candidate (a pair of mesh elements that may touch) remembers on which side of each other its elements were at the start
+of the step. A pair that has passed through within a step has a negative gap, and is pushed back.
 
-The search for candidates looks farther than one thickness by a distance that is called the *margin*. Three kinds of
-pairs are not kept from passing through each other:
+The search finds candidates up to a distance of one thickness plus an additional distance, the *margin*. Contact does
+not prevent three kinds of pairs from passing through each other:
 
 - two edges in flat cloth that is not pressed,
 - a vertex and a triangle that is not one of the three partners of the vertex,
@@ -40,8 +41,9 @@ The command `make tangle` counts how often cloth passes through cloth. A round o
     pace             `rounds_of_next_step`      makes several rounds per outer (longest) time step for crushed layers
 
 A separate module, `untangle`, separates layers that a closed hand has forced through one another. This is done when the
-hand opens. The direction follows from the curve along which the layers intersect, and not from the sides that contact
-remembers (Volino and Magnenat-Thalmann 2006). If layers are still tangled afterwards, `untangle` is called again later.
+hand opens. The direction in which layers are moved follows from the curve along which the layers intersect, and not
+from the sides that contact remembers (Volino and Magnenat-Thalmann 2006). If layers are still tangled afterwards,
+`untangle` is called again later.
 
 tests/test_native_contact.py, test_native_vertex_face.py and test_native_edge_edge.py test these invariants:
 
@@ -50,8 +52,9 @@ tests/test_native_contact.py, test_native_vertex_face.py and test_native_edge_ed
 2. A partner (a triangle from which a vertex is kept) moves from triangle to neighbouring triangle as the cloth slides.
    It never moves around a fold whose halves lie back to back, and never onto another partner of the vertex. Apart from
    this motion, only a search changes the partners.
-3. A sleeping pair is not tested. It wakes when the paths of its own vertices (`motion`) show that it may be near.
-4. A pair that hands hold on both sides is never corrected.
+3. A sleeping pair is not tested. It is tested again when the paths of its vertices (`motion`) show that its elements
+   may be near each other.
+4. If hands hold vertices of both elements of a pair, the pair is never corrected.
 5. The correction of a pair is distributed by inverse masses, so it changes no momentum. If the pair was too close at
    the start of the step, the correction adds at most the recovery speed (an option) to the velocities.
 6. The result depends only on the input: two rollouts of the same scene have the same bytes.

@@ -1,9 +1,9 @@
 """Broad phase of contact: finds the parts of the cloth that may touch.
 
-Candidates (pairs of mesh elements that may touch) are found with a grid. The search also finds pairs that are farther
-apart than contact by a margin. Therefore the candidates stay complete until two parts of the cloth may have come closer
-by this margin. Until then, no new search is needed. Only relative motion counts: if a hand carries a cloth away as a
-whole, no new search is needed either.
+Candidates (pairs of mesh elements that may touch) are found with a grid. The search also finds pairs that do not touch,
+but whose distance exceeds the contact distance by at most a margin. Therefore the candidates stay complete until two
+parts of the cloth may have come closer by this margin. Until then, no new search is needed. Only relative motion
+counts: if a hand carries a cloth away as a whole, no new search is needed either.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.options import ContactOptions
 
 KEPT_APART = 1.5
-"""Distance at which every pair must be known as a candidate, in thicknesses.
+"""Distance within which the list of candidate pairs must always be complete, in thicknesses of the cloth.
 
-The search distance minus this distance is the margin. Two parts of the cloth can approach each other by the margin
-before the next search."""
+The distance of the search minus this distance is the margin. Two parts of the cloth can approach each other by the
+margin before the next search."""
 
 
 @kernel

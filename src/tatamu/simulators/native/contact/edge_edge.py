@@ -24,24 +24,27 @@ MANY = 32
 FIRST_FRACTION = MANY
 SECOND_FRACTION = 2 * MANY
 GAP = 3 * MANY
-"""First element of the gaps in the array that `_measure` fills. The array begins with the distances at the start."""
+"""Index of the first gap in the array that `_measure` fills. Other measures of the pairs come before the gaps."""
 SLEEP = 0.9
-"""Fraction of the distance that a pair has in addition to the distance that edges keep [-].
+"""Fraction that determines how long a distant pair of edges sleeps, that is, is not tested [-].
 
-A sleeping pair is tested again when its edges may have approached by this fraction."""
+The excess of a pair is its distance minus the distance that contact keeps between edges. The pair is tested again when
+its edges may have approached each other by this fraction of the excess."""
 FARTHEST = 3.0
-"""Distance at the start of the step above which the first sweep does not correct a pair.
+"""Largest distance of a pair of edges that the first sweep corrects, as a multiple of the gap that edges keep [-].
 
-The unit is the gap that edges keep.
-
-A later sweep corrects such a pair if the sweep before it moved one of the pair's vertices."""
+The distance is measured at the start of the step. A later sweep also corrects a pair with a larger distance if the
+sweep before it moved one of the pair's vertices."""
 TOUCHING = 1e-9
-"""Distance at the start of the step below which a pair is not corrected, because it has no direction for a push [m]."""
+"""Smallest distance of two edges at which contact can push them apart [m].
+
+The distance is measured at the start of the step. A closer pair is not corrected, because it has no direction for a
+push."""
 
 
 @kernel
 def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first: int, out: np.ndarray) -> None:
-    """Write the coordinates of the n chosen pairs to `out`, in its rows from number `first` on."""
+    """Write the vertex coordinates of n chosen pairs of edges to the rows of `out`, beginning with row `first`."""
     for i in range(n):
         for q in range(4):
             v = pairs[chosen[i], q]
@@ -53,9 +56,10 @@ def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first:
 def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
     """Write four rows of measures of n pairs of edges to `out`.
 
-    The first row contains the distances at the start. The next two rows contain the positions of the closest points, as
-    fractions of the first and of the second edge. The last row contains the present gaps. The array m has twelve rows
-    with the coordinates at the start, and twelve rows with the present coordinates.
+    The first row contains the distances at the start of the step. The next two rows contain the positions of the
+    closest points, as fractions of the first and of the second edge. The last row contains the present gaps. The array
+    m has twelve rows with the vertex coordinates at the start of the step, and twelve rows with the present
+    coordinates.
     """
     for i in range(n):
         ax, ay, az = m[i], m[i + MANY], m[i + 2 * MANY]
@@ -83,7 +87,7 @@ def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
 
 @kernel
 def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int]:
-    """Fill `chosen` with the next pairs that may be too near, beginning with the pair of number p.
+    """Fill `chosen` with the numbers of the next pairs of edges that may be too near to each other, from pair p on.
 
     Returns:
         The number of pairs in `chosen`, and the number of the pair where the next call continues.
@@ -134,7 +138,7 @@ def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[in
 
 @kernel
 def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float) -> None:
-    """Let pairs that are farther apart than `kept` [m] sleep, and list the other pairs as awake.
+    """Let pairs of edges whose distance exceeds `kept` [m] sleep, and list all other pairs as awake.
 
     A pair that sleeps is not tested until its edges may have come too near to each other.
     """
@@ -171,7 +175,7 @@ def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
 
 @kernel
 def _combined(x: np.ndarray, pair: tuple[int, int, int, int], weights: tuple[float, float, float, float]) -> Vector:
-    """Return the vector between the closest points of two edges [m], from their barycentric weights."""
+    """Return the vector between the closest points of two edges [m], from the barycentric weights of these points."""
     a, b, c, d = pair
     wa, wb, wc, wd = weights
     return (
@@ -205,8 +209,9 @@ def _push_apart(
         wanted: Distance that the edges should have [m].
         speeds: Largest increase of the pair's distance, and the largest increase that becomes velocity [m]. See
             `projection.correction`, which has them as `clearing` and `recovery`.
-        thresholds: Lengths of a push above which vertices count as touched and as restless [m].
-        numbers: Number of this sweep, and number of the outer step until which pushed vertices are restless.
+        thresholds: Two lengths of a push [m]. After a longer push than the first, vertices count as touched. After a
+            longer push than the second, they are restless: they are tested for passing through cloth.
+        numbers: Number of this sweep, and number of the last outer step in which pushed vertices are restless.
 
     Returns:
         The gap before the push [m]; infinity if the gap was large enough.

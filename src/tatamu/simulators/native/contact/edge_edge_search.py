@@ -1,4 +1,4 @@
-"""Broad phase of edges against edges: finds pairs of a guarded edge and an edge near it.
+"""Broad phase of edges against edges: finds the edges near each guarded edge.
 
 A guarded edge is an edge that contact keeps apart from other edges. Three kinds of edges are guarded: borders, creased
 edges, and edges of layers that are pressed together. Other edges need no guard, because the cloth is nearly flat and
@@ -17,11 +17,15 @@ from tatamu.simulators.native.geometry import Vector, closest_on_segments, dot, 
 from tatamu.simulators.native.options import ContactOptions
 
 RADII = 1.87
-"""Upper bound on half the length of an edge plus the distance from another edge to the centroid of its triangle [-].
+"""Part of the search radius for pairs of edges, in radii of a triangle [-].
 
-The unit is the radius of a triangle, the longest distance from the centroid to a corner."""
+Triangles are searched around the middle of an edge. This part is an upper bound on half the length of the edge plus the
+distance from another edge to the centroid of its triangle. The radius of a triangle is the longest distance from its
+centroid to a corner."""
 MARGIN_PART = 0.5
-"""Fraction of the margin that is added to the thickness. Edges closer than this sum are paired."""
+"""Fraction of the search margin that is added to the thickness of the cloth [-].
+
+Two edges whose distance is less than this sum are paired."""
 
 
 @kernel
@@ -56,7 +60,7 @@ def _mean_normal(f: int, g: int, face_normal: np.ndarray) -> Vector:
 
 @kernel
 def _mark_near(edge: np.ndarray, e: int, near_start: np.ndarray, near: np.ndarray, is_near: np.ndarray) -> None:
-    """Mark triangles near edge e on the cloth: write the number e to `is_near`.
+    """Mark the triangles near edge e on the cloth, by writing e to their entries of `is_near`.
 
     The triangles near an edge are the triangles within two rings around its two ends.
     """

@@ -80,7 +80,7 @@ def grid_cell(point: np.ndarray, grid: Grid) -> tuple[int, int, int]:
 def cells_around(
     cell: tuple[int, int, int], rings: int, column: int, shape: np.ndarray, start: np.ndarray
 ) -> tuple[int, int]:
-    """Return the start and end in `Grid.order` of one column of the cells around a cell.
+    """Return where one column of the block of cells around a cell starts and ends in `Grid.order`.
 
     Cells that follow one another along z lie together in `Grid.order`, so a column of cells along z is one run. A block
     with 2 rings + 1 cells along each side therefore consists of (2 rings + 1)^2 runs.

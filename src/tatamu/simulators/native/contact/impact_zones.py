@@ -73,9 +73,9 @@ def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: i
 
 @kernel
 def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tolerance: float) -> bool:
-    """Return whether v is over the inside of triangle (a, b, c), but not on the given side of the triangle.
+    """Return whether vertex v is over the inside of triangle (a, b, c), but not on the given side of the triangle.
 
-    A vertex counts as inside if none of its barycentric coordinates is below minus the tolerance.
+    A vertex counts as inside if all its barycentric coordinates are at least minus the tolerance.
     """
     nx, ny, nz = normal_of(x, a, b, c)
     px, py, pz = difference(x, v, a)
@@ -92,7 +92,7 @@ def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tol
 
 @kernel
 def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: ContactState, zone: np.ndarray) -> bool:
-    """Put the vertices of edges that have passed through each other into one zone, and return whether any zone grew.
+    """Put edges that have passed through each other into the same zone, and return whether any zone grew.
 
     A zone is a group of vertices that move together.
     """
@@ -124,7 +124,7 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
 def _join_passed_vertices(
     x: np.ndarray, mesh: ContactMesh, contact: ContactState, zone: np.ndarray, tolerance: float
 ) -> bool:
-    """Put vertices and triangles that they have passed through into one zone, and return whether any zone grew.
+    """Put each vertex and the triangle that it has passed through into the same zone; return whether any zone grew.
 
     A zone is a group of vertices that move together.
     """

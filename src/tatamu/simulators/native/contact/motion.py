@@ -6,8 +6,9 @@ wakes only its own pairs.
 
 The path of a vertex leads through the positions that contact left at the end of each round of corrections. These
 positions are called legal, because every vertex is on the correct side of all layers. The predicted motion of a round
-is added for this round only. Otherwise the paths of layers that a hand presses would become long although the layers do
-not travel, because in every round their predicted positions lie within one another, and contact sets them back again.
+is added for this round only. If it were added permanently, the paths of layers that a hand presses would become long,
+although the layers do not travel. In every round, their predicted positions lie within one another, and contact sets
+them back again.
 
 All motion is measured relative to the mean motion, so a cloth that is carried as a whole wakes no pairs.
 """
@@ -22,14 +23,15 @@ from tatamu.simulators.native.contact.state import ContactState
 from tatamu.simulators.native.geometry import Vector
 
 EVERY = 16
-"""The mean motion is taken over every n-th vertex, where n is this number.
+"""Spacing of the vertices from which the mean motion of the cloth is computed.
 
-All vertices need not be used, because motion relative to any reference motion gives a valid bound on the approach."""
+Only vertices whose number is a multiple of this value are used. All vertices need not be used, because motion relative
+to any reference motion gives a valid bound on the approach."""
 
 
 @kernel
 def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
-    """Return the largest possible approach of edges (a, b) and (c, d) [m].
+    """Return the largest distance by which edges (a, b) and (c, d) can have approached each other [m].
 
     `length` contains the path lengths of all vertices [m].
     """
@@ -38,7 +40,7 @@ def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
 
 @kernel
 def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """Return the largest possible approach of vertex v and triangle (a, b, c) [m].
+    """Return the largest distance by which vertex v and triangle (a, b, c) can have approached each other [m].
 
     `length` contains the path lengths of all vertices [m]. The bound is not exact if the vertex slides onto a
     neighbouring triangle, because the path of one corner of this triangle is not counted. The error is small, because
@@ -63,7 +65,7 @@ def begin(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def follow(positions: Positions, contact: ContactState) -> None:
-    """Add the motion up to the start of this round of contact to the paths, then update the reach.
+    """Add the motion since the start of the last round of contact to the vertices' paths, then update their reach.
 
     The reach of a vertex is its path plus its motion within the round. If the search found no pairs, no pair can wake,
     so paths are not needed. In this case `worn_out` compares positions in every round.
@@ -129,7 +131,7 @@ def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float
 
 @kernel
 def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
-    """Return whether any two vertices may have come closer by a limit [m] since the search for candidates.
+    """Return whether two vertices may have come closer by more than a limit [m] since the search for candidates.
 
     Positions are compared with the positions at the search, so oscillations do not make candidates stale. Oscillations
     do add to paths, which wake sleeping pairs.

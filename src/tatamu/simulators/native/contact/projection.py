@@ -2,8 +2,9 @@
 
 Contact moves positions. This motion, divided by the time step, becomes velocity. A pair that was already too close at
 the start of the step would then be thrown apart. Therefore the pair is separated at a limited speed. In addition, a
-part of the correction does not become velocity, because the predicted positions, from which velocities are computed,
-are moved as well. This part of the correction is called *position only*.
+part of the correction does not become velocity. Velocities are computed from the difference between corrected and
+predicted positions, so for this part the predicted positions are moved as well. This part of the correction is called
+*position only*.
 """
 
 from __future__ import annotations

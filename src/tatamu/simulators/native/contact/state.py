@@ -17,7 +17,10 @@ They are the nearest triangle below, the nearest triangle above, and a further t
 BELOW = 0
 ABOVE = 1
 EXTRA = 2
-"""`BELOW`, `ABOVE` and `EXTRA` are the columns of these three triangles in arrays such as `VertexFace.triangle`."""
+"""Column of the third triangle of a vertex in arrays such as `VertexFace.triangle`.
+
+Contact keeps a vertex apart from up to three triangles. Their columns are BELOW for the nearest triangle below the
+vertex, ABOVE for the nearest triangle above it, and EXTRA for a further triangle that it touches."""
 
 
 class ContactMesh(NamedTuple):
@@ -30,7 +33,9 @@ class ContactMesh(NamedTuple):
     near_start: np.ndarray
     """Start of each vertex's entries in `near`, shape (n + 1,)."""
     near: np.ndarray
-    """Triangles that contain a vertex or one of its neighbours, for all vertices one after another."""
+    """Numbers of the triangles near each vertex, for all vertices one after another.
+
+    These triangles contain the vertex or one of its neighbours."""
     edges: np.ndarray
     """Numbers of the two vertices of every edge, shape (e, 2)."""
     edge_faces: np.ndarray
@@ -64,14 +69,15 @@ class VertexFace(NamedTuple):
 
     The side is +1 where the normal points, -1 on the opposite side, or 0 if it is unknown."""
     wake: np.ndarray
-    """Value of `counters.travelled` below which the vertex cannot be too near to the triangle [m].
+    """Value of `counters.travelled` at which the vertex and the triangle must be tested again [m], shape (n, PARTNERS).
 
-    The shape is (n, PARTNERS). `counters.travelled` is a bound on the approach of any two vertices since the search."""
+    `counters.travelled` is a bound on the approach of any two vertices since the search. While it is smaller than this
+    value, the vertex cannot be too near to the triangle."""
     meets: np.ndarray
-    """Path length of a pair below which the vertex cannot be too near to the triangle [m], shape (n, PARTNERS).
+    """Path length at which the vertex and the triangle must be tested again [m], shape (n, PARTNERS).
 
-    The path length of a pair is the path of the vertex plus the longest path of a corner of the triangle, since the
-    search."""
+    While their path length is smaller, the vertex cannot be too near to the triangle. The path length of a pair is the
+    path of the vertex plus the longest path of a corner of the triangle, since the search."""
     awake: np.ndarray
     """Numbers of the pairs that the first sweep of the present round tested.
 
@@ -102,14 +108,15 @@ class EdgeEdge(NamedTuple):
 
     The first `counters.pairs` rows are in use."""
     wake: np.ndarray
-    """Value of `counters.travelled` below which the two edges cannot be too near to each other [m], shape (p,).
+    """Value of `counters.travelled` at which the two edges of a pair must be tested again [m], shape (p,).
 
-    `counters.travelled` is a bound on the approach of any two vertices since the search."""
+    `counters.travelled` is a bound on the approach of any two vertices since the search. While it is smaller than this
+    value, the edges cannot be too near to each other."""
     meets: np.ndarray
-    """Path length of a pair below which the two edges cannot be too near to each other [m], shape (p,).
+    """Path length at which the two edges of a pair must be tested again [m], shape (p,).
 
-    The path length of a pair is the sum of two paths since the search: for each edge, the longer path of its two
-    ends."""
+    While their path length is smaller, the edges cannot be too near to each other. The path length of a pair is the sum
+    of two paths since the search: for each edge, the longer path of its two ends."""
     awake: np.ndarray
     """Numbers of the pairs that the first sweep of the present round left awake. Only these pairs are tested.
 
@@ -124,7 +131,7 @@ class VertexMotion(NamedTuple):
     """Motion of the n vertices since the last search for candidates, relative to their mean motion.
 
     The module `motion` updates all fields at the start of each round of contact. Before cloth that passed through cloth
-    is set back (`impact_zones`), it updates the reach once more.
+    is set back (`impact_zones`), it updates `reach` once more.
     """
 
     path: np.ndarray
@@ -134,7 +141,7 @@ class VertexMotion(NamedTuple):
     reach: np.ndarray
     """Length of each vertex's path plus its motion in the present round of contact [m], shape (n,)."""
     legal: np.ndarray
-    """Positions at the start of the present round, which contact corrected before [m], shape (n, 3)."""
+    """Positions at the start of the present round, as the last round of contact corrected them [m], shape (n, 3)."""
     searched_at: np.ndarray
     """Positions at the last search for candidates [m], shape (n, 3)."""
 
@@ -148,7 +155,7 @@ class Activity(NamedTuple):
     touched: np.ndarray
     """Number of the last sweep that moved the vertex noticeably."""
     restless: np.ndarray
-    """Number of the outer step until which the vertex is tested for passing through cloth."""
+    """Number of the last outer step in which the vertex is tested for passing through cloth."""
     pressed: np.ndarray
     """Number of further searches for which all edges at the vertex are guarded (kept apart from other edges)."""
 
@@ -169,7 +176,9 @@ COUNTERS = np.dtype(
     ],
     align=True,
 )
-"""Numbers that change. They are in a record because compiled loops cannot write to fields of a NamedTuple."""
+"""Type of the record of counters, for example of outer steps and sweeps.
+
+The counters are in a record because compiled loops cannot write to fields of a NamedTuple."""
 
 
 class ContactState(NamedTuple):
@@ -180,7 +189,7 @@ class ContactState(NamedTuple):
     activity: Activity
     motion: VertexMotion
     counters: Any
-    """A record of the type `COUNTERS`."""
+    """Counters, for example of outer steps and sweeps. They are a record of the type `COUNTERS`."""
 
 
 def initial_state(mesh: ContactMesh, pairs_per_edge: int) -> ContactState:

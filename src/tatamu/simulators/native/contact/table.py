@@ -2,9 +2,9 @@
 
 In a time step h, a vertex gets the depth d below the plane and the slip s along the plane. The depth d is undone. In
 addition, friction undoes the fraction min(1, mu d / |s|) of the slip, where mu is the coefficient of friction. Friction
-can thus undo a slip of up to mu d. For example, a cloth rests on a table that is tilted by the angle theta. Gravity g
-pulls the cloth by d = g cos(theta) h^2 into the table, and by s = g sin(theta) h^2 along the table. The cloth therefore
-sticks exactly when tan(theta) < mu. The derivation is in docs/theory/contact.md.
+can thus undo a slip of up to mu d. For example, a cloth rests on a table that is tilted by the angle theta. In a step,
+gravity g pulls the cloth by d = g cos(theta) h^2 into the table, and by s = g sin(theta) h^2 along it. The cloth
+therefore sticks exactly when tan(theta) < mu. The derivation is in docs/theory/contact.md.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def sweep(
     options: ContactOptions,
     step: float,
 ) -> None:
-    """Lift all vertices that are too low, and hold them by friction.
+    """Lift all vertices that are too near to the table or below it, and hold them by friction.
 
     Only a part of the lift becomes velocity, as in `projection.correction`.
 

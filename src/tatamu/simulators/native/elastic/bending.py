@@ -29,7 +29,7 @@ HALF: Any = np.float32(0.5)
 ONE: Any = np.float32(1.0)
 FOUR: Any = np.float32(4.0)
 WIDE: Any = np.float32(0.4)
-"""Least cosine of a half angle that is used as a divisor.
+"""Smallest cosine of half a dihedral angle that is used as a divisor [-].
 
 For smaller cosines, a formula without this divisor is used."""
 
@@ -43,9 +43,11 @@ class Bending(NamedTuple):
     """
 
     hinges: np.ndarray
-    """Table of the bands of hinges, with slots (memory positions) of vertices."""
+    """Table of the bands (runs in memory) of hinges, with the slots (memory positions) of their vertices."""
     copies: np.ndarray
-    """Slots (memory positions) of vertices that are copied behind the last slot for the bands of hinges."""
+    """Slots (memory positions of vertices) that some hinges need as copies.
+
+    The copies are stored behind the last slot."""
     rest_moment: np.ndarray
     """Moment K g0 of each hinge in the unstrained shape, in the order of memory [N m], shape (hinge places,).
 
@@ -53,7 +55,7 @@ class Bending(NamedTuple):
     couplings: np.ndarray
     """Table of the bands (runs in memory) of triangles, with the memory positions of each triangle's hinges."""
     coupling_copies: np.ndarray
-    """Memory positions of the hinges that are copied behind the last hinge for the bands of triangles."""
+    """Memory positions of hinges that some triangles need as copies. The copies are stored behind the last hinge."""
     friction: Friction
     """Constants of the friction of bending, for cloth with hysteresis."""
     K: np.ndarray
@@ -63,7 +65,7 @@ class Bending(NamedTuple):
 
 
 class HingeMeasures(NamedTuple):
-    """Temporary arrays of all hinges, in the order of their places in memory.
+    """Temporary arrays for the angles and moments of all hinges, in the order of their places in memory.
 
     `g` and `moment` have additional memory for copies of hinges.
     """

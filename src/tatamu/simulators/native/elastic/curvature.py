@@ -16,8 +16,8 @@ triangle over the edge, and d' the height of its neighbour. This is exact for cu
 to 1, so the forces of a constant moment cancel on any mesh. However, the curvature is not exact, and cloth is too
 stiff.
 
-In regular rows, C and R^-1 are equal. Elsewhere, their mean is more accurate than C or R^-1 alone. A border or a seam
-carries no moment, so the curvature across it is zero. The derivation is in docs/theory/bending.md.
+On a mesh of regular rows, C and R^-1 are equal. On other meshes, their mean is more accurate than C or R^-1 alone. A
+border or a seam carries no moment, so the curvature across it is zero. The derivation is in docs/theory/bending.md.
 """
 
 from __future__ import annotations
@@ -30,9 +30,10 @@ from tatamu.material import Material
 from tatamu.topology import Topology, areas
 
 LARGEST_CONDITION = 1e6
-"""Largest condition number of R at which its inverse is used.
+"""Largest condition number of the matrix R at which its inverse is used [-].
 
-On meshes of garments, the condition number is below a thousandth of this limit."""
+R maps the curvatures of a triangle to its dihedral angles. On meshes of garments, the condition number is below a
+thousandth of this limit."""
 
 
 class CurvatureMaps(NamedTuple):
@@ -78,8 +79,9 @@ def _operators(
     """Return the matrices R and C of each of the m triangles.
 
     R maps the curvatures of a quadratic deflection to the dihedral angles at the edges, shape (m, 3 edges, 3
-    curvatures). C sums the angles at the edges to curvatures, shape (m, 3 curvatures, 3 edges). If an edge is not a
-    hinge (at < 0), its row in R gives the curvature across the edge, and its column in C is zero.
+    curvatures). C computes the curvatures as sums over the angles at the edges, shape (m, 3 curvatures, 3 edges). If an
+    edge is not a hinge (its number in `at` is negative), its row in R gives the curvature across the edge, and its
+    column in C is zero.
     """
     feet = [_feet(rest, hinges, 2), _feet(rest, hinges, 3)]
     rows = np.zeros((len(faces), 3, 3))

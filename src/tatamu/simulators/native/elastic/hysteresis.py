@@ -4,10 +4,10 @@
     q_j = k - p_j,  |q_j| <= y_j             elastic part of the curvature in element j, p_j its plastic part
     m   = D k + sum_j s_j E q_j              elastic and frictional moments, E = diag(1, 1, 2), |q|^2 = q' E q
 
-g are the measures of the dihedral angles, Q the matrix to curvatures, and D the elastic rigidities. Several elements of
-Prandtl act side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each element follows the curvature with
-the stiffness s_j until its elastic part reaches the yield curvature y_j. Then the element slips: p_j moves along q_j
-just so far that |q_j| = y_j.
+g are the measures of the dihedral angles, Q is the matrix from g to the curvatures, and D are the elastic rigidities.
+Several elements of Prandtl act side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each element follows
+the curvature with the stiffness s_j until its elastic part reaches the yield curvature y_j. Then the element slips: its
+plastic part p_j changes in the direction of q_j, until |q_j| = y_j.
 
 The sum of s_j y_j is the hysteresis HB of the material. Directly after the curvature turns around, the slope of the
 moment over the curvature is B plus the sum of s_j, where B is the bending rigidity. While an element slips, its moment

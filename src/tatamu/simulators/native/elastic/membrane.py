@@ -40,9 +40,11 @@ class Membrane(NamedTuple):
     """
 
     bands: np.ndarray
-    """Table of the bands of triangles, with slots (memory positions) of vertices."""
+    """Table of the bands (runs in memory) of triangles, with the slots (memory positions) of their vertices."""
     copies: np.ndarray
-    """Slots (memory positions) of vertices that are copied behind the last slot for the bands."""
+    """Slots (memory positions of vertices) that some triangles need as copies.
+
+    The copies are stored behind the last slot."""
     S: np.ndarray
     """Twice the stiffness S of each triangle, in the order of memory [N/m^3], shape (6, places).
 
@@ -186,9 +188,9 @@ def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 @kernel
 def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
-    """Return the edge from (x, y, z) to (to_x, to_y, to_z), and the change of its squared length from rest (l2).
+    """Return the vector from (x, y, z) to (to_x, to_y, to_z), and the change of its squared length from `l2`.
 
-    The results have the precision `real`.
+    The vector is an edge, and `l2` its squared length at rest. The results have the precision `real`.
     """
     dx = to_x - x
     dy = to_y - y
@@ -222,8 +224,8 @@ def _forces(
     Triangle j has its corners in the slots a + j, b + j and c + j. `out` receives nine rows of BLOCK numbers [N].
 
     Rows are sliced one by one, because the compiler only recognises one-dimensional slices as contiguous. `out` is a
-    single array with a fixed distance between rows. If `out` were several arrays, the loop could only be vectorised
-    after each of them was compared with all arrays that are read, because arrays can overlap.
+    single array with a fixed distance between rows. If `out` were several arrays, the compiler would have to test
+    whether each of them overlaps with an array that is read. Only after these tests could the loop be vectorised.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
@@ -246,7 +248,10 @@ def _forces(
 def _forces_of_wrinkled(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Compute the same forces as `_forces`, for cloth that resists compression less than tension."""
+    """Compute the forces on the corners of n triangles of cloth that resists compression less than tension.
+
+    The arguments are the same as in `_forces`.
+    """
     R = membrane.relaxed
     compression = membrane.compression
     crowding = membrane.crowding
@@ -275,7 +280,7 @@ def _forces_of_wrinkled(
 
 @kernel
 def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
-    """Add three rows of `forces`, beginning with number `row`, to the columns of F, beginning with a."""
+    """Add three rows of `forces`, beginning with row number `row`, to the columns of F, beginning with column a."""
     for k in range(3):
         f = F[k, a : a + n]
         begin = (row + k) * BLOCK

@@ -16,11 +16,14 @@ from tatamu.simulators.native.elastic import bending, membrane, symmetric
 from tatamu.simulators.native.memory.bands import BLOCK
 
 SMALL = 40
-"""Number of coordinates below which the eigenvalue is computed with dense matrices.
+"""Smallest number of coordinates for which Lanczos iteration computes the eigenvalue.
 
-Lanczos iteration needs more coordinates than it has vectors."""
+With fewer coordinates, dense matrices are used, because Lanczos iteration needs more coordinates than it has
+vectors."""
 TOLERANCE = 1e-2
-"""Relative error of omega^2 at which Lanczos iteration ends. The iteration approaches omega^2 from below."""
+"""Largest relative error of omega^2 with which Lanczos iteration may end [-].
+
+The iteration approaches omega^2 from below."""
 ROUNDED_UP = 1.01
 """Factor by which the computed frequency is increased, because Lanczos iteration gives a value that is too small."""
 

@@ -2,8 +2,8 @@
 
 A processor computes eight or sixteen numbers together if they are neighbours in memory. Therefore vertices that form a
 lattice (`lattice`) are stored row by row, and all rows have the same length in memory. Even rows and odd rows are
-stored separately. All triangles of one kind then have the vertices a + j, b + j and c + j for j = 0, 1, ... Such a run
-of triangles is a *band*.
+stored separately. Triangles that follow one another along a row, and have the same orientation, then have the vertices
+a + j, b + j and c + j for j = 0, 1, ... Such a run of triangles is a *band*.
 
 A *slot* is the memory position of a vertex. Slots without a vertex, and positions in a band without a triangle, are
 fillers with zero mass and zero stiffness. Some elements (triangles or hinges) fit in no band. For these elements, their
@@ -25,9 +25,13 @@ BLOCK = 528
 The number is not a power of two, because rows whose distance is a power of two would use the same cache lines.
 """
 SHORTEST_BAND = 24
-"""Least number of elements that form a band. In a band, the slots of all elements have the same differences."""
+"""Smallest number of elements (triangles or hinges) that form a band, a run of neighbours in memory.
+
+From each element of a band to the next, the memory positions of all vertices increase by one."""
 FULLEST = 2.0
-"""Largest number of slots (memory positions) per vertex, fillers included, at which vertices are arranged in rows."""
+"""Largest ratio of slots (memory positions of vertices) to vertices [-].
+
+If rows would need more slots, because many slots would be empty, vertices are not arranged in rows."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +55,9 @@ class Bands:
         return len(self.element)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Return values per mesh element in the order of the places in memory. Fillers get zero.
+        """Return an array of values per mesh element, rearranged in the order of the places in memory.
 
-        The last axis of `values` counts the mesh elements.
+        Fillers get zero. The last axis of `values` belongs to the mesh elements.
         """
         out = np.zeros((*values.shape[:-1], self.size))
         filled = self.element >= 0
@@ -97,7 +101,8 @@ def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
 def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
     """Return triangles whose corners begin with the corner in the lowest slot (memory position).
 
-    The order around a triangle stays the same. Triangles whose slots have the same differences then form one band.
+    The order around a triangle stays the same. As a result, triangles whose slots differ by a constant number form one
+    band.
     """
     first = np.argmin(slot[faces], axis=1)
     return np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)

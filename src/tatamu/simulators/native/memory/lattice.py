@@ -14,13 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 SMALLEST_PATCH = 40
-"""Least number of vertices in a patch. Smaller patches are not worth a separate band in memory."""
+"""Smallest number of vertices in a patch, a piece of a triangular lattice.
+
+Smaller patches are not worth a separate band in memory."""
 SKEW = 0.35
 """Largest distance of the fourth corner of a parallelogram from its position on the lattice.
 
 It is a fraction of the edge that the two triangles of the parallelogram share."""
 EDGE_SKEW = 0.7
-"""Largest distance of a vertex from its position on the lattice, for vertices at a border that cuts through cells.
+"""Largest distance of a vertex from its position on the lattice, if it is at a border that cuts through cells.
 
 It is a fraction of the edge that the vertex's triangle shares with the next triangle on the lattice."""
 
@@ -40,9 +42,10 @@ class Patch(NamedTuple):
 
 
 def patches(rest: np.ndarray, hinges: np.ndarray) -> list[Patch]:
-    """Return the pieces of lattice in a mesh. Each vertex belongs to at most one piece.
+    """Return the patches of a mesh, the pieces that form a triangular lattice.
 
-    The direction of the rows is chosen so that few places in the rectangle of rows and columns stay empty.
+    Each vertex belongs to at most one patch. The direction of the rows is chosen so that few places in the rectangle of
+    rows and columns stay empty.
     """
     points = rest.tolist()
     quads = hinges.tolist()
@@ -69,7 +72,7 @@ class _Mesh(NamedTuple):
     """Whether each vertex is in a piece of the lattice. The piece may be too small for a patch."""
 
     def skew(self, a: int, b: int, c: int, d: int) -> float:
-        """Return the distance of d from its lattice position a + b - c, in lengths of the edge (a, b)."""
+        """Return the distance of vertex d from its lattice position a + b - c, as a fraction of the edge (a, b)."""
         p, q, r, s = (self.points[v] for v in (a, b, c, d))
         return dist([i + j - k for i, j, k in zip(p, q, r, strict=True)], s) / dist(p, q)
 
@@ -109,7 +112,7 @@ def _place_around(v: int, mesh: _Mesh, places: Places, full: set[tuple[int, int]
 
 
 def _patch(places: Places) -> Patch:
-    """Arrange vertices in rows along the lattice direction that needs the smallest rectangle."""
+    """Arrange vertices in rows along the lattice direction for which the rectangle of rows and columns is smallest."""
     vertices = np.array(list(places))
     i, j = np.array(list(places.values())).T
     best = None

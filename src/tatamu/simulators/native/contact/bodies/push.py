@@ -19,8 +19,8 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, Vector
 LEVER = 2.0
 """Largest motion of a vertex by one push, as a multiple of the length of the push [-].
 
-The limit matters if a point near a held vertex is pushed. The free vertices of its edge or triangle would have to move
-much farther than the point."""
+The limit matters if a point near a held vertex is pushed. Without the limit, the free vertices of the point's edge or
+triangle would move much farther than the point."""
 
 
 class Frame(NamedTuple):
@@ -53,25 +53,30 @@ class Rule(NamedTuple):
     wanted: float
     """Gap between cloth and body that this sweep restores [m]."""
     clearing: float
-    """Largest distance by which a point that was too close at the start of the round is moved away in the round [m]."""
+    """Largest correction of a point in one round, if the point was too close at the start of the round [m]."""
     recovery: float
-    """Largest distance by which a point that was too close at the start is moved away with velocity [m].
+    """Largest part of a correction that becomes velocity, if the point was too close at the start of the round [m].
 
-    Any further motion changes only the position, and not the velocity."""
+    The rest of the correction changes only the position."""
     friction: float
     """Coulomb coefficient of cloth on the body [-]."""
     noticeable: float
-    """Length of a push above which the next sweep tests the pushed vertices again [m]."""
+    """Largest push that is negligible [m]. After a longer push, the next sweep tests the pushed vertices again."""
     hard: float
-    """Length of a push above which the pushed vertices become restless [m].
+    """Largest push that counts as gentle [m].
 
-    Restless vertices are tested for passing through cloth."""
+    After a longer push, the pushed vertices are restless, which means that they are tested for passing through
+    cloth."""
     sweep: int
     """Number of this Gauss-Seidel sweep of contact."""
     restless_until: int
-    """Number of the outer step until which pushed vertices are restless."""
+    """Number of the last outer step in which vertices that are pushed hard now are restless.
+
+    Restless vertices are tested for passing through cloth. An outer step is the longest time step."""
     passing: float
-    """Largest depth of a point that has passed through the body in this round [m]; 0 if no point can have passed."""
+    """Largest possible depth of a point that has passed through the body [m]. It is 0 if no point can have passed.
+
+    If a point can have passed, the value is the longest motion of a vertex relative to the body in this round."""
 
 
 @kernel
@@ -86,7 +91,7 @@ def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, 
 
 @kernel
 def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
-    """Write the positions of the vertices near a body in its frame, and return the longest of their motions [m]."""
+    """Compute the positions of the vertices near a body in its frame, and return their longest motion [m]."""
     longest = 0.0
     for i in range(near.shape[0]):
         v = near[i]
@@ -101,7 +106,7 @@ def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
 
 @kernel
 def beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, far: float) -> bool:
-    """Return whether three vertices are all outside the same face of the core by at least `far` [m]."""
+    """Return whether three vertices are all outside the same face of a body's core by at least `far` [m]."""
     for k in range(3):
         if min(local[a, k], local[b, k], local[c, k]) >= half[k] + far:
             return True
@@ -112,7 +117,7 @@ def beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, f
 
 @kernel
 def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -> Vector:
-    """Return a point of the cloth from its barycentric coordinates `weights` [m]."""
+    """Return the position of a point of the cloth [m], from its barycentric coordinates `weights`."""
     a, b, c = corners
     wa, wb, wc = weights
     return (
@@ -126,9 +131,9 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
     """Return the gap between a point of the cloth and a body [m], the gap at the round's start [m], and the normal.
 
-    A point has passed through the body under two conditions. Its path in the round is longer than the sum of its
-    distances at both ends of the path, and the normals at both ends point against each other. The gap of such a point
-    is measured from the tangent plane of the side from which the point came.
+    A point counts as passed through the body under two conditions. Its path in the round is longer than the sum of its
+    distances at both ends of the path, and the normals at both ends point in opposite directions. The gap of such a
+    point is measured from the tangent plane of the body on the side from which the point came.
     """
     px, py, pz = between(frame.local, corners, weights)
     qx, qy, qz = between(frame.local0, corners, weights)

@@ -7,11 +7,13 @@ import numpy as np
 from tatamu.simulators.native.compiled import kernel
 
 BISECTIONS = 14
-"""Number of halvings of an edge that find its point nearest to a body.
+"""Number of bisections that find the point of an edge nearest to a body.
 
-If the edge has 20 mm, the point is found to about a micrometre."""
+On an edge of 20 mm, the point is found to about a micrometre."""
 LEVEL = 1e-9
-"""Slope of the distance along an edge below which the edge counts as parallel to the surface [-]."""
+"""Largest slope of the distance along an edge that counts as zero [-].
+
+If the slope is smaller, the edge counts as parallel to the surface of the body."""
 
 
 @kernel
@@ -56,7 +58,7 @@ def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, wi
         radius: Radius around the core [m].
         a: First end of the edge [m], shape (3,).
         b: Second end of the edge [m], shape (3,).
-        within: Distance below which an edge matters [m].
+        within: Largest distance from the body that matters [m].
 
     Returns:
         The fraction of the edge. It is -1 if the distance is smallest at an end, or is nowhere below `within`.

@@ -47,21 +47,24 @@ class Candidates(NamedTuple):
 
     In the row of body i, the first `counts[i, 2]` entries are in use."""
     counts: np.ndarray
-    """How many vertices, edges and faces are near each body, shape (b, 3)."""
+    """Count of the vertices, the edges and the faces near each body, shape (b, 3)."""
 
 
 class Near(NamedTuple):
-    """Candidates for contact, and the positions of cloth and bodies at their search. The module `near` writes them."""
+    """Candidates for contact with bodies, and the positions of cloth and bodies at the search for candidates.
+
+    The module `near` writes them.
+    """
 
     wide: Candidates
-    """Candidates within a margin around each body, kept over many rounds of contact."""
+    """Vertices, edges and faces within a margin around each body, kept over many rounds of contact."""
     narrow: Candidates
-    """Wide candidates that may touch the body in the present round."""
+    """Vertices, edges and faces that may touch a body in the present round of contact, chosen from `wide`."""
     searched_at: np.ndarray
     """Positions of the n vertices at the last search [m], shape (n, 3); not finite before the first search."""
     searched_pose: Pose
     positions: Positions
-    """Positions of the vertices at the start and at the end of a membrane step.
+    """Positions of the vertices at the start and at the end of a membrane step, the shortest time step.
 
     Only the vertices near a body are up to date."""
     local: np.ndarray
@@ -90,9 +93,9 @@ class Bodies(NamedTuple):
     orientations: np.ndarray
     """Unit quaternion (w, x, y, z) of each body at the beginning of each outer step, shape (b, steps + 1, 4)."""
     held: np.ndarray
-    """Whether the hand to which a body belongs holds the vertex at any time, shape (b, n).
+    """Whether the hand to which each body belongs holds each of the n vertices at any time, shape (b, n).
 
-    The body does not collide with triangles at such vertices."""
+    The body does not collide with triangles at vertices that its hand holds."""
     start: Pose
     """Poses at the start of the round of contact."""
     end: Pose
@@ -168,7 +171,7 @@ def _no_candidates(count: int, mesh: ContactMesh) -> Candidates:
 
 @kernel
 def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray, number: int, fraction: float) -> None:
-    """Set the pose of body b at a fraction of outer step `number`.
+    """Set the pose of body b when the given fraction of outer step `number` has passed.
 
     Quaternions are interpolated linearly, because a body only turns by a small angle within a step.
     """

@@ -29,7 +29,7 @@ is enough to test their vertices."""
 def _vertices(
     positions: Positions, mesh: ContactMesh, activity: Activity, frame: Frame, rule: Rule, near: np.ndarray
 ) -> float:
-    """Correct the vertices near a body, and return the smallest gap [m]."""
+    """Correct the vertices near a body, and return their smallest gap to the body [m]."""
     smallest = rule.wanted
     clear = rule.wanted + frame.radius + rule.passing
     weights = (1.0, 0.0, 0.0)
@@ -51,7 +51,7 @@ def _vertices(
 def _edges(
     positions: Positions, mesh: ContactMesh, activity: Activity, frame: Frame, rule: Rule, near: np.ndarray
 ) -> float:
-    """Correct the insides of the edges near a body, and return the smallest gap [m]."""
+    """Correct the edges near a body whose nearest point is not an end, and return their smallest gap [m]."""
     smallest = rule.wanted
     clear = CLEAR * rule.wanted + frame.radius + rule.passing
     within = rule.wanted + rule.passing
@@ -89,7 +89,7 @@ def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, fl
 
 @kernel
 def _in_cone(corner: np.ndarray, nx: float, ny: float, nz: float) -> bool:
-    """Return whether a corner of the core is the farthest corner in direction n, or nearly the farthest."""
+    """Return whether a corner of a body's core is the farthest corner in direction n, or nearly the farthest."""
     return (
         nx * corner[0] >= -CONE * abs(corner[0])
         and ny * corner[1] >= -CONE * abs(corner[1])
