@@ -126,7 +126,9 @@ def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.nda
 
 
 def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
-    """Return the material with which the search starts. Textbook formulas give the values of the measured parameters.
+    """Return the material with which the search starts.
+
+    Textbook formulas give the values of the measured parameters.
     """
     density = readings["mass"].value / setup.area
     if not LIGHTEST <= density <= HEAVIEST:
@@ -174,7 +176,7 @@ def _mean(group: list[Target], values: list[float]) -> float:
 
 
 def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
-    """Return the tests of a group that determine the parameter. Tests that only give a bound are left out."""
+    """Return the tests of one parameter that determine its value. Tests that only give a bound are left out."""
     return [target for target in group if target.bound_by(matches[target.test.name]) is None]
 
 

@@ -63,7 +63,7 @@ HUNG_BY = {
     "tshirt": ["left_shoulder", "right_shoulder"],
     "trousers": ["waist"],
 }
-"""Edges by which the garment with each name hangs. Other garments hang by their longest edge."""
+"""Edges by which each of these garments hangs, by its name. Other garments hang by their longest edge."""
 
 
 class Grasp(Record):

@@ -34,10 +34,11 @@ class Fit:
     In the friction test, each value has the simulated speed of a sheet [m/s] instead of a reading.
     """
     alone: float | None = None
-    """Value of the parameter that follows from this test without other tests; None if no other value was used.
+    """Value of the parameter that follows from this test without other tests.
 
     A value is given if several tests determine the parameter. It is also given if the test only bounds the parameter,
-    and the value that was assumed before satisfies this bound.
+    and the value that was assumed before satisfies this bound. Otherwise it is None, because the material's value is
+    from this test only.
     """
     resolution: float | None = None
     """Standard uncertainty of the parameter's logarithm due to the width of the last interval of a bisection.

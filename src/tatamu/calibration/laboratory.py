@@ -48,8 +48,7 @@ class Laboratory:
     failure: str = ""
     """Error message of the last simulation that failed."""
     unsettled: float = 0.0
-    """Largest change of a simulated reading over the last quarter of its simulation, among the accepted readings [m].
-    """
+    """Largest change of any accepted reading over the last quarter of its simulation [m]."""
     _known: dict[tuple[str, str], float] = field(default_factory=dict)
     _shapes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
     _durations: dict[str, float] = field(default_factory=dict)

@@ -1,4 +1,7 @@
-"""The page of a calibration, which opens offline. It shows the material, the fits, and the reading to repeat."""
+"""The page of a calibration, which opens offline.
+
+It shows the material, the results of the tests, and the reading to repeat.
+"""
 
 from __future__ import annotations
 

@@ -99,8 +99,9 @@ class PlateReadings(TestEntry):
     plate: Length
     """Diameter of the plate [m]."""
     drape_coefficient: Coefficients
-    """Drape coefficient [-]: area of the cloth outside the plate, seen from above, divided by this area of the flat
-    disc.
+    """Drape coefficient [-].
+
+    It is the area of the cloth outside the plate, seen from above, divided by this area of the flat disc.
     """
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
     """Number of folds at the edge of the cloth.

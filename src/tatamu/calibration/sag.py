@@ -81,7 +81,7 @@ The cloth is held between two rulers, and measured with a ruler with millimetre 
 STEP = 0.005
 """Step of the free lengths that are proposed to the user [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
-"""Edge at which the garment with each name sags. Other garments sag at their longest edge."""
+"""Edge at which each of these garments sags, by its name. Other garments sag at their longest edge."""
 
 
 class SagReadings(TestEntry):

@@ -136,7 +136,7 @@ class Swinging:
         )
 
     def signal(self, rollout: Rollout) -> np.ndarray:
-        """Return the displacement of the far edge to the side in each of f frames [m], shape (f,)."""
+        """Return the displacement of the cloth's free edge to the side in each of f frames [m], shape (f,)."""
         return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
 
     def drawing(self) -> str:
@@ -178,7 +178,7 @@ class SwungTest(LaterTest):
     def matched(
         self, laboratory: Laboratory, material: Material, measured: Reading, within: float
     ) -> tuple[Match, Fit]:
-        """Return the result of the search for the parameter that reproduces the reading, and the fit of the test.
+        """Return the outcome of the search for the parameter that reproduces the reading, and the result of the test.
 
         `within` is the relative accuracy of the search.
         """

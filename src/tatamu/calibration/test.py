@@ -91,7 +91,9 @@ class CalibrationTest(ABC):
     words: ClassVar[Mapping[str, str]]
     """Name of each reading in the advice."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
-    """Kind of result of each simulation: "reading" is the simulated reading, "speed" is the speed of the cloth [m/s].
+    """Kind of result of each simulation.
+
+    "reading" is the simulated reading, "speed" is the speed of the cloth [m/s].
     """
 
     @classmethod
@@ -148,10 +150,10 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice on the fit of this test."""
+        """Return sentences of advice to the user on the result of this test."""
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences on the fit of this test. They are printed after all advice."""
+        """Return remarks on the result of this test as sentences. They are printed after all advice."""
         return []
 
 
@@ -203,7 +205,7 @@ class LaterTest(CalibrationTest):
 
     @abstractmethod
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Return the material with the parameter that the test found, and the fit."""
+        """Return the material with the parameter that the test found, and the result of the test."""
 
     @abstractmethod
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
@@ -214,7 +216,7 @@ class LaterTest(CalibrationTest):
         Args:
             changes: Effects of each reading on all parameters. The entries of this test's parameter are still zero.
             readings: Readings by their names.
-            fit: Fit of the test.
+            fit: Result of the test.
         """
 
 

@@ -101,7 +101,7 @@ def contributions(
     Args:
         readings: Readings by their names.
         elastic: Sensitivities of the tests that determine a parameter in `ELASTIC`.
-        later: Tests of other parameters with their fits, in the order in which they were made.
+        later: Tests of other parameters with their results, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     places = [PLACE[parameter] for parameter in ELASTIC]
