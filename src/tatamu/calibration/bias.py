@@ -47,15 +47,16 @@ from tatamu.simulators import capabilities
 from tatamu.topology import Topology
 
 COLUMNS = 6
-"""Number of columns of the mesh."""
+"""Number of mesh cells across the simulated strip."""
 SLIMMEST, WIDEST = 0.02, 0.34
-"""Smallest and largest ratio of a strip's width to its length."""
+"""Smallest and largest allowed ratio of a strip's width to its length."""
 RELAXATIONS = 14.0
-"""Duration of the scene, in units of 1 / rate, where rate is the frequency of the strip's slowest motion."""
+"""Duration of the simulation, multiplied by the frequency of the strip's slowest motion [-]."""
 ASIDE = 1.1
-"""Ratio of a second value of the parameter to the value that was found.
+"""Factor by which the shear stiffness is multiplied for a second simulation.
 
-The readings at both values give the slope of the reading over the parameter.
+This simulation is made if the search ends after one simulation. The two readings give the slope of the reading over the
+stiffness.
 """
 UNKNOWN = 1.0
 """Standard uncertainty of ln Y if the elongation test only bounds the stretch stiffness Y."""
@@ -69,7 +70,7 @@ class BiasReadings(TestEntry):
     L1: Lengths
     """Distance from the grip straight down to the end of the hanging strip [m]."""
     L2: Lengths
-    """Distance between the same two points of the lying strip [m]."""
+    """Distance from the grip to the end of the strip when it lies flat [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -170,11 +171,11 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         return float(-rollout.positions[frame, end, 2].mean()) - self.length
 
     def guess(self, longer: float, material: Material) -> float:
-        """Return the shear stiffness of a strip with the elongation `longer` if its yarns do not stretch [N/m]."""
+        """Return the shear stiffness [N/m] of a strip whose elongation is `longer` [m], if its yarns do not stretch."""
         return material.areal_density * GRAVITY * self.length**2 / (8.0 * longer)
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         hung, lying = (readings[name] for name in ("bias_L1", "bias_L2"))
         longer = hung.value - lying.value
         error = float(np.hypot(hung.uncertainty, lying.uncertainty))
@@ -199,7 +200,7 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         return material.model_copy(update={self.parameter: found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the changes of the shear stiffness G to `changes`; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the shear stiffness G to `changes`; see `LaterTest.propagate`.
 
         The elongation e depends on Y / rho and G / rho, with the stretch stiffness Y, the shear stiffness G and the
         areal density rho. The elongation is about proportional to rho. With s = -de/dln G, a change of the three

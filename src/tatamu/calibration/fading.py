@@ -39,24 +39,30 @@ from tatamu.scene import Scene
 from tatamu.simulators import capabilities
 
 MORE = 1.3
-"""Ratio of the simulated number of swings to the counted number. Two further swings are simulated."""
+"""Factor from the counted number of swings to the number of simulated swings.
+
+Two further swings are added to the product.
+"""
 MOST = 200.0
-"""Largest simulated number of swings. If cloth would swing more often, its swings count as swings that do not fade."""
+"""Largest number of swings that the simulated reading can have.
+
+If the swings fade more slowly, or not at all, the reading is this number.
+"""
 WITHIN = 5e-3
-"""Largest difference between the simulated and the counted number of swings, as a fraction."""
+"""Largest accepted difference between the simulated and the counted number of swings, as a fraction."""
 
 
 class FadingReadings(TestEntry):
-    """Readings of a cloth that is held by two corners, released from the side, and swings until it fades."""
+    """Readings of a cloth that is held by two corners and released from the side, until its swings have faded."""
 
     edge: str
     """Name of the edge whose two ends are held."""
     aside: Lengths
-    """Distance by which the far edge is pulled aside before its release [m]."""
+    """Distance by which the edge opposite to the held edge is pulled aside before its release [m]."""
     to: Length
-    """Limit at which counting ends [m]: the far edge swings less than this distance to the side."""
+    """Amplitude of the free edge, to one side, at which the counting of swings ends [m]."""
     count: Annotated[tuple[Annotated[float, Field(gt=0.0, le=100.0)], ...], Field(min_length=1)]
-    """Number of swings, there and back, until the limit is reached. Half swings are counted too."""
+    """Number of swings, there and back, until the amplitude is less than `to`. Half swings are counted too."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -72,10 +78,10 @@ class FadingReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Fading(SwungTest):
-    """The test of swings that fade."""
+    """The test that counts the swings of a hanging cloth until they have faded."""
 
     to: float
-    """Limit at which counting ends: distance of the far edge to the side [m]."""
+    """Amplitude of the free edge, to one side, at which the counting of swings ends [m]."""
     counted: float
     """Number of swings that were counted. The simulation lasts a little longer."""
 
@@ -150,7 +156,7 @@ Count its swings (optional): for cloth that hands move fast.                   [
         return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the changes of the drag q_n to `changes`; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the drag q_n to `changes`; see `LaterTest.propagate`.
 
         The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n. Here n is the number of swings, `aside` the first
         amplitude and `to` the last amplitude. To estimate the uncertainty, the areal density rho and the added mass m_a

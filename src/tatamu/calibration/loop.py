@@ -53,7 +53,7 @@ CELL = 0.2
 COLUMNS = 6
 HELD_ROWS = 2
 LAYS = 0.3
-"""Duration of the motion in which the upper end is laid down, as a fraction of the scene's duration."""
+"""Duration of the motion that lays the strip's upper end on its lower end, as a fraction of the simulated time."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
 """Largest height of a fold [m]. A higher fold is refused, because only cardboard, and no cloth, would fold like
@@ -129,7 +129,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
 
     @property
     def bending_length(self) -> float:
-        """Bending length l_b of an ideal strip with this loop [m]."""
+        """Bending length l_b of an ideal strip whose loop has the measured height [m]."""
         return max(self.height - LIFT * self.thickness, 0.1 * self.height) / HEIGHT
 
     @property
@@ -199,7 +199,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
         return material.areal_density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         height = readings["height"]
         layers = 2.0 * self.thickness
         return Target(

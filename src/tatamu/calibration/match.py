@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 FIRST_FACTOR = 1.25
-"""Ratio between the first two values that are tried."""
+"""Ratio between the first two values of the parameter that are tried."""
 LONGEST_STEP = 2.0
-"""Largest step of the parameter's logarithm."""
+"""Largest step of the search, as a change of the parameter's logarithm."""
 MOST = 16
 """Largest number of simulations in one search."""
 
@@ -22,7 +22,7 @@ class Match:
     parameter: float
     reading: float
     reached: bool
-    """Whether the simulated reading equals the measured reading.
+    """Whether the simulated reading equals the measured reading, within the tolerance of the search.
 
     If not, the parameter with the nearest reading is kept.
     """

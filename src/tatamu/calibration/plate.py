@@ -58,16 +58,21 @@ CELL = 0.45
 FINEST, COARSEST = 0.06, 0.2
 """Smallest and largest edge length of the mesh divided by the overhang."""
 ANGLES = 180
-"""Number of points of an outline, at equal angles."""
+"""Number of points of a disc's outline, at equal angles around the centre of the plate."""
 SETTLING = 4.0
-"""Time from the rise of the plate to the reading [s]."""
+"""Time from the end of the plate's rise to the reading [s]."""
 LIMPEST, STIFFEST = 0.08, 0.93
 """Smallest and largest drape coefficient that determines the bending rigidity. Other coefficients only give a bound."""
 STEP = 0.4
-"""Step of a parameter's logarithm with which differences of the reading are computed. The step is large, so that the
-differences exceed the random scatter of readings."""
+"""Step of a parameter's logarithm for numerical derivatives of the reading.
+
+The step is large, so that the differences of readings exceed their random scatter.
+"""
 FOLDS = 2
-"""Largest difference between the counted and the simulated number of folds that is not reported to the user."""
+"""Largest accepted difference between the counted and the simulated number of folds.
+
+The user is told about a larger difference.
+"""
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -94,7 +99,10 @@ class PlateReadings(TestEntry):
     plate: Length
     """Diameter of the plate [m]."""
     drape_coefficient: Coefficients
-    """Drape coefficient [-]."""
+    """Drape coefficient [-].
+
+    It is the area of the cloth outside the plate, seen from above, divided by this area of the flat disc.
+    """
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
     """Number of folds at the edge of the cloth.
 
@@ -128,7 +136,7 @@ class Plate(ElasticTest):
     plate: float
     """Radius of the plate [m]."""
     coefficient: float
-    """The measured drape coefficient, for which the mesh is chosen."""
+    """The measured drape coefficient. It determines the edge length of the mesh."""
     folds: float | None = None
     """Mean number of folds that were counted; None if folds were not counted."""
     spacing: float | None = None
@@ -177,7 +185,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
     @cached_property
     def discs(self) -> list[Drapemeter]:
-        """The simulated discs."""
+        """The simulated discs of cloth, each on its plate."""
         cell = CELL * self.overhang * length_share(self.coefficient)
         edge = self.spacing or float(np.clip(cell, FINEST * self.overhang, COARSEST * self.overhang))
         return [Drapemeter(self.disc, self.plate, edge, DISCS * self.seed + number) for number in range(DISCS)]
@@ -208,11 +216,11 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
     @cached_property
     def _starts(self) -> list[int]:
-        """Number of the first vertex of each disc. The last item is the number of all vertices."""
+        """Index of the first vertex of each disc, and finally the number of all vertices."""
         return [0, *np.cumsum([len(disc.mesh[0]) for disc in self.discs]).tolist()]
 
     def outlines(self, positions: np.ndarray) -> list[PlanOutline]:
-        """Return the outline of each disc, from the positions of all n vertices [m], shape (n, 3)."""
+        """Return each disc's outline as seen from above, from the positions of all n vertices [m], shape (n, 3)."""
         return [
             PlanOutline.of(
                 positions[self._starts[number] : self._starts[number + 1]],
@@ -229,7 +237,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return float(np.sqrt(np.mean(areas) / np.pi))
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Return the uncertainty due to chance; see `ElasticTest.chance`."""
+        """Return the uncertainty due to the random positions of folds; see `ElasticTest.chance`."""
         radii = np.sqrt([[outline.area / np.pi for outline in self.outlines(shape)] for shape in shapes])
         return float(np.sqrt(radii.var(axis=1, ddof=1).mean() / DISCS))
 
@@ -242,7 +250,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return material.areal_density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         hem = readings["hem"]
         low, high = (self.coefficient_of(hem.value + sign * hem.uncertainty) for sign in (-1.0, 1.0))
         return Target(

@@ -47,7 +47,7 @@ from tatamu.simulators import capabilities
 CELL, COLUMNS = 0.02, 4
 """Edge length of the strip's mesh [m], and the number of cells across the strip."""
 ROWS = 12
-"""Smallest number of rows of the strip."""
+"""Smallest number of rows of the strip's mesh."""
 SPEED = 0.02
 """Mean speed of the ruler [m/s].
 
@@ -191,12 +191,15 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return along > along.max() - 1e-9
 
     def guess(self, moved: float, material: Material) -> float:
-        """Return the compression factor c for this motion of the far edge, by the formula at the top of the module."""
+        """Return the compression factor c with which the far edge moves by the distance `moved` [m].
+
+        The factor follows from the formula at the top of the module.
+        """
         weight = material.friction_table * material.areal_density * GRAVITY
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         pushed = readings["pushed"]
         moved = readings["moved"]
         error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
@@ -225,9 +228,10 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the changes of the factor c to `changes`; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the factor c to `changes`; see `LaterTest.propagate`.
 
-        The factor is c = mu rho g L^2 / 2 Y (s - p). The docstring of the module explains these symbols.
+        The factor is c = mu rho g L^2 / 2 Y (s - p), with the coefficient of friction mu, the areal density rho, the
+        acceleration of gravity g, the length L and the stretch stiffness Y. The ruler moves by s, the far edge by p.
         """
         shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
         own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}

@@ -14,14 +14,14 @@ class Reading:
     value: float
     """Mean of the repeats, in `unit`."""
     uncertainty: float
-    """Standard uncertainty of the mean."""
+    """Standard uncertainty of the mean, in `unit`."""
     repeats: int = 1
     unit: str = "m"
     """Unit of the reading, one of `quantity.SHOWN`."""
 
     @classmethod
     def of(cls, values: tuple[float, ...], error: float, unit: str = "m") -> Reading:
-        """Return the mean of these repeats. Each repeat has the standard deviation `error`."""
+        """Return a reading from its repeats, each with the standard deviation `error`."""
         return cls(float(np.mean(values)), uncertainty(values, error), len(values), unit)
 
 

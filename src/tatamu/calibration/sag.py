@@ -51,7 +51,7 @@ Some simulators give vertices at the border the same mass as inner vertices. A s
 more than the same part of the garment.
 """
 THIN = 0.25
-"""Largest ratio of the strip's thickness to the shortest edge of its mesh."""
+"""Largest thickness of the simulated strip, divided by the shortest edge of its mesh."""
 RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
 """Ratios of weight to bending rigidity that a ruler can distinguish: Gamma = rho g d^3 / B.
@@ -69,16 +69,19 @@ SHORTEST_EDGE = 1.5
 """Smallest ratio of the edge's length to the free length, which is the length of the cloth in front of the grip. On a
 shorter edge, the ends would hang differently from the middle."""
 BEST = 1.8
-"""Ratio of free length to bending length that is proposed. With this ratio, the sag is about half of the free
-length."""
+"""Ratio of free length to bending length that is proposed to the user.
+
+The free length is the length of cloth in front of the grip. With this ratio, the sag is about half of the free length.
+"""
 SHORTEST = 0.025
-"""Smallest free length that can be measured with a ruler with millimetre marks, while two other rulers hold the cloth
-[m].
+"""Smallest length of cloth in front of the grip that can be measured [m].
+
+The cloth is held between two rulers, and measured with a ruler with millimetre marks.
 """
 STEP = 0.005
-"""Step of the free lengths that are proposed [m]."""
+"""Step of the free lengths that are proposed to the user [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
-"""Edges at which these garments sag. Other garments sag at their longest edge."""
+"""Edge at which each of these garments sags, by its name. Other garments sag at their longest edge."""
 
 
 class SagReadings(TestEntry):
@@ -197,7 +200,10 @@ sag = []                 # from the grip vertically down to the edge
         )
 
     def _thin(self, material: Material) -> float:
-        """Return a thickness at which neighbouring triangles do not touch. The strip touches nothing else."""
+        """Return a thickness of the simulated strip with which its neighbouring triangles do not touch.
+
+        The thickness has no other effect, because the strip touches nothing else.
+        """
         vertices, faces, _ = self.mesh
         shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
         return min(material.thickness, THIN * shortest)
@@ -214,11 +220,14 @@ sag = []                 # from the grip vertically down to the edge
         return material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
 
     def guess(self, sag: float, material: Material) -> float:
-        """Return the bending rigidity of an ideal strip with this sag, by the heavy elastica [N m]."""
+        """Return the bending rigidity of an ideal strip with this sag [N m], by the heavy elastica.
+
+        The heavy elastica is the theory of a thin strip that bends under its own weight.
+        """
         return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         sag = readings["sag"]
         length = readings["free_length"]
         free = self.free_length
@@ -285,7 +294,10 @@ sag = []                 # from the grip vertically down to the edge
 
 
 def _longer_or_loop(length: float, estimate: Estimate) -> str:
-    """Propose a better free length. If the better length is too short to be held, propose the loop test."""
+    """Return a sentence that proposes a better free length, which is the length of cloth in front of the grip.
+
+    If the better length is too short to be held, the sentence proposes the loop test.
+    """
     better = BEST * length
     if better >= SHORTEST:
         expected = 1e3 * better * tip(BEST**3)[1]

@@ -14,12 +14,12 @@ from tatamu.material import Material, load_material
 from tatamu.topology import areas
 
 SPACING = 0.02
-"""Mesh spacing of the hanging garment [m]."""
+"""Default mesh spacing of the hanging garment [m]."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """The tests that were made, on the garment that was measured."""
+    """The simulated copies of a measured garment and of the tests that were made on it."""
 
     specimen: Specimen
     tests: Mapping[str, CalibrationTest]

@@ -56,7 +56,7 @@ FRAMES = 60.0
 LEAST = 0.004
 """Smallest amplitude of a swing that counts, as a fraction of the distance by which the cloth is pulled aside."""
 WITHIN = 2e-3
-"""Largest difference between the simulated and the measured period, as a fraction."""
+"""Largest accepted difference between the simulated and the measured period, as a fraction."""
 DRAG = 0.7
 """Quadratic drag that is assumed if the material has none [kg/m^3].
 
@@ -65,12 +65,12 @@ Air that adds mass to a cloth also slows it down.
 
 
 class SwingReadings(TestEntry):
-    """Readings of a cloth that is held by two corners, released from the side, and swings."""
+    """Readings of a cloth that is held by two corners and released from the side, and makes ten swings."""
 
     edge: str
     """Name of the edge whose two ends are held."""
     aside: Lengths
-    """Distance by which the far edge is pulled aside before its release [m]."""
+    """Distance by which the edge opposite to the held edge is pulled aside before its release [m]."""
     ten_swings: Times
     """Time of ten swings, each there and back [s]."""
 
@@ -93,11 +93,11 @@ class Swinging:
     garment: Garment
     edge: str
     aside: float
-    """Distance by which the far edge is pulled aside [m]."""
+    """Distance by which the edge opposite to the held edge is pulled aside [m]."""
 
     @cached_property
     def hung(self) -> Elongation:
-        """The same garment, hanging still."""
+        """Test of the same garment, hanging still from the same two grips."""
         return Elongation(self.garment, tuple(Grasp(edge=self.edge, at=at, width=PINCH) for at in (0.0, 1.0)))
 
     def check(self, test: str) -> None:
@@ -136,7 +136,7 @@ class Swinging:
         )
 
     def signal(self, rollout: Rollout) -> np.ndarray:
-        """Return the displacement of the far edge to the side in each of f frames [m], shape (f,)."""
+        """Return the displacement of the cloth's free edge to the side in each of f frames [m], shape (f,)."""
         return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
 
     def drawing(self) -> str:
@@ -178,9 +178,9 @@ class SwungTest(LaterTest):
     def matched(
         self, laboratory: Laboratory, material: Material, measured: Reading, within: float
     ) -> tuple[Match, Fit]:
-        """Return the parameter that reproduces the reading, and its fit.
+        """Return the outcome of the search for the parameter that reproduces the reading, and the result of the test.
 
-        `within` is the relative accuracy of the match.
+        `within` is the relative accuracy of the search.
         """
 
         def reading(value: float) -> float:
@@ -211,13 +211,13 @@ class SwungTest(LaterTest):
         return found, fit
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the reading; see `CalibrationTest.drawing`."""
+        """Draw the cloth at its release and hanging; see `CalibrationTest.drawing`."""
         return self.swinging.drawing()
 
 
 @dataclass(frozen=True)
 class TenSwings(SwungTest):
-    """The test of ten swings."""
+    """The test that times ten swings of a cloth that is held by two corners."""
 
     drag: float | None
     """Quadratic drag that is assumed [kg/m^3]; None for the drag of the material."""
@@ -283,7 +283,7 @@ Swing it (optional): for cloth that hands move fast.                         [sw
         return material.model_copy(update={self.parameter: found.parameter}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the changes of the added mass m_a to `changes`; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the added mass m_a to `changes`; see `LaterTest.propagate`.
 
         The period of the swings depends on m_a / rho, where rho is the areal density.
         """

@@ -24,9 +24,9 @@ Guess = Callable[[float, Material], float]
 The formula takes all other parameters from the material.
 """
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
-"""A cloth with which relative spreads are computed.
+"""Cloth with which relative uncertainties are computed by textbook formulas.
 
-A relative spread is the same for every cloth, because the textbook formulas are proportional to the cloth's density.
+The relative uncertainties are the same for every cloth, because the formulas are proportional to its density.
 """
 
 
@@ -41,9 +41,7 @@ class Target:
     uncertainty: float
     """Standard uncertainty of the reading [m]."""
     bound: str | None
-    """Kind of bound, "at least" or "at most", if the reading only bounds the parameter; None if it determines the
-    parameter.
-    """
+    """Bound of the parameter, "at least" or "at most"; None if the reading determines the value of the parameter."""
     guess: Guess
     """Textbook formula for the parameter."""
     straight: Callable[[float], float]
@@ -103,7 +101,10 @@ class Target:
         return "at most" if (found.reading < self.aim) != self.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
-        """Return the fit of a match. `shared` is true if other tests also determined the parameter."""
+        """Return the result of the test from the result of the search.
+
+        `shared` is true if other tests also determined the parameter.
+        """
         return Fit(
             test=self.test.name,
             parameter=self.parameter,
@@ -146,7 +147,7 @@ def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
 def weights(group: list[Target]) -> np.ndarray:
     """Return the weights of the k tests of one parameter, shape (k,).
 
-    The weights are proportional to the inverse squares of the tests' spreads. Their sum is 1.
+    The weights are proportional to the inverse squares of the tests' uncertainties, `Target.spread`. Their sum is 1.
     """
     inverse = np.array([target.spread**-2.0 for target in group])
     return np.asarray(inverse / inverse.sum())

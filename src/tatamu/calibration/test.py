@@ -37,7 +37,10 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 
 POOR = 0.25
-"""Relative standard uncertainty above which a reading is reported as insufficient."""
+"""Largest relative standard uncertainty of a parameter.
+
+If it is larger, the user is told that the readings are insufficient.
+"""
 Readings = Mapping[str, Reading]
 """Readings by their names."""
 Changes = dict[str, np.ndarray]
@@ -75,8 +78,9 @@ class CalibrationTest(ABC):
     needs_because: ClassVar[str] = ""
     """Reason why this test needs other tests. Messages put this text after the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
-    """Tests that replace this test. A material cannot have the parameter of this test together with the parameter of
-    one of these tests.
+    """Tests that replace this test.
+
+    A material cannot have the parameter of this test together with the parameter of one of these tests.
     """
     yields_because: ClassVar[str] = ""
     """Reason why other tests replace this test. Messages put this text after the word "as"."""
@@ -89,7 +93,7 @@ class CalibrationTest(ABC):
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
     """Kind of result of each simulation.
 
-    "reading" is a length [m], "speed" is a speed [m/s]. The speed is 0 if the cloth does not move.
+    "reading" is the simulated reading, "speed" is the speed of the cloth [m/s].
     """
 
     @classmethod
@@ -119,7 +123,10 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the reading as SVG, from positions at rest (n, 3) [m]; empty if required positions are missing."""
+        """Return a drawing of the test as SVG, from the positions of its cloth at rest [m], shape (n, 3).
+
+        The drawing is empty if the test needs the positions but they are missing.
+        """
 
     @property
     def textbook(self) -> float | None:
@@ -143,10 +150,10 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice on the fit of this test."""
+        """Return sentences of advice to the user on the result of this test."""
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences on the fit of this test. They are printed after all advice."""
+        """Return remarks on the result of this test as sentences. They are printed after all advice."""
         return []
 
 
@@ -159,7 +166,7 @@ class RestTest(CalibrationTest):
 
     @abstractmethod
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading."""
+        """Return what the simulation must reproduce: the measured reading, and whether it only bounds the parameter."""
 
 
 class ElasticTest(RestTest):
@@ -173,10 +180,10 @@ class ElasticTest(RestTest):
     """Name of the reading to which all lengths of the simulated test are proportional; None if no reading has this
     effect."""
     step: ClassVar[float] = 0.1
-    """Step of a parameter's logarithm with which differences of the length are computed."""
+    """Step of a parameter's logarithm for numerical derivatives of the length."""
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Return the standard uncertainty of the simulated length that is due to the random positions of folds [m].
+        """Return the standard uncertainty of the simulated length due to the random positions of folds [m].
 
         Args:
             shapes: Positions at rest [m], shape (n, 3), for all materials that were tried.
@@ -198,18 +205,18 @@ class LaterTest(CalibrationTest):
 
     @abstractmethod
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Return the material with the parameter that the test found, and the fit."""
+        """Return the material with the parameter that the test found, and the result of the test."""
 
     @abstractmethod
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the changes of this test's parameter to `changes`.
+        """Add the effects of uncertain readings on this test's parameter to `changes`.
 
-        A change is the effect on the parameter's logarithm if a reading changes by one standard uncertainty.
+        An effect is the change of the parameter's logarithm if a reading changes by one standard uncertainty.
 
         Args:
-            changes: Changes by reading. The entries of this test's parameter are still zero.
+            changes: Effects of each reading on all parameters. The entries of this test's parameter are still zero.
             readings: Readings by their names.
-            fit: Fit of the test.
+            fit: Result of the test.
         """
 
 

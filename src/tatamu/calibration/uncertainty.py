@@ -22,8 +22,10 @@ from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 from tatamu.errors import TatamuError
 
 AGREES = 2.0
-"""Largest difference between the results of tests of one parameter at which the tests agree, in standard
-uncertainties."""
+"""Largest scatter of the results of tests that agree on one parameter, in standard uncertainties.
+
+If the scatter is larger, the tests disagree.
+"""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 """Parameters on which lengths at rest depend."""
 
@@ -49,10 +51,10 @@ class Slopes:
 
 
 def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) -> Slopes:
-    """Return the slopes of a reading, which is a function of the logarithms of two or three parameters.
+    """Return the derivatives of a reading, which is a function of the logarithms of two or three parameters.
 
-    The parameters are the stretch stiffness, the bending rigidity and, optionally, the friction of bending. The slopes
-    are central differences with the given step. If the simulator fails at one of the two values, the difference is
+    The parameters are the stretch stiffness, the bending rigidity and, optionally, the friction of bending. The
+    derivatives are central differences with the given step. If the simulator fails on one side, the difference is
     one-sided.
     """
     here = reading(*at)
@@ -87,7 +89,7 @@ class Sensitivity:
 
     @property
     def along(self) -> tuple[float, float, float]:
-        """Slopes in the order of `ELASTIC`."""
+        """Derivatives of the reading by the logarithms of the parameters in `ELASTIC`, in this order."""
         return self.slopes.stretch, self.slopes.bending, self.slopes.friction
 
 
@@ -99,7 +101,7 @@ def contributions(
     Args:
         readings: Readings by their names.
         elastic: Sensitivities of the tests that determine a parameter in `ELASTIC`.
-        later: Tests of other parameters with their fits, in the order in which they were made.
+        later: Tests of other parameters with their results, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     places = [PLACE[parameter] for parameter in ELASTIC]
@@ -152,9 +154,9 @@ def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> fl
 
 
 def _elastic(tests: Sequence[Sensitivity], moved: Sequence[float]) -> np.ndarray:
-    """Return the changes of three logarithms that change the simulated readings by these amounts [m], shape (3,).
+    """Return the changes of ln Y, ln B and ln HB that change the simulated readings by `moved` [m], shape (3,).
 
-    The logarithms are those of stretch stiffness, bending rigidity and friction of bending.
+    Y is the stretch stiffness, B the bending rigidity, and HB the friction of bending.
     """
     matrix = np.eye(len(ELASTIC))
     wanted = np.zeros(len(ELASTIC))

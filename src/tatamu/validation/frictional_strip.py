@@ -20,7 +20,7 @@ from tatamu.material import Material
 
 LINKS = 400
 STEPS = 60
-"""Number of steps in which the clamp turns from one angle to the next."""
+"""Number of steps in which the clamp of the strip turns from one angle to the next."""
 
 
 class BentSection:
@@ -38,7 +38,7 @@ class BentSection:
         self._plastic = np.zeros((len(self._elements), count))
 
     def moment(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the moment per width of each of k sections [N], shape (k,), after a change of curvatures.
+        """Return the moment per width of each of k sections of the strip [N], shape (k,), after they are bent.
 
         The curvatures change from the stored ones to `curvature` [1/m], shape (k,).
         """
@@ -48,7 +48,7 @@ class BentSection:
         return moment
 
     def work(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the work of bending per area of k sections [J/m^2], shape (k,).
+        """Return the work of bending per area of each of k sections of the strip [J/m^2], shape (k,).
 
         The work is the integral of `moment` over the curvature.
         """
@@ -72,7 +72,10 @@ class BentSection:
 
 
 def loop(material: Material, curvatures: Sequence[float]) -> np.ndarray:
-    """Return the moment per width [N] at each of k successive curvatures [1/m], shape (k,). The strip starts flat."""
+    """Return the moment per width [N] of a strip at each of k successive curvatures [1/m], shape (k,).
+
+    The strip starts flat.
+    """
     section = BentSection(material, 1)
     moments = []
     for curvature in curvatures:
@@ -127,9 +130,9 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
 def _equilibrium(
     joints: BentSection, lengths: np.ndarray, torque: np.ndarray, angles: np.ndarray, clamp: float
 ) -> np.ndarray:
-    """Return the angles of the links below the horizontal [rad], at the minimum of the work.
+    """Return the angles of a strip's links below the horizontal [rad] in equilibrium.
 
-    Newton's method finds the minimum.
+    The equilibrium is the minimum of the energy of bending and weight. Newton's method finds the minimum.
     """
 
     def energy(angles: np.ndarray) -> float:

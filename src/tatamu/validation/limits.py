@@ -1,4 +1,4 @@
-"""Limits of errors, by simulator and quantity.
+"""Largest allowed errors of simulators in checks, by simulator and quantity.
 
 A limit states how exact a simulator claims to be. Limits are data, so that another simulator can state its own limits.
 A quantity without a limit is printed, but it cannot fail. The unit is a fraction, an SI unit or degrees, as each

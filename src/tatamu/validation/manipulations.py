@@ -28,7 +28,7 @@ REST = 0.6
 
 @dataclass(frozen=True)
 class RandomFold:
-    """A random fold along Bezier curves."""
+    """A random fold of a towel by two hands that move along Bezier curves."""
 
     control: np.ndarray
     """Control points P1, P2 and P3 of each hand's Bezier curve, relative to its start P0 [m], shape (2, 3, 3)."""
@@ -37,7 +37,7 @@ class RandomFold:
 
     @classmethod
     def random(cls, seed: int, fast: bool) -> RandomFold:
-        """Return a fold that ends near the other end of the towel.
+        """Return a random fold that ends near the other end of the towel.
 
         The paths of the hands may differ, but the hands never pull the cloth apart.
         """
@@ -59,7 +59,7 @@ class RandomFold:
 
 
 def scene_of(manipulation: RandomFold, material: Material, spacing: float, depth: float = PATCH) -> Scene:
-    """Return the scene of a manipulation on a mesh.
+    """Return the scene of a random fold of a towel on a mesh with this spacing [m].
 
     Each hand holds a corner at one end of the towel: the cloth within `depth` metres of the edge. The hands carry the
     corners over the towel and let go.
@@ -88,7 +88,7 @@ def scene_of(manipulation: RandomFold, material: Material, spacing: float, depth
 
 
 def half_fold_target(plan: np.ndarray, thickness: float) -> np.ndarray:
-    """Return the towel folded over its middle, with the held end on top of the other end, shape (n, 3) [m]."""
+    """Return the vertices of a towel folded over its middle, with the held end on top [m], shape (n, 3)."""
     over = plan[:, 0] < LENGTH / 2
     return np.column_stack(
         [np.where(over, LENGTH - plan[:, 0], plan[:, 0]), plan[:, 1], np.where(over, 1.5, 0.5) * thickness]

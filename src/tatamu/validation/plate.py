@@ -17,7 +17,7 @@ from scipy.signal import find_peaks
 from tatamu.material import Material
 
 LEAST_TURN = 1e-9
-"""Least angle since a change of direction [rad]. It prevents a division by zero."""
+"""Smallest angle that a plate has turned since its motion last reversed [rad]. It prevents a division by zero."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Pushed:
 
 
 def falling(material: Material, tilt: float, gravity: float) -> tuple[Pushed, Pushed]:
-    """Return the laws of motion of a falling plate, along its normal and along its surface.
+    """Return the two motions of a plate that falls without turning: along its normal, and along its surface.
 
     The plate has the tilt `tilt` [rad]. All parts of the plate have equal velocities and normals, so nothing turns the
     plate.
@@ -102,8 +102,9 @@ def hanging(material: Material, length: float, angle: float, times: np.ndarray, 
 
         M L^3 / 3 a'' = -rho g L^2 / 2 sin(a) - c L^3 / 3 a' - int_0^L max(q, k / (r b)^(1/3)) r^3 dr |a'| a'
 
-    M is rho + m_a, r the distance from the upper edge, and b the angle since the motion of the plate last reversed. g
-    is the acceleration of gravity. The module explains the other symbols.
+    M is rho + m_a, with the areal density rho and the added mass of air m_a. c is the linear and q the quadratic drag,
+    and k the constant of the drag after the motion has reversed. r is the distance from the upper edge, b the angle
+    since the motion of the plate last reversed, L the length of the plate, and g the acceleration of gravity.
     """
     inertia = (material.areal_density + material.air_added_mass) * length**3 / 3
     weight = material.areal_density * gravity * length**2 / 2
@@ -163,11 +164,11 @@ class Swing:
     """For each swing, the logarithm of a ratio: the size of this swing divided by the size of the next swing to the
     same side [-]."""
     excursion: np.ndarray
-    """Peak-to-peak size of the swing at the time of each decrement, in the unit of the signal."""
+    """Peak-to-peak size of the swing to which each item of `decrement` belongs, in the unit of the signal."""
 
 
 def swing_of(times: np.ndarray, signal: np.ndarray) -> Swing:
-    """Return the swing in a signal, from its turning points.
+    """Return the period and the decay of a signal that swings, from its turning points.
 
     The signal and its k evenly spaced times [s] have the shape (k,).
 

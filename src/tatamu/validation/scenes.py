@@ -17,7 +17,7 @@ def held(vertices: np.ndarray | Sequence[int]) -> Gripper:
 
 
 def flat(mesh: Mesh, height: float = 0.0) -> Cloth:
-    """Return a level cloth that starts without strain."""
+    """Return a level cloth from a mesh. The cloth starts without strain."""
     return Cloth(vertices=raised(mesh[0], height), faces=mesh[1])
 
 

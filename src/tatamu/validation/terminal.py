@@ -39,7 +39,7 @@ def cells(row: Row) -> list[str]:
 
 
 def table(result: CheckResult) -> Table:
-    """Return the table of a check. Each case has a heading in it."""
+    """Return the table with the results of a check. Each case has a heading in it."""
     out = Table(title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold")
     out.add_column("quantity", ratio=1)
     for name in ("reference", "got", "error", "limit"):

@@ -33,7 +33,7 @@ from tatamu.validation.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
 DRAPED = FABRIC.model_copy(update={"bending_rigidity": 1e-4, "air_drag": 2.0})
-"""Cloth with damping, so that it soon comes to rest."""
+"""Material with air drag, so that its cloth soon comes to rest."""
 HALF = 0.5 * FABRIC.thickness
 RADIUS = 0.03
 """Radius of the cylinder [m]."""
@@ -41,11 +41,11 @@ FREE = 0.1
 """Length of each straight part of the strip around the cylinder [m]."""
 ROW = 0.005
 STRAIN = 0.02
-"""Strain of the strip before the strip is moved around the cylinder [-]."""
+"""Strain of the strip around the cylinder before the strip is moved [-]."""
 PULL = 0.1
-"""Time at which the strip is fully stretched [s]."""
+"""Time after which the strip around the cylinder is fully stretched and starts to move [s]."""
 SPEED = 0.05
-"""Speed of the strip along the cylinder [m/s]."""
+"""Speed at which the strip is moved around the cylinder [m/s]."""
 ALONG_Y = [np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0]
 """Orientation that rotates the z axis to the y axis."""
 TIPPED = 0.5 * np.arccos(np.sqrt(1.0 / 3.0))
@@ -58,7 +58,10 @@ A larger cloth would buckle, and would not stay symmetric for long."""
 POKE = 0.6
 """Speed of a finger that is pushed into cloth [m/s]."""
 SLIPPED = 1e-3
-"""Displacement of a strip of cloth relative to the box below it, above which the strip counts as left behind [m]."""
+"""Largest displacement of a strip of cloth relative to the box on which it is carried [m].
+
+If the displacement is larger, the strip counts as left behind.
+"""
 
 
 def strip_around(mu: float, angle: float) -> Scene:
@@ -107,7 +110,10 @@ def strip_around(mu: float, angle: float) -> Scene:
 
 
 def tensions(scene: Scene, rollout: Rollout) -> np.ndarray:
-    """Return the tension per width of both straight parts in every frame [N/m], shape (f, 2)."""
+    """Return the tension per width of both straight parts of a strip around a cylinder [N/m], shape (f, 2).
+
+    Each row is for one of the f frames.
+    """
     along = scene.cloth.rest[:, 0]
     length = along.max()
     found = []
@@ -173,7 +179,10 @@ def carried(subject: Subject, mu: float) -> Findings:
 
 
 def drawn_out(mu: float, table: float) -> Scene:
-    """Return a scene with a cloth on three boxes with level tops. The middle box, a long finger, is moved along y."""
+    """Return a scene with a cloth on three boxes, from under which the middle box is pulled out.
+
+    The boxes have level tops. The middle box, a long finger, is moved along y.
+    """
     mesh = right(0.2, 0.1, 0.02)
     fixed = [
         Body(name=side, shape="box", size=[0.2, 0.5, 0.01], friction=table, positions=[[x, 0.05, -0.01]])
@@ -220,7 +229,7 @@ OBSTACLES = {
         orientations=[ON_A_CORNER],
     ),
 }
-"""Bodies whose highest point is the origin."""
+"""Bodies on which a cloth falls, by name. Their highest point is the origin."""
 
 
 def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Scene:
@@ -259,7 +268,7 @@ def draped(subject: Subject, obstacle: str) -> Findings:
 
 
 def asymmetry(scene: Scene, points: np.ndarray) -> float:
-    """Return the largest deviation of a cloth from symmetry [m].
+    """Return the largest deviation of a cloth from mirror symmetry [m].
 
     The mirror planes are x = 0 and y = 0. Each vertex is compared with the mirror image of the vertex on the opposite
     side.
@@ -274,7 +283,7 @@ def asymmetry(scene: Scene, points: np.ndarray) -> float:
 
 
 def dropped(subject: Subject, obstacle: str) -> Findings:
-    """Check the energy of a cloth that falls on an obstacle."""
+    """Check that a cloth that falls on an obstacle gains no energy."""
     scene = over(obstacle, 0.05, 0.6)
     undamped = scene.material.model_copy(update={"air_drag": 0.0})
     scene = scene.model_copy(update={"material": undamped})
@@ -314,7 +323,10 @@ def poked(seed: int) -> Scene:
 
 
 def deepest_poke(simulate: Callable[[Scene], Rollout], seed: int) -> float | None:
-    """Return the largest depth of the finger of `poked` in the cloth, in thicknesses; None if the simulation fails."""
+    """Return the largest depth of a finger in a cloth, in thicknesses of the cloth, in the scene `poked`.
+
+    The result is None if the simulation fails.
+    """
     scene = poked(seed)
     try:
         rollout = simulate(scene)

@@ -20,7 +20,7 @@ from tatamu.validation.subject import Subject
 
 
 def different(first: Rollout, second: Rollout) -> float:
-    """Return the number of different bytes in the positions of two rollouts.
+    """Return the number of different bytes in the positions of two rollouts, which are simulated motions.
 
     If the numbers of positions differ, all bytes count as different.
     """
@@ -65,7 +65,7 @@ def in_another_process(scene: Scene, simulator: str) -> Rollout:
 
 
 def batch(subject: Subject) -> Findings:
-    """Compare single rollouts with the rollouts of `simulate_many`."""
+    """Compare scenes that are simulated one by one with scenes that `simulate_many` simulates together."""
     scenes = [folded(), carried(), folded()]
     together = subject.simulate_many(scenes)
     alone = [subject.simulate(scene) for scene in scenes[:2]]

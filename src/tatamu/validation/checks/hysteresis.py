@@ -23,10 +23,11 @@ FRICTION = 10.0
 Cotton has about 50, and worsteds have 20 (Matsudaira et al. 2015)."""
 SPACING = 0.01
 ROLLS = (1.0, 30.0)
-"""Initial curvatures of rolls [1/m]. The first is below all yield curvatures, and the second far above all of them.
+"""Initial curvatures of two rolled sheets [1/m].
 
-At an initial curvature between these two, the remaining curvature depends on whether the ends or the middle of the roll
-open first."""
+The first is below the curvatures at which the friction of bending yields, and the second far above them. At an initial
+curvature between these two, the remaining curvature depends on whether the ends or the middle of the roll open first.
+"""
 ROLL_DRAG = 60.0
 """Air drag of the roll [N s/m^3], which is above critical damping."""
 TURNING_DRAG = 1.0
@@ -40,7 +41,7 @@ REST = 1.0
 
 
 def frictional(plain: Material) -> Material:
-    """Return a material to which friction of bending was added."""
+    """Return a copy of a material, with friction of bending added."""
     return Material.model_validate(plain.model_dump() | {"bending_hysteresis": FRICTION * plain.bending_rigidity})
 
 
@@ -61,7 +62,10 @@ def unroll(subject: Subject, curvature: float) -> Findings:
 
 
 def _mean_curvature(along: np.ndarray, points: np.ndarray) -> float:
-    """Return the mean curvature of the middle of a strip [1/m]. `along` is the unstrained distance from its end [m]."""
+    """Return the mean curvature of the middle of a strip [1/m].
+
+    `along` is the unstrained distance of each vertex from the strip's end [m].
+    """
     rows = np.unique(along)
     centres = np.array([points[along == row].mean(axis=0) for row in rows])
     links = np.diff(centres, axis=0)
@@ -97,9 +101,9 @@ def turn(subject: Subject, gamma: float) -> Findings:
 
 
 def _turning(vertices: np.ndarray, distance: float) -> Gripper:
-    """Return a hand that holds one row of vertices.
+    """Return a hand that holds one row of vertices in a clamp that turns.
 
-    The row is at the distance `distance` [m] from the last held row, and turns about the last held row.
+    The clamp turns about the last held row. The held row is at the distance `distance` [m] from the last held row.
     """
     knots = np.linspace(0.0, CLAMPS[-1][0] + REST, 401)
     turns = [0.0] + [time + rest for time, _ in CLAMPS for rest in (0.0, REST)]

@@ -46,7 +46,7 @@ def score(subject: Subject, scene: Scene) -> float:
 
 
 def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: int = COUNT) -> Findings:
-    """Compare the order of random folds, and the best fold, on two meshes.
+    """Compare two meshes: the order of random folds by their scores, and the best fold.
 
     Hands hold the cloth within `depth` metres of the edge.
     """

@@ -31,9 +31,9 @@ MESHES = ("right triangles", "staggered", "irregular")
 
 
 def settled(material: Material, slowest: float) -> tuple[Material, float]:
-    """Return a material with critical drag, and the time in which it comes to rest [s].
+    """Return a material with critical drag, and the time in which its cloth comes to rest [s].
 
-    The drag is critical for the slowest angular frequency [rad/s].
+    The drag is critical for a motion with the angular frequency `slowest` [rad/s].
     """
     damped = settling(material, slowest)
     rate = min(slowest, damped.air_drag / material.areal_density / 2)
@@ -41,7 +41,7 @@ def settled(material: Material, slowest: float) -> tuple[Material, float]:
 
 
 def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> Findings:
-    """Check a sheet that hangs from one edge."""
+    """Check the strain of a sheet that hangs from one edge."""
     length = 0.3
     plan, faces = LAYOUTS[layout](length, 0.1, spacing)
     plain = FABRICS[fabric]
@@ -71,7 +71,7 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
 
 
 def shear(subject: Subject, layout: str, plain: Material = PLANE) -> Findings:
-    """Check a tall panel that is held along its upright sides and sags in its plane by shear."""
+    """Check how a tall panel that is held along its upright sides sags in its plane by shear."""
     span = 0.1
     height = 0.4
     mesh = LAYOUTS[layout](span, height, 0.01)
@@ -96,7 +96,10 @@ def shear(subject: Subject, layout: str, plain: Material = PLANE) -> Findings:
 
 
 def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
-    """Check a weightless sheet that is pulled at its ends. Far from the ends, its sides move inwards freely."""
+    """Check how the area of a weightless sheet changes when the sheet is pulled at its ends.
+
+    Far from the ends, its sides move inwards freely.
+    """
     length = 0.4
     width = 0.1
     ramp = 0.05
@@ -126,7 +129,7 @@ def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
 
 
 def hands(subject: Subject, length: float = 0.5, span: float = 0.4) -> Findings:
-    """Check a limp strip whose ends are held by two hands, which move towards each other."""
+    """Check how a limp strip sags between two hands that hold its ends and move towards each other."""
     mesh = right(length, 0.06, 0.01)
     plan = mesh[0]
     shift = (length - span) / 2
