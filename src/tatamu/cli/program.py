@@ -16,7 +16,7 @@ from tatamu.errors import InputError, TatamuError, one_line
 from tatamu.extras import missing
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
-"""Codes of errors that occur if standard output is full, broken or closed."""
+"""Numbers of the errors that occur if standard output is full, broken or closed."""
 INTERRUPTED = 130
 """Exit code of a program that was ended by Ctrl-C (128 + SIGINT)."""
 

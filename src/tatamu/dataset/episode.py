@@ -33,11 +33,11 @@ ATTEMPTS = 50
 SECONDS = 120.0
 """Largest duration of an episode [s]."""
 THUMBNAILS = 24
-"""Number of episodes whose outcome the page shows. They are the first episodes of the dataset."""
+"""Number of episodes whose outcome the dataset's page shows. They are the first episodes of the dataset."""
 SHOWN: Camera = "front"
-"""Camera of the pictures on the page."""
+"""Camera of the pictures on the dataset's page."""
 SHARP = 192
-"""Height and width of the pictures on the page."""
+"""Height and width of the pictures on the dataset's page [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ def _arms(stand: str) -> Arms:
 
 
 def _world(recorder: Recorder, number: int) -> World:
-    """Draw the world of an episode: random values of all disturbances."""
+    """Draw the world of an episode, which is a random value of each disturbance."""
     if recorder.disturbances is None:
         return NOMINAL
     generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))
@@ -221,7 +221,7 @@ def _world(recorder: Recorder, number: int) -> World:
 
 
 def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
-    """Return the stacked observations, by the names of `Episode.arrays`."""
+    """Return the observations of all frames as one array for each name in `Episode.arrays`, stacked along time."""
     stacked = {name: np.stack([each[name] for each in observations]) for name in observations[0]}
     plain = {"vertices": "positions", "key_points": "key_points", "hands": "hands", "mask": "mask"}
     return {plain.get(name, f"camera.{name}"): value for name, value in stacked.items()}
@@ -246,7 +246,7 @@ def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env:
 
 
 def _second(simulator: str, task: Task, env: HandsEnv) -> dict[str, Any]:
-    """Return the result of another simulator for the same motion of the hands."""
+    """Return the outcome of an episode in a second simulator, in which the hands move in the same way."""
     try:
         final = named(simulator).simulate(env.scene()).positions[-1]
     except SimulationError:

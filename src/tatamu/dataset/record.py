@@ -26,7 +26,7 @@ class EpisodeRecord(Subject):
     world: dict[str, float]
     """Values of the disturbances, by their names. Disturbances with the value 0 are left out."""
     frames: int
-    """Number of actions."""
+    """Number of actions in the episode."""
     vertices: int
     """Number of vertices of the cloth."""
     success: bool
@@ -70,7 +70,7 @@ class EpisodeRecord(Subject):
 
     @property
     def drawn_world(self) -> World:
-        """The world of the episode: its values of all disturbances."""
+        """The world of the episode, which has a value of each disturbance."""
         return World(self.world)
 
 
