@@ -22,7 +22,8 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
     """Return values for options of `tatamu learn` that the user did not give.
 
     The option `--after` names folds that were learned before, and observed on a real robot. The values are the options
-    with which the last of these folds was learned, but with fewer trials. Without `--after`, there are no values.
+    with which the last of these folds was learned, but with fewer trials. If the user gave a garment too, only the
+    number of trials is returned. Without `--after`, no value is returned.
     """
     runs = own["after"] or []
     if not runs:

@@ -92,7 +92,7 @@ def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parame
 def _kinds(annotation: Any) -> list[Any]:
     """Return the types that a field allows, such as `int` and `str` for `int | str | None`.
 
-    None is left out, and so are the annotations that pydantic adds.
+    The type of None and the annotations that pydantic adds are left out.
     """
     if get_origin(annotation) is Annotated:
         return _kinds(get_args(annotation)[0])

@@ -19,8 +19,7 @@ FARTHEST = 1e6
 
 
 def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
-    """Return the matrix that converts pixels of a photo to metres, shape (3, 3), from the options that give the scale.
-    """
+    """Return the matrix that converts pixels of a photo to metres, shape (3, 3), from the options that give a scale."""
     if sheet is not None:
         return homography(corners_of(sheet), *parse_size(sheet.split()[-1], "sheet"))
     if ruler is not None:

@@ -1,4 +1,7 @@
-"""Runs a command line, and handles its failures: an exit code, and one line on standard error for each failure."""
+"""Runs a command line, and handles its failures.
+
+A failure gives an exit code, and one line on standard error.
+"""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
 def _pending(tasks: Sequence[SweepTask]) -> int:
     """Return the smallest number of trials that a task of the sweep runs at the same time.
 
-    Tasks may have different numbers.
+    This number may differ between tasks.
     """
     from tatamu.study import usual_pending
 

@@ -177,8 +177,7 @@ class Arms:
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], both in the base's frame B.
-        """
+        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], both in the base B."""
         tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
         return [(rotation, offset) for rotation, offset, _ in tools]
 

@@ -52,7 +52,9 @@ def start_writer(
 
 
 def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
-    """Append an episode. Each observation is stored with the action and the reward that follow it.
+    """Append an episode to the demonstrations.
+
+    Each observation is stored with the action and the reward that follow it.
 
     Raises:
         InputError: If a file cannot be written.

@@ -205,7 +205,7 @@ def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np
 
 @lru_cache(maxsize=1)
 def _arms(stand: str) -> Arms:
-    """Return the arms of a stand that is given as JSON.
+    """Return the arms of a robot from a stand (robot, and placement of the fold) that is given as JSON.
 
     The last arms are kept in memory, because it takes long to make them.
     """
@@ -213,7 +213,7 @@ def _arms(stand: str) -> Arms:
 
 
 def _world(recorder: Recorder, number: int) -> World:
-    """Draw the world of an episode, which is a random value of each disturbance."""
+    """Choose the world of an episode at random: a value of each disturbance."""
     if recorder.disturbances is None:
         return NOMINAL
     generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))

@@ -96,7 +96,7 @@ def _check(specification: DatasetSpecification) -> list[LearnedFold]:
 def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) -> Stand | None:
     """Find the best placement of a fold in front of the robot, and return it with the robot; None for floating hands.
 
-    The fold is the first fold of the dataset, with the largest size of the garment that may be drawn.
+    The fold is the first fold of the dataset. Its garment has the largest size that may be drawn at random.
     """
     if specification.robot is None:
         return None
@@ -141,7 +141,7 @@ class _Overview:
     records: list[EpisodeRecord]
     extents: dict[str, Extent]
     key_points: set[int]
-    """All numbers of key points that an episode has. Key points are corners and other ends of named edges."""
+    """The different numbers of key points in the episodes. Key points are corners and other ends of named edges."""
 
     @classmethod
     def of(cls, folder: DatasetFolder, count: int) -> _Overview:

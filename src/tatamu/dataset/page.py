@@ -16,7 +16,7 @@ from tatamu.presentation.page import render
 from tatamu.robustness.record import interval_of
 
 LEAST = 1e-4
-"""Smallest distance on the logarithmic axis [m]. Smaller distances appear in the chart at this value."""
+"""Smallest distance on the logarithmic axis of a chart [m]. Smaller distances appear in the chart at this value."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 UNITS = {

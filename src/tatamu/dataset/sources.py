@@ -24,7 +24,7 @@ MOST_RUNS = 10_000
 
 @dataclass(frozen=True)
 class DrawnFold:
-    """A fold before its garment is made.
+    """A fold that has been chosen at random, but whose garment has not been made yet.
 
     It contains the names of the garment, the plan and the material, and the random numbers for the hands' curve.
     """
@@ -117,9 +117,9 @@ def check_names(specification: DatasetSpecification) -> None:
 
 
 def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
-    """Return the subject with the largest garment that may be drawn, for the names of a garment, a plan and a material.
+    """Return the subject with the largest size that may be drawn at random, for a garment, a plan and a material.
 
-    A subject is a garment and a step of a fold plan.
+    A subject is a garment and a step of a fold plan. The arguments are names.
     """
     drawn = specification.drawn_garment
     return Subject(

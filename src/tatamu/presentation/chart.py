@@ -42,7 +42,7 @@ class Chart:
 
 
 def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
-    """Return a plot with the standard layout from Plotly traces, which are curves, dots or bars.
+    """Make a plot with the standard layout from Plotly traces (curves, dots or bars), and return it.
 
     Values that are not finite become gaps.
     """

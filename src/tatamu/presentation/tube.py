@@ -35,8 +35,7 @@ def _spaced(path: np.ndarray, apart: float) -> np.ndarray:
 
 
 def _bands(count: int, sides: int) -> np.ndarray:
-    """Return the triangles of a tube, which face outwards. They connect neighbouring rings of points around the path.
-    """
+    """Return the triangles of a tube, which connect neighbouring rings of points around the path, and face outwards."""
     first = np.arange(sides)
     after = (first + 1) % sides
     band = np.vstack(

@@ -15,9 +15,9 @@ LATE = 0.6
 If the best trial comes after this fraction, the search was probably still improving.
 """
 EDGE = 0.01
-"""Largest distance between a parameter and a bound of its search, as a fraction of the parameter's range.
+"""Largest distance between a parameter and a bound of its search range, as a fraction of the range.
 
-If the distance is smaller, the parameter counts as being on the bound.
+Up to this distance, the parameter counts as being on the bound.
 """
 MEANING = {
     "x1": "P1 ahead of the grasp",

@@ -11,7 +11,7 @@ from tatamu.report.measures import FAILED, GRADES, MEASURES, SUCCESS, Measure, g
 from tatamu.study import Result, ResultFolder
 
 GAUGE = (0.0005, 0.08)
-"""Smallest and largest mean vertex distance on the gauge, a bar that shows how good a fold is [m].
+"""Smallest and largest mean vertex distance [m] on the gauge, a bar that shows how good a fold is.
 
 The scale of the gauge is logarithmic.
 """

@@ -12,11 +12,9 @@ FOLDBACK = "FoldBack 2026"
 GARCIA = "Garcia-Camacho et al. 2020"
 
 GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
-"""Pairs of a limit [m] and a grade, in order.
+"""Pairs of a limit [m] and a grade. A fold gets the first grade whose limit is above the fold's mean vertex distance.
 
-A fold gets the first grade whose limit its mean vertex distance is below.
-
-Above the last limit, the grade is `FAILED`.
+If the distance is not below the last limit, the grade is `FAILED`.
 """
 FAILED = "failed"
 LIMITS = Limits()

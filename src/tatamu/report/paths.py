@@ -15,7 +15,7 @@ from tatamu.study import Result
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
 ALIKE = 0.01
-"""Largest distance between the paths of the two hands [m]. If it is smaller, both paths are drawn as one path."""
+"""Limit of the distance between the paths of the two hands [m]. Below it, both paths are drawn as one path."""
 
 
 def plot(fold: Result) -> Plot:

@@ -20,7 +20,7 @@ from tatamu.presentation.shapes import Dot, Picture
 from tatamu.study import Result
 
 WIDE = 600
-"""Width of the images in the file [pixels]."""
+"""Width of the images that are stored in the page [pixels]."""
 FINER = 2
 """Factor by which images are first drawn larger. Then they are reduced by averaging, which makes outlines smooth."""
 
@@ -103,7 +103,7 @@ def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
 
 
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Return an image over which the border of a mask is drawn.
+    """Return an image with the border of a mask drawn over it.
 
     The line covers three pixels on each side of the border.
     """

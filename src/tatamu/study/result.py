@@ -142,8 +142,7 @@ class Result:
         return np.array(arm.grasp.position) + self._gripper(arm).path(self.rollout.times)
 
     def _gripper(self, arm: ArmPath) -> Gripper:
-        """Return the first gripper of a hand. A hand has one or more grippers, and the first one moves like the hand.
-        """
+        """Return the first gripper of a hand. A hand has one or more grippers, and the first moves like the hand."""
         for gripper in self.scene.grippers:
             if gripper.hand == arm.name:
                 return gripper

@@ -310,8 +310,7 @@ def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
 
 
 def _difference(held: Any, wanted: Any, where: str = "") -> str:
-    """Return a description of the first difference between two structures of plain data, such as settings of a study.
-    """
+    """Return a description of the first difference between two structures of plain data, such as two settings."""
     if isinstance(held, dict) and isinstance(wanted, dict):
         for key in [*held, *(k for k in wanted if k not in held)]:
             if held.get(key) != wanted.get(key):
