@@ -230,8 +230,8 @@ def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
 def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env: HandsEnv) -> EpisodeRecord:
     """Return the record of an episode, with two results added if they are known or requested.
 
-    The first result is the share of disturbed simulations in which the fold succeeds. The second result is the outcome
-    in the second simulator.
+    The first result is the success rate of the fold in disturbed simulations. The second result is the outcome in the
+    second simulator.
     """
     outcome = recorder.specification.outcome
     if prepared.drawn.known is not None and not recorder.specification.fold.spread:

@@ -119,7 +119,7 @@ class OutcomeOptions(Record):
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
     """Number of additional disturbed simulations of each fold.
 
-    The dataset contains the share of these simulations in which the fold succeeds.
+    The dataset contains the success rate of the fold in these simulations.
     """
     simulator: Literal["mujoco", "blender"] | None = None
     """A second simulator that repeats the hands' motion of each episode; None for no second simulator."""

@@ -106,7 +106,7 @@ def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> 
         depth: Height of each pixel [m]; -inf at pixels that show only the ground.
         ground: Height of the ground [m].
         radius: Radius of the surroundings [pixels].
-        reach: Height difference at which the result is 1 [m].
+        reach: Height difference [m]. If a pixel is this much lower than its surroundings, the result is 1.
     """
     height = np.maximum(depth, ground)
     return np.clip((gaussian_filter(height, radius, mode="nearest") - height) / reach, 0.0, 1.0)

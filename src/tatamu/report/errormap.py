@@ -18,7 +18,7 @@ from tatamu.study import Result
 CELLS = 45_000
 """Approximate number of cells (pixels) of a map of errors."""
 HIDDEN = 0.02
-"""Largest fraction of a map's cells in which the upper layer of cloth may hide the lower layer.
+"""Largest fraction of a map's cells in which one layer of cloth may be hidden under another.
 
 If more cells are hidden, each layer gets its own map.
 """

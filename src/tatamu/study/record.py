@@ -118,8 +118,8 @@ def describe_task(task: Task) -> TaskDescription:
 def _digest(task: Task) -> str:
     """Return a digest of the properties of a task that have no field of their own in its description.
 
-    They are the mesh to the micrometre, the grasp candidates, the ratio of the cloth's areas after and before the fold,
-    and the file of the robot.
+    They are the mesh to the micrometre, the grasp candidates, the file of the robot, and the ratio of the cloth's areas
+    after and before the fold.
     """
     fold = task.fold
     ratio = fold.area_ratio or 0.0

@@ -79,8 +79,8 @@ class Trial(Scored):
     """Spacing of the mesh on which the trial ran [m]; None if the study has only one mesh.
 
     The shape distance D is a sum over vertices, so it is smaller on a coarse mesh. To make D comparable, D on a coarse
-    mesh is multiplied by the number of vertices of the fine mesh and divided by the number of vertices of the coarse
-    mesh."""
+    mesh is multiplied by the ratio of the numbers of vertices, fine to coarse.
+    """
     ended: Literal["arrival"] | None = None
     """"arrival" if the trial was stopped when the hands arrived, because it could not become the best.
 
