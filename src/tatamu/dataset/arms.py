@@ -1,8 +1,8 @@
-"""The arms of a robot that fold in a dataset. States and actions are joint angles, under LeRobot's names.
+"""The two arms of a robot that carries out the folds of a dataset.
 
-F is the frame of the fold, B is the frame of the robot's base, and T is the frame of the tool. An action contains a
-target for every joint [rad] and every gripper (1 is open, 0 is closed). The positions of the hands are computed from
-the joint angles, by forward kinematics.
+States and actions are joint angles, under LeRobot's names. F is the frame of the fold, B is the frame of the robot's
+base, and T is the frame of the tool. An action contains a target for every joint [rad] and every gripper (1 is open, 0
+is closed). The positions of the hands are computed from the joint angles, by forward kinematics.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from tatamu.robots.pose import pose
 from tatamu.robots.reach import DISTANCES, best_placements, search, table_heights
 
 REACHED = 1e-5
-"""Error below which a tool pose counts as reached [m].
+"""Largest error of a tool's pose at which the pose counts as reached [m].
 
 Rotation errors [rad] are converted to metres by the factor `chain.LENGTH` [m per rad].
 """
 ROUNDS = 4
-"""Largest number of times that a motion is slowed down. A motion is slowed down until no joint is too fast."""
+"""Largest number of times that the same motion is slowed down. It is slowed down until no joint is too fast."""
 
 
 class OutOfReachError(TatamuError):
@@ -54,7 +54,8 @@ class Stand(OpenRecord):
     holds: list[tuple[float, float, bool]]
     """Orientation of the left tool and of the right tool.
 
-    The orientation has a tilt [rad], a yaw [rad], and a flag that is true if the two fingers have changed sides.
+    The orientation has a tilt [rad], a yaw [rad], and a flag. The flag is true if the tool is rotated by half a turn,
+    so its two fingers have changed sides.
     """
     grips: list[tuple[float, float]]
     """Two numbers for each hand.
@@ -117,7 +118,7 @@ class Arms:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the numbers in states and actions."""
+        """Names of the numbers that make up a state or an action of the robot."""
         return state_names(self.robot)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
@@ -128,7 +129,7 @@ class Arms:
         Args:
             lead: Function from the largest motion per step [m] to the path of the hands.
             largest: Largest motion of a hand in a step [m].
-            start: Positions of the hands at the start [m], shape (2, 3).
+            start: Positions of both hands at the start [m], shape (2, 3).
             rate: Steps per second [1/s].
 
         Returns:
@@ -176,7 +177,7 @@ class Arms:
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], in the base B."""
+        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], both in the base B."""
         tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
         return [(rotation, offset) for rotation, offset, _ in tools]
 

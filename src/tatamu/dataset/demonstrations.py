@@ -1,4 +1,4 @@
-"""Write the episodes of a dataset as demonstrations in LeRobot's format."""
+"""Writes the episodes of a dataset as demonstrations in LeRobot's format."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tatamu.folding.score import MEASURES
 from tatamu.lerobot import Feature, LeRobotWriter, camera, flag, vector
 
 FLOATING = "tatamu_hands"
-"""Type of a robot that consists of two floating hands."""
+"""Name that stands for the type of robot in LeRobot's files if there is no robot, but two floating hands."""
 
 
 def start_writer(
@@ -52,7 +52,9 @@ def start_writer(
 
 
 def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
-    """Append an episode. Each observation is stored with the action and the reward that follow it.
+    """Append an episode to the demonstrations.
+
+    Each observation is stored with the action and the reward that follow it.
 
     Raises:
         InputError: If a file cannot be written.

@@ -33,11 +33,11 @@ ATTEMPTS = 50
 SECONDS = 120.0
 """Largest duration of an episode [s]."""
 THUMBNAILS = 24
-"""Number of episodes whose outcome the page shows. They are the first episodes of the dataset."""
+"""Number of episodes whose outcome the dataset's page shows. They are the first episodes of the dataset."""
 SHOWN: Camera = "front"
-"""Camera of the pictures on the page."""
+"""Camera of the pictures on the dataset's page."""
 SHARP = 192
-"""Height and width of the pictures on the page."""
+"""Height and width of the pictures on the dataset's page [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np
 
 @lru_cache(maxsize=1)
 def _arms(stand: str) -> Arms:
-    """Return the arms of a stand that is given as JSON.
+    """Return the arms of a robot from a stand (robot, and placement of the fold) that is given as JSON.
 
     The last arms are kept in memory, because it takes long to make them.
     """
@@ -213,7 +213,7 @@ def _arms(stand: str) -> Arms:
 
 
 def _world(recorder: Recorder, number: int) -> World:
-    """Draw the world of an episode: random values of all disturbances."""
+    """Choose the world of an episode at random: a value of each disturbance."""
     if recorder.disturbances is None:
         return NOMINAL
     generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))
@@ -221,7 +221,7 @@ def _world(recorder: Recorder, number: int) -> World:
 
 
 def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
-    """Return the stacked observations, by the names of `Episode.arrays`."""
+    """Return the observations of all frames as one array for each name in `Episode.arrays`, stacked along time."""
     stacked = {name: np.stack([each[name] for each in observations]) for name in observations[0]}
     plain = {"vertices": "positions", "key_points": "key_points", "hands": "hands", "mask": "mask"}
     return {plain.get(name, f"camera.{name}"): value for name, value in stacked.items()}
@@ -230,8 +230,8 @@ def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
 def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env: HandsEnv) -> EpisodeRecord:
     """Return the record of an episode, with two results added if they are known or requested.
 
-    The first result is the share of disturbed simulations in which the fold succeeds. The second result is the outcome
-    in the second simulator.
+    The first result is the success rate of the fold in disturbed simulations. The second result is the outcome in the
+    second simulator.
     """
     outcome = recorder.specification.outcome
     if prepared.drawn.known is not None and not recorder.specification.fold.spread:
@@ -246,7 +246,7 @@ def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env:
 
 
 def _second(simulator: str, task: Task, env: HandsEnv) -> dict[str, Any]:
-    """Return the result of another simulator for the same motion of the hands."""
+    """Return the outcome of an episode in a second simulator, in which the hands move in the same way."""
     try:
         final = named(simulator).simulate(env.scene()).positions[-1]
     except SimulationError:

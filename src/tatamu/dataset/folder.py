@@ -39,8 +39,8 @@ FINISHED = (*PARTS, "states.zarr", "episodes.parquet", "dataset.html", "dataset.
 class DatasetRecord(OpenRecord):
     """The contents of `dataset.json`.
 
-    This file contains the specification of a dataset, the versions of its format and of tatamu, and the numbers of
-    episodes, frames and successes.
+    This file contains the specification of a dataset, and the versions of its format and of tatamu. It also contains
+    the numbers of episodes, frames and successes.
     """
 
     version: Literal[1] = 1
@@ -81,7 +81,7 @@ class DatasetFolder:
 
     @property
     def building(self) -> Path:
-        """Folder in which the finished files are written first."""
+        """Folder in which the finished files are written before they are moved to their final places."""
         return self.path / ".building"
 
     @property
@@ -161,7 +161,7 @@ class DatasetFolder:
         write_npz(self.episode_file(episode.record.episode), {**episode.arrays, "record": about})
 
     def kept(self, number: int) -> Episode:
-        """Return a stored episode.
+        """Return a stored episode by its number.
 
         Raises:
             InputError: If the file of the episode is missing or broken.

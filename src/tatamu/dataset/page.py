@@ -16,7 +16,7 @@ from tatamu.presentation.page import render
 from tatamu.robustness.record import interval_of
 
 LEAST = 1e-4
-"""Smallest distance on the logarithmic axis [m]. Smaller distances appear in the chart at this value."""
+"""Smallest distance on the logarithmic axis of a chart [m]. Smaller distances appear in the chart at this value."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 UNITS = {
@@ -34,7 +34,7 @@ UNITS = {
 
 
 def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Sequence[np.ndarray]) -> str:
-    """Return the whole page.
+    """Return the whole page as HTML.
 
     Args:
         dataset: Description of the dataset.
@@ -109,7 +109,7 @@ def _words(record: EpisodeRecord) -> str:
 
 
 def _distances(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return a histogram of the episodes' distances from the target."""
+    """Return a histogram of the distances between the episodes' folded cloth and its target."""
     values = np.array([max(_distance(record), LEAST) for record in records]) * 1e3
     edges = np.geomspace(0.9 * values.min(), 1.1 * values.max(), 31)
     counts, _ = np.histogram(values, edges)
@@ -163,6 +163,9 @@ def _paths(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _distance(record: EpisodeRecord) -> float:
-    """Return the distance that decides whether a fold succeeds [m]; infinite if its simulation failed."""
+    """Return the vertex distance of an episode that decides whether the fold succeeds [m].
+
+    It is infinite if the simulation of the episode failed.
+    """
     found = None if record.score is None else judged_distance(record.score)
     return np.inf if found is None else found

@@ -26,7 +26,7 @@ class EpisodeRecord(Subject):
     world: dict[str, float]
     """Values of the disturbances, by their names. Disturbances with the value 0 are left out."""
     frames: int
-    """Number of actions."""
+    """Number of actions in the episode."""
     vertices: int
     """Number of vertices of the cloth."""
     success: bool
@@ -49,9 +49,9 @@ class EpisodeRecord(Subject):
     - "episodes": the episodes with the same fold
     """
     held_share: float | None = None
-    """Share of disturbed simulations in which this fold succeeds; None if there are no disturbed simulations."""
+    """Success rate of this fold in disturbed simulations, from 0 to 1; None if there are no disturbed simulations."""
     held_interval: tuple[float, float] | None = None
-    """Confidence interval of the share at 95 % (Clopper and Pearson 1934)."""
+    """Confidence interval of the success rate `held_share` at 95 % (Clopper and Pearson 1934)."""
     second_simulator: str = ""
     """Name of the second simulator; empty if there is no second simulator."""
     second_success: bool | None = None
@@ -63,22 +63,22 @@ class EpisodeRecord(Subject):
     """
 
     def with_share(self, held: int, draws: int, source: str) -> EpisodeRecord:
-        """Return the record with the share of disturbed simulations in which the fold succeeds."""
+        """Return a copy of the record that contains the success rate of the fold in disturbed simulations."""
         low, high = interval_of(held, draws)
         share = {"held_share": held / draws, "held_interval": (low, high)}
         return self.model_copy(update={"held": held, "held_draws": draws, "held_from": source, **share})
 
     @property
     def drawn_world(self) -> World:
-        """The world of the episode: its values of all disturbances."""
+        """The world of the episode, which has a value of each disturbance."""
         return World(self.world)
 
 
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:
-    """Return the records with the share of disturbed simulations in which each fold succeeds.
+    """Return copies of the records that contain the success rate of each fold in disturbed simulations.
 
-    The share counts the additional simulations that the specification requests. If the specification requests none, the
-    share counts the episodes with the same fold.
+    The rate is computed from the additional simulations that the specification requests. If the specification requests
+    none, it is computed from the episodes with the same fold.
 
     Args:
         records: Records of all episodes.

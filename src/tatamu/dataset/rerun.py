@@ -25,7 +25,7 @@ class Replay:
     success: bool
     """Whether the fold succeeds in the new simulation."""
     score: Score
-    """Score of the new outcome."""
+    """Score (all measures) of the outcome in the new simulation."""
     distances: np.ndarray
     """Distance of each vertex between the new and the recorded final position [m], shape (n,)."""
 

@@ -24,7 +24,7 @@ MOST_RUNS = 10_000
 
 @dataclass(frozen=True)
 class DrawnFold:
-    """A fold before its garment is made.
+    """A fold that has been chosen at random, but whose garment has not been made yet.
 
     It contains the names of the garment, the plan and the material, and the random numbers for the hands' curve.
     """
@@ -32,12 +32,13 @@ class DrawnFold:
     source: str
     subject: Subject
     unit: tuple[float, ...]
-    """Differences from the middle curve in its parameters x1, z1, x2, z2, g1 and g2, as numbers from -1 to 1.
+    """Random numbers from -1 to 1, one for each of the parameters x1, z1, x2, z2, g1 and g2 of the hands' curve.
 
-    At -1 and 1, a parameter has the largest difference that the specification's `spread` allows.
+    They are the differences between the hands' curve and the middle curve, near which it is chosen. At -1 and 1, a
+    parameter has the largest difference that the specification's `spread` allows.
     """
     middle: Parameters | None = None
-    """Parameters of the middle curve. The hands' curve is chosen at random near the middle curve.
+    """Parameters of the middle curve, near which the hands' curve is chosen at random.
 
     They are the parameters of the learned fold. None if the middle curve is the default curve, an arch.
     """
@@ -116,9 +117,9 @@ def check_names(specification: DatasetSpecification) -> None:
 
 
 def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
-    """Return the subject with the largest size that may be drawn for these names.
+    """Return the subject with the largest size that may be drawn at random, for a garment, a plan and a material.
 
-    A subject is a garment and a step of a fold plan.
+    A subject is a garment and a step of a fold plan. The arguments are names.
     """
     drawn = specification.drawn_garment
     return Subject(

@@ -66,7 +66,8 @@ class FoldDraw(Record):
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
     """Largest difference of each curve parameter from the middle curve, as a fraction of the search space.
 
-    The middle curve is the learned fold's curve. Without a learned fold, it is the default curve, an arch.
+    The hands' curve is chosen at random near a middle curve. The middle curve is the learned fold's curve. Without a
+    learned fold, it is the default curve, an arch.
     """
     runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
     """Folders with learned folds, written by `tatamu learn`; None if `source` is not "learned"."""
@@ -85,7 +86,7 @@ class FoldDraw(Record):
 
 
 class RobotDraw(Record):
-    """The robot whose arms fold. If no place is given, the best place is searched for."""
+    """The robot whose arms fold. If the file gives no place for the fold, the best place is searched for."""
 
     name: Annotated[str, Field(min_length=1)]
     """Name of a robot, or a .toml file that describes a robot."""
@@ -103,7 +104,7 @@ class RecordOptions(Record):
     cameras: list[Camera] = Field(default_factory=lambda: list[Camera](("top", "front")))
     """Cameras whose pictures are stored as videos."""
     pixels: Annotated[StrictInt, Field(ge=64, le=512, multiple_of=2)] = 96
-    """Height and width of pictures and masks."""
+    """Height and width of pictures and masks [pixels]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -118,14 +119,14 @@ class OutcomeOptions(Record):
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
     """Number of additional disturbed simulations of each fold.
 
-    The dataset contains the share of these simulations in which the fold succeeds.
+    The dataset contains the success rate of the fold in these simulations.
     """
     simulator: Literal["mujoco", "blender"] | None = None
     """A second simulator that repeats the hands' motion of each episode; None for no second simulator."""
 
 
 class DatasetSpecification(Record):
-    """The contents of a specification file."""
+    """The contents of the file that specifies a dataset."""
 
     version: Literal[1] = 1
     episodes: Annotated[StrictInt, Field(ge=1, le=MOST_EPISODES)]
@@ -169,7 +170,7 @@ class DatasetSpecification(Record):
 
 
 def read_specification(path: Path) -> DatasetSpecification:
-    """Read a specification file.
+    """Read the file that specifies a dataset.
 
     Raises:
         InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
