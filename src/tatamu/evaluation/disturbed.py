@@ -40,7 +40,7 @@ from tatamu.search import Parameters
 SCOUTS = 2
 """Number of trials at the start of a search that are simulated in all worlds (draws of the disturbances).
 
-They find the hardest worlds, in which later trials are simulated first.
+They show which worlds are the hardest. Later trials are simulated in these worlds.
 """
 
 
@@ -150,8 +150,7 @@ class Disturbed(Wrapper):
 
     @cached_property
     def _yardstick_holds(self) -> dict[int, bool]:
-        """Whether the fold along the arched curve succeeds, for each world that was simulated, by the world's number.
-        """
+        """Whether the fold along the arched curve succeeds in each simulated world, by the number of the world."""
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:

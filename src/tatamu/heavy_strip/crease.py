@@ -65,8 +65,9 @@ class Crease:
     """Heights of the cloth's mid-surface above the table at the points [m], shape (k,)."""
 
     def place(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return x and z of the crease at arc lengths u [m]. Outside the profile, the two layers lie flat on each
-        other.
+        """Return x and z of the crease at arc lengths u [m].
+
+        Outside the profile, the two layers lie flat on each other.
         """
         inside = np.abs(u) <= self.arc[-1]
         x = np.where(inside, np.interp(u, self.arc, self.x), np.abs(u))

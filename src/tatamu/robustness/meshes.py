@@ -30,11 +30,11 @@ PAIRS = 12
 These draws are spread evenly over all draws, sorted from worst to best.
 """
 DRAWS_PER_PAIR = 8
-"""One draw in this many is simulated on both meshes, but at most `PAIRS` draws."""
+"""One of this many draws is simulated on both meshes, the coarse and the fine mesh, but at most `PAIRS` draws."""
 VERSION = 2
 """Version of the contents of a verdict. Verdicts of other versions are not used again."""
 FEWEST = 3
-"""Least number of draws that are simulated on both meshes.
+"""Least number of draws that are simulated on both meshes, the coarse and the fine mesh.
 
 `fit_distances` needs at least as many to fit a line.
 """
@@ -45,12 +45,12 @@ DistanceOf = Callable[[Verdict], float | None]
 
 
 def whole_distance(verdict: Verdict) -> float | None:
-    """Return the mean distance of all vertices from their targets [m]."""
+    """Return a verdict's mean distance of all vertices from their targets [m]."""
     return verdict.mean_vertex_distance
 
 
 def moving_distance(verdict: Verdict) -> float | None:
-    """Return the mean distance from their targets of the vertices in the part that moves [m]."""
+    """Return a verdict's mean distance from the targets for the vertices of the part that moves [m]."""
     return verdict.moving_vertex_distance
 
 
@@ -103,7 +103,7 @@ class SlackRange:
         return SlackRange(limits, -np.inf, np.inf)
 
     def including(self, judged: Iterable[MeshVerdict]) -> SlackRange:
-        """Return this range, extended by the differences of verdicts on both meshes."""
+        """Return this range, extended to include the differences of the given pairs of verdicts."""
         pairs = [one.pair for one in judged if one.pair is not None]
         differences = [self.limits.slack(fine) - self.limits.slack(coarse) for fine, coarse in pairs]
         return SlackRange(self.limits, min([self.low, *differences]), max([self.high, *differences]))
@@ -120,7 +120,7 @@ class SlackRange:
 
 
 def select_pairs(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
-    """Return the numbers of the draws that are simulated on both meshes.
+    """Return the numbers of the draws that are simulated on both meshes, the coarse and the fine mesh.
 
     These draws are spread evenly over all draws, sorted from worst to best.
     """

@@ -148,7 +148,7 @@ The grade is "near-perfect" if the lower end of the confidence interval is at le
 
 
 class MeshUsed(OpenRecord):
-    """The meshes that were simulated."""
+    """The meshes on which the draws of the disturbances were simulated, and how much their results differ."""
 
     spacing: float
     """Spacing of the mesh on which all draws of the disturbances were simulated [m]."""
