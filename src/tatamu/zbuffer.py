@@ -34,8 +34,8 @@ def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slac
         points: Coordinates along columns and rows of the grid [pixels], and heights, shape (n, 3).
         faces: Triangles, shape (m, 3).
         shape: Numbers of columns and rows of the grid.
-        slack: Distance outside a triangle, in barycentric coordinates, at which a pixel's centre still counts as
-            inside. It prevents gaps between two triangles that rounding would cause.
+        slack: Tolerance in barycentric coordinates: a pixel's centre counts as inside if it is outside by at most this
+            much. It prevents gaps between two triangles that rounding would cause.
     """
     heights = np.full(shape, -np.inf)
     face = np.full(shape, -1, dtype=np.int64)

@@ -96,7 +96,7 @@ class Agreement:
     simulators: list[str]
     manipulations: list[str]
     entries: dict[tuple[str, str], Entry]
-    """Results by the names of the manipulation and the simulator."""
+    """Results of all simulations, by the names of the manipulation and the simulator."""
 
     @property
     def pairs(self) -> list[Pair]:
@@ -116,7 +116,7 @@ class Agreement:
         )
 
     def column(self, simulator: str) -> list[Entry]:
-        """Return the results of all manipulations in a simulator."""
+        """Return the results of all manipulations in one simulator."""
         return [self.entries[name, simulator] for name in self.manipulations]
 
     @property
@@ -256,7 +256,7 @@ class _Run:
 
     @property
     def arguments(self) -> tuple[Scene, str, np.ndarray]:
-        """Arguments with which `ends` runs this simulation."""
+        """Arguments of the function `ends` for this simulation."""
         return self.scene, self.simulator, self.faces
 
     @cached_property

@@ -162,7 +162,7 @@ def _nearest(point: np.ndarray, points: np.ndarray) -> int:
 class CoarseFirst(Wrapper):
     """Evaluates proposals of low fidelity on a coarser mesh, and converts the results to the finer mesh.
 
-    If the task has no coarser mesh (see `coarser_task`), all proposals go to the inner evaluator.
+    If the task has no coarser mesh (see `coarser_task`), the wrapped evaluator evaluates all proposals.
     """
 
     settings: CoarseMesh = field(default_factory=CoarseMesh)

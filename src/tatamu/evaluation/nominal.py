@@ -33,8 +33,7 @@ class Nominal(Evaluator):
 
     After the arrival, the layers of a fold can only come undone, so the fold does not become better."""
     centre: World = NOMINAL
-    """World (value of every disturbance) that is simulated: every disturbance has its mean, which is zero by default.
-    """
+    """World (value of every disturbance) that is simulated: all disturbances have their means, by default zero."""
 
     @property
     def task(self) -> Task:

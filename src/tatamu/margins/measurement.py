@@ -52,7 +52,7 @@ class Draw:
     verdict: Verdict
     """Result of the fold on the finest mesh on which the draw was simulated."""
     distance: float
-    """Mean vertex distance on the fine mesh [m].
+    """Mean distance of the fine mesh's vertices from their targets [m].
 
     If only the coarse mesh was simulated, the distance is estimated. The estimate uses draws that were simulated on
     both meshes. If the simulation failed, the distance is twice the distance of untouched cloth."""

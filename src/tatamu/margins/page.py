@@ -222,7 +222,7 @@ def _starts(shown: Sequence[Replayed]) -> list[float]:
 def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
     """Return the paths of both hands through all replayed draws of the disturbances.
 
-    If a hand missed the cloth, its path is the path of the other hand.
+    If a hand missed the cloth, the path of the other hand is returned in its place.
     """
     tracks = []
     starts = _starts(shown)

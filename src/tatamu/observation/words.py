@@ -87,8 +87,7 @@ def posterior_lines(observed: Observed) -> Iterator[str]:
 
 
 def correction_lines(record: CorrectionRecord) -> Iterator[str]:
-    """Yield lines of text: the correction of each hand, and the expected outcome of the next fold without and with it.
-    """
+    """Yield lines of text: the correction of each hand, and the outcomes that are expected without and with it."""
     before, after = record.expected["before"], record.expected["after"]
     if not record.hands:
         yield f"no correction is expected to bring the fold {1e3 * WORTH:.1f} mm nearer"

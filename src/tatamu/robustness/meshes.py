@@ -41,7 +41,7 @@ FEWEST = 3
 
 
 DistanceOf = Callable[[Verdict], float | None]
-"""Function that returns a mean vertex distance of a verdict [m], or None if the simulation failed."""
+"""Function that returns a verdict's mean distance of vertices from their targets [m]; None if the simulation failed."""
 
 
 def whole_distance(verdict: Verdict) -> float | None:

@@ -42,7 +42,9 @@ class AloneMargin(OpenRecord):
 
 
 class Spread(OpenRecord):
-    """Mean vertex distances over all draws of the disturbances [m].
+    """Statistics of mean vertex distances over all draws of the disturbances [m].
+
+    A mean vertex distance is the mean distance of the cloth's vertices from their targets.
 
     A simulation that failed counts as twice the distance of untouched cloth.
     """
@@ -53,7 +55,7 @@ class Spread(OpenRecord):
 
     @classmethod
     def of(cls, distances: Sequence[float]) -> Spread:
-        """Return the statistics of distances [m]."""
+        """Return the statistics of distances [m]. The argument has one distance for each draw of the disturbances."""
         median, q90 = np.quantile(distances, [0.5, 0.9])
         return cls(median=float(median), q90=float(q90), worst=float(max(distances)))
 
@@ -118,7 +120,7 @@ def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
 
 
 def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, moving: bool = False) -> list[float]:
-    """Return mean vertex distances on the fine mesh [m].
+    """Return, for each draw, the mean distance of the fine mesh's vertices from their targets [m].
 
     If only the coarse mesh was simulated, the distance is predicted from the coarse mesh.
 
@@ -180,7 +182,7 @@ class MarginsResult(OpenRecord):
     seed: int
     limits: Limits
     undisturbed: float | None
-    """Mean vertex distance without disturbances [m]; None if the simulation failed."""
+    """Mean distance of the vertices from their targets without disturbances [m]; None if the simulation failed."""
     alone: list[AloneMargin]
     joint: SuccessRate
     moving_vertex_distance: Spread | None = None

@@ -134,9 +134,9 @@ def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]
 
 
 def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.ndarray:
-    """Return the logarithm of each of the n objectives minus its known part, shape (n,).
+    """Return the logarithms of the unknown parts of n objectives, shape (n,).
 
-    If no part is known, return the objectives themselves.
+    The unknown part is the objective minus its known part. If no part is known, return the objectives themselves.
     """
     if space.known_part is None:
         return objectives
