@@ -45,7 +45,7 @@ class CoarseMesh:
     fewest: int = 250
     """Least number of vertices of a coarser mesh.
 
-    No coarser mesh is used if it would have fewer vertices, because the finer mesh then takes little time too.
+    If a coarser mesh would have fewer vertices, only the finer mesh is simulated, which then takes little time anyway.
     """
     settle: float = 0.15
     """Time from the opening of the hands until a fold on the coarser mesh is scored [s].

@@ -54,7 +54,7 @@ class Draws:
 
     Marks are the m lengths that are measured after a fold. For this difference, every disturbance has its mean."""
     simulated: int
-    """Number of new simulations."""
+    """Number of simulations that ran now, because their results had not been saved before."""
 
 
 def draw(

@@ -32,7 +32,10 @@ These draws are spread evenly over all draws, sorted from worst to best.
 DRAWS_PER_PAIR = 8
 """One of this many draws is simulated on both meshes, the coarse and the fine mesh, but at most `PAIRS` draws."""
 VERSION = 2
-"""Version of the contents of a verdict. Verdicts of other versions are not used again."""
+"""Version of the contents of saved verdicts, the results of folds under random disturbances.
+
+Verdicts of other versions are not used again.
+"""
 FEWEST = 3
 """Least number of draws that are simulated on both meshes, the coarse and the fine mesh.
 
@@ -135,8 +138,8 @@ def fit_distances(
 ) -> Callable[[float], float]:
     """Fit a line that predicts mean distances on the fine mesh [m] from mean distances on the coarse mesh.
 
-    The line is fitted to the draws that were simulated on both meshes. Distances of more than twice the limit count as
-    twice the limit. The result is a function of the distance on the coarse mesh.
+    The line is fitted to the draws that were simulated on both meshes. Distances of more than twice the limit of a
+    successful fold count as twice this limit. The result is a function of the distance on the coarse mesh.
     """
     known = [(distance_of(one.pair[1]), distance_of(one.pair[0])) for one in judged if one.pair is not None]
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)

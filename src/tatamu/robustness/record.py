@@ -34,11 +34,13 @@ class AloneMargin(OpenRecord):
 
     None if the fold succeeded at all tried values above the mean."""
     deviation: float
-    """Standard deviation of the disturbance. For a relative change, it is the deviation of the logarithm."""
+    """Standard deviation of the disturbance. For a relative change, it is the standard deviation of the logarithm of
+    the factor.
+    """
     tried: tuple[float, float]
     """Lowest and highest value that were tried."""
     mean: float = 0.0
-    """Mean of the disturbance. For a relative change, it is the mean of the logarithm."""
+    """Mean of the disturbance. For a relative change, it is the mean of the logarithm of the factor."""
 
 
 class Spread(OpenRecord):
