@@ -34,8 +34,9 @@ class AloneMargin(OpenRecord):
 
     None if the fold succeeded at all tried values above the mean."""
     deviation: float
-    """Standard deviation of the disturbance. For a relative change, it is the standard deviation of the logarithm of
-    the factor.
+    """Standard deviation of the disturbance.
+
+    For a relative change, it is the standard deviation of the logarithm of the factor.
     """
     tried: tuple[float, float]
     """Lowest and highest value that were tried."""
