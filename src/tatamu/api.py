@@ -58,7 +58,7 @@ class Result(study.Result):
 
 
 class PlanResult(study.PlanResult):
-    """A learned plan with several steps.
+    """A learned plan, which folds a garment in several steps.
 
     Attributes and methods for users are `.steps`, `.final`, `.rollout` and `.save(folder)`.
     """
@@ -80,7 +80,7 @@ class PlanResult(study.PlanResult):
 
 
 def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
-    """Return the result in the class that can write its page."""
+    """Return the same result as a `Result` or `PlanResult` of this module, which can also write its page."""
     given = {each.name: getattr(found, each.name) for each in fields(found)}
     if isinstance(found, study.Result):
         return Result(**given)
@@ -254,7 +254,7 @@ def observe(
         left: Deviation of the left corner of the moved hem from its target, along the fold and across it [m].
         right: Deviation of the right corner of the moved hem from its target, along the fold and across it [m].
         slip: Displacement of the lower hem from its initial position, along the fold and across it [m].
-        deviation: Standard deviation of the errors of these numbers [m].
+        deviation: Standard deviation of the measurement errors of `left`, `right` and `slip` [m].
         failed: Whether the real fold failed.
         turned_in: Corners that are turned in, "left" or "right". These corners are not measured.
         measured: An observation that is given instead of `left`, `right`, `slip`, `failed` and `turned_in`; None to use

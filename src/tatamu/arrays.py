@@ -51,7 +51,7 @@ def _faces(value: Any) -> np.ndarray:
 
 
 def edges(value: Any) -> np.ndarray:
-    """Return e pairs of whole numbers, shape (e, 2). An empty list gives the shape (0, 2)."""
+    """Return the e edges of a mesh as pairs of vertex indices, shape (e, 2). An empty list gives the shape (0, 2)."""
     return _guarded(value, 2, "[i, j]")
 
 

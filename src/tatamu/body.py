@@ -27,9 +27,9 @@ from tatamu.records import Record
 SIZES = {"box": 3, "sphere": 1, "capsule": 2}
 """Number of entries in `size` for each shape."""
 UNIT = 0.02
-"""Largest difference between the length of a quaternion and 1 [-].
+"""Largest accepted difference between the length of a quaternion and 1 [-].
 
-Files round numbers, so the quaternion is normalised."""
+Numbers in files are rounded, so quaternions are normalised after this check."""
 
 
 def _quaternions(value: Any) -> np.ndarray:
@@ -70,11 +70,12 @@ class Body(Record):
     hand: Literal["left", "right"] | None = None
     """Hand to which the body belongs as a finger; None if the body is not a finger.
 
-    A finger does not collide with the triangles at vertices that a gripper of its hand holds. These triangles are
-    longer than a fingertip is thick, so they would stick out from between the fingers.
+    A gripper holds vertices of the cloth. A finger does not collide with triangles that have a vertex held by a gripper
+    of the same hand. These triangles are longer than a fingertip is thick, so they would stick out from between the
+    fingers.
     """
     times: Annotated[list[Number], Field(min_length=1)] = Field(default_factory=lambda: [0.0])
-    """Times of the knots of the motion [s], increasing."""
+    """Times of the knots, the points between which the motion is interpolated [s], increasing."""
     positions: Points
     """Position of the centre at each knot [m], shape (k, 3).
 
@@ -101,14 +102,14 @@ class Body(Record):
 
     @property
     def core(self) -> np.ndarray:
-        """Half sizes h of the core [m], shape (3,)."""
+        """Half sizes h of the body's core, which is a box inside the body [m], shape (3,)."""
         if self.shape == "box":
             return np.array(self.size)
         return np.array([0.0, 0.0, self.size[1] if self.shape == "capsule" else 0.0])
 
     @property
     def radius(self) -> float:
-        """Radius r around the core [m]."""
+        """Largest distance r of points of the body from its core, which is a box inside the body [m]."""
         return 0.0 if self.shape == "box" else self.size[0]
 
     def path(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -53,7 +53,10 @@ def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, be
 
 
 def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return a lower bound of the distance over each triangle [m], shape (m,), from tangent planes at its corners."""
+    """Return a lower bound of the distance between a body and each of m triangles [m], shape (m,).
+
+    The bound comes from the tangent planes of the distance at the corners of the triangle.
+    """
     normals = _normals(body, local)
     corners = local[faces]
     bounds = [
@@ -65,7 +68,7 @@ def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.nda
 
 
 def _normals(body: Body, local: np.ndarray) -> np.ndarray:
-    """Return the unit normal of the body near each point in the frame of the body, shape (n, 3)."""
+    """Return the unit normal of a body's surface near each of n points, in the frame of the body, shape (n, 3)."""
     q = np.abs(local) - body.core
     signs = np.where(local >= 0.0, 1.0, -1.0)
     outside = np.maximum(q, 0.0)
@@ -75,14 +78,17 @@ def _normals(body: Body, local: np.ndarray) -> np.ndarray:
 
 
 def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
-    """Return the minimum of the distance over each of k triangles [m], shape (k,).
+    """Return the smallest distance between a body and each of k triangles [m], shape (k,).
 
     The corners of the triangles, shape (k, 3, 3), are in the frame of the body.
     """
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """Return the minimum on a line parallel to the side b-c. `part` is 0 for the line through a, and 1 for b-c."""
+        """Return the smallest distance of a body from a line that crosses a triangle parallel to its side b-c.
+
+        `part` is 0 for the line through the corner a, and 1 for the side b-c.
+        """
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))
@@ -91,7 +97,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
 
 
 def _golden(values: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
-    """Return the minimum of each of `count` convex functions of a number from 0 to 1, shape (count,)."""
+    """Return the minimum values of `count` convex functions of a number from 0 to 1, shape (count,)."""
     low = np.zeros(count)
     high = np.ones(count)
     left = high - GOLDEN * (high - low)

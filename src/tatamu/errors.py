@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
 LONGEST = 1500
-"""Number of characters above which texts are shortened. The middle is cut, so the file name and the advice remain."""
+"""Largest number of characters of an error's text.
+
+The middle of a longer text is cut, so the file name and the advice remain.
+"""
 
 
 def one_line(text: str) -> str:
@@ -63,7 +66,7 @@ class WorkerKilledError(SimulationError):
 
 
 def describe(error: ValidationError) -> str:
-    """Return one line about the first wrong field: its path, the allowed value and the given value."""
+    """Return one line about the first wrong field of a record: its path, the allowed value and the given value."""
     errors = error.errors(include_url=False)
     first = errors[0]
     where = ".".join(str(part) for part in first["loc"]) or "(whole file)"

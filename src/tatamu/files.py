@@ -50,14 +50,14 @@ Such keys are refused because the memory for reading a key grows with the square
 MOST_DIGITS = 300
 """Largest number of digits of an integer in a file."""
 NUMBERS = "fiub"
-"""Kinds of arrays that are read from files: floating point numbers, integers and booleans."""
+"""Letters of numpy for the types of arrays that are read: floating point numbers, integers and booleans."""
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
-    """Check, before any work is done, that targets can be written and would not overwrite a source.
+    """Check, before any work is done, that output files can be written and that none of them is an input file.
 
     Raises:
-        InputError: If a target is a folder, or one of the sources.
+        InputError: If an output file is a folder, or one of the input files.
     """
     for target in targets:
         if os.path.isdir(target):  # unlike Path.is_dir, no error for an impossible name; writing reports it
@@ -68,9 +68,9 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary name next to `path`.
+    """Yield the path of a temporary file next to `path`, for use in a `with` statement.
 
-    If the block succeeds, the temporary file is renamed to `path`. Otherwise it is removed.
+    If the statement succeeds, the temporary file is renamed to `path`. Otherwise it is removed.
     """
     if not path.name:
         raise InputError(f"{path}: cannot be written (is a folder)")

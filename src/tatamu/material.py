@@ -113,8 +113,8 @@ class Material(BaseModel):
     bending_rigidity_initial: Number | None = Field(None, ge=0.0, le=10.0)
     """Slope of the bending moment over the curvature directly after a reversal of bending [N m].
 
-    This slope is larger than all rigidities. None for four times the rigidity. Without hysteresis, the slope has no
-    effect.
+    This slope is larger than all rigidities. None for four times the bending rigidity. Without hysteresis, the slope
+    has no effect.
     """
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
     """Distance between two layers that lie on each other [m]."""
@@ -150,7 +150,7 @@ class Material(BaseModel):
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return plain data. Fields in `UNSAID` that have their defaults are omitted."""
+        """Return the material as plain data. Fields in `UNSAID` that have their defaults are omitted."""
         plain: dict[str, Any] = standard(self)
         for name in UNSAID:
             if getattr(self, name) == type(self).model_fields[name].default:

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 ROW = np.sqrt(0.75)
-"""Distance between the rows of an equilateral lattice, in spacings."""
+"""Distance between the rows of an equilateral triangle mesh, in lengths of an edge."""
 SHEAR = 0.25
-"""Shift of even rows to the left, and of odd rows to the right, as a fraction of a cell.
+"""Shift of a mesh's even rows to the left, and of its odd rows to the right, as a fraction of a cell.
 
 With this shift, no triangle is very small."""
 SLIVER = 1e-3

@@ -25,7 +25,7 @@ from tatamu.records import Record
 from tatamu.topology import check_mesh
 
 LEAST_IN_PLANE = 1e-3
-"""Least length of the part of a fibre's direction that lies in the plane of its triangle [-]."""
+"""Least length of the part of a warp direction in the plane of its triangle, as a fraction of the whole length [-]."""
 
 MOST_VERTICES = 150_000
 """Largest number of vertices of a cloth. A cloth with this number takes ten seconds to prepare.

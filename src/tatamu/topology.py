@@ -75,7 +75,7 @@ class Topology:
         return np.column_stack([first, opposite[inner[:, 0]], opposite[inner[:, 1]]])
 
     def _corner_order(self, sides: np.ndarray) -> np.ndarray:
-        """Return the two ends of each of s sides in the order of its own triangle, shape (s, 2)."""
+        """Return the two ends of each of s triangle sides, in the order of the triangle's corners, shape (s, 2)."""
         count = len(self.faces)
         corner = sides // count
         face = sides % count

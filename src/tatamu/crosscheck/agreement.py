@@ -38,7 +38,7 @@ LEARNED = "learned"
 
 @dataclass(frozen=True)
 class Entry:
-    """The result of a manipulation in a simulator."""
+    """The result of a manipulation (the motion of the hands in a fold) in a simulator."""
 
     manipulation: str
     simulator: str
@@ -50,7 +50,10 @@ class Entry:
     error: str | None
 
     def distance_to(self, other: Entry) -> float | None:
-        """Return the mean distance between the final vertices of two results [m]; None if a simulation failed."""
+        """Return the mean distance between the final vertices of two results [m].
+
+        The result is None if one of the simulations failed.
+        """
         if self.final is None or other.final is None:
             return None
         return float(np.linalg.norm(self.final - other.final, axis=1).mean())
@@ -58,15 +61,17 @@ class Entry:
 
 @dataclass(frozen=True)
 class Pair:
-    """The comparison of two simulators over all manipulations."""
+    """The comparison of two simulators over a set of manipulations, the motions of the hands in a fold."""
 
     first: str
     second: str
     objective_rank: float
-    """Spearman's rank correlation of the objective C in both simulators."""
+    """Spearman's rank correlation between the objectives C of the manipulations in one simulator and in the other."""
     distance_rank: float
-    """Spearman's rank correlation of the mean vertex distance in both simulators. Unlike the objective C, this distance
-    does not contain the length of the hands' paths, which is equal in both simulators."""
+    """Spearman's rank correlation between the mean vertex distances in one simulator and in the other.
+
+    The mean vertex distance of a manipulation is the mean distance of the vertices from their targets. Unlike the
+    objective C, this distance does not contain the length of the hands' paths, which is equal in both simulators."""
     between: dict[str, float]
     """Mean distance between the final vertices in both simulators [m], for each manipulation that finished in both
     simulators.
@@ -91,7 +96,7 @@ class Agreement:
     simulators: list[str]
     manipulations: list[str]
     entries: dict[tuple[str, str], Entry]
-    """Results by the names of the manipulation and the simulator."""
+    """Results of all simulations, by the names of the manipulation and the simulator."""
 
     @property
     def pairs(self) -> list[Pair]:
@@ -111,7 +116,7 @@ class Agreement:
         )
 
     def column(self, simulator: str) -> list[Entry]:
-        """Return the results of all manipulations in a simulator."""
+        """Return the results of all manipulations in one simulator."""
         return [self.entries[name, simulator] for name in self.manipulations]
 
     @property
@@ -241,7 +246,7 @@ def compare(
 
 @dataclass(frozen=True)
 class _Run:
-    """The simulation of a manipulation in a simulator, and the file that keeps its first and last frame."""
+    """The simulation of one manipulation in one simulator, and the file that keeps its first and last frame."""
 
     simulator: str
     name: str
@@ -251,7 +256,7 @@ class _Run:
 
     @property
     def arguments(self) -> tuple[Scene, str, np.ndarray]:
-        """Arguments with which `ends` runs this simulation."""
+        """Arguments of the function `ends` for this simulation."""
         return self.scene, self.simulator, self.faces
 
     @cached_property
@@ -284,7 +289,9 @@ class _Run:
 
 
 def ends(scene: Scene, simulator: str, faces: np.ndarray) -> Rollout:
-    """Simulate a scene, and return the first and last frame on the mesh `faces`.
+    """Simulate a scene, and return the first and last frame at the vertices of the mesh `faces`.
+
+    The mesh of the scene is this mesh, or a subdivision of it.
 
     If the simulation fails, the result contains the first frame twice, and the error.
     """

@@ -27,7 +27,10 @@ from scipy.optimize import minimize
 from tatamu.errors import TatamuError
 
 PENALTIES = (1e2, 1e3, 1e4, 1e4, 1e4, 1e4)
-"""Stiffness of the penalty for violated constraints in each round, in units of the weight per area w."""
+"""Stiffness of the penalty for violated constraints, in units of the weight per area w.
+
+The minimisation runs once with each of these values, in this order.
+"""
 AT_REST = 1e-5
 """Largest moment on a link at rest, in units of w l_b^2: weight per area times the square of the bending length."""
 MET = 1e-4
@@ -76,7 +79,7 @@ class FoldedStrip:
 
 
 def start(length: float, bending_length: float, thickness: float, links: int = 200) -> np.ndarray:
-    """Return the nodes of a wide loop from which a search can start [m], shape (links + 1, 2).
+    """Return the nodes of a wide loop from which the minimisation can start [m], shape (links + 1, 2).
 
     The loop is a half circle between two level parts.
     """
@@ -103,7 +106,7 @@ class ChainEnergy:
         self.pull = np.zeros(2)  # multipliers of the upper end's position
 
     def start(self) -> np.ndarray:
-        """Return the slopes of the links at the start of the search, shape (links,).
+        """Return the slopes of the links at the start of the minimisation [rad], shape (links,).
 
         The chain is then a half circle between two straight parts. The radius is about one bending length.
         """

@@ -33,15 +33,16 @@ HALF_LENGTH = 4.5
 STEP = 2 * HALF_LENGTH / LINKS
 """Length of a link, in bending lengths."""
 SHARPEST = 0.75
-"""Least bending length for which a crease is computed, in thicknesses.
+"""Least bending length for which a crease is computed, as a multiple of the cloth's thickness.
 
-If the bending length of a cloth is even smaller, this bending length is used.
+A smaller bending length is replaced by this value.
 """
 GUESSED_WIDTH = 1.4
 """Arc length of the bent part at the start of the minimisation, in bending lengths."""
 TOLERANCE = 1e-8
-"""Change of the energy per step at which the minimisation ends, in units of w l_b^2. Here w is the weight per area, and
-l_b is the bending length."""
+"""Tolerance of the minimisation: it ends when the energy changes by less in one step, in units of w l_b^2.
+
+Here w is the weight per area, and l_b is the bending length."""
 MOST_ITERATIONS = 300
 """Largest number of iterations of the minimisation. About 75 iterations are enough for any cloth."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
@@ -64,7 +65,10 @@ class Crease:
     """Heights of the cloth's mid-surface above the table at the points [m], shape (k,)."""
 
     def place(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return x and z of points at arc lengths u. Outside the profile, the two layers lie flat on each other."""
+        """Return x and z of the crease at arc lengths u [m].
+
+        Outside the profile, the two layers lie flat on each other.
+        """
         inside = np.abs(u) <= self.arc[-1]
         x = np.where(inside, np.interp(u, self.arc, self.x), np.abs(u))
         z = np.where(inside, np.interp(u, self.arc, self.z), np.where(u > 0, self.z[-1], self.z[0]))

@@ -71,7 +71,7 @@ class Drapemeter:
 
     @property
     def row(self) -> float:
-        """Distance between two rows of the mesh [m]."""
+        """Distance between two neighbouring rows of the mesh [m]."""
         return (self.specimen - self.plate) / (self.rows + 0.5)
 
     @cached_property

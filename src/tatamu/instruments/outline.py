@@ -75,7 +75,7 @@ class PlanOutline:
         return float(0.5 * np.sin(step) * (self.radii * turned).sum())
 
     def drape_coefficient(self, specimen: float, plate: float) -> float:
-        """Return the drape coefficient [-]; the arguments are the radii of the flat cloth and of the plate [m]."""
+        """Return the drape coefficient [-] for a flat cloth and a plate with the given radii [m]."""
         covered = np.pi * plate**2
         return float((self.area - covered) / (np.pi * specimen**2 - covered))
 
