@@ -12,7 +12,7 @@ from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 from tatamu.material import preset_names
 
 LARGEST_SCALE = 1e3
-"""Largest length of one unit of a file [m]."""
+"""Largest allowed length of one unit of a garment's file [m]."""
 Position = tuple[float, float]
 
 
@@ -71,7 +71,7 @@ class GarmentFile(BaseModel):
     """Whether closed curves inside an outline are holes. By default, a closed curve that follows the outline is the
     line along which the piece is sewn. Every other closed curve is a hole."""
     size: tuple[Side, Side] | None = None
-    """Width and length to which the garment is scaled [m]; None to keep the size of the file."""
+    """Width and length to which the garment is scaled [m]; None to keep the size in the file."""
     spacing: Annotated[float, AfterValidator(_spacing)] | None = None
     """Edge length of the mesh [m]; None for the default."""
     fabric: str | None = None
