@@ -44,7 +44,7 @@ def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[
 
 
 def advice(garment: Garment, plan: Plan, hands: int | None = None) -> list[str]:
-    """Return lines to print before a plan is learned.
+    """Return lines of text to print before a fold plan is learned.
 
     There is one line for each part that no hand carries. The remaining lines say what the user can do about these
     parts.
@@ -64,7 +64,7 @@ def _step(plan: Plan, number: int) -> str:
 
 
 def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
-    """Return lines that propose other grasps, and the best plan for the garment's outline.
+    """Return lines of text that propose other grasps, and the best plan for the garment's outline.
 
     Other grasps are proposed only if hands with these grasps carry all moving cloth.
     """

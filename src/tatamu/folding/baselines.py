@@ -61,8 +61,8 @@ def _each(fold: Fold, path: Callable[[float, np.ndarray], np.ndarray]) -> Manipu
 
     Args:
         fold: The fold.
-        path: Function that returns the path of one hand [m] from two arguments: the horizontal distance (span) and the
-            vector (translation) from its grasp to its release [m].
+        path: Function that returns the path of one hand [m]. Its arguments are the horizontal distance and the vector
+            from the hand's grasp to its release [m].
     """
     grasps = _corners(fold)
     return polyline_manipulation(fold, grasps, [path(fold.span_of(v), fold.translation(v)) for v in grasps])

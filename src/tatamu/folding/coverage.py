@@ -117,10 +117,10 @@ class Coverage:
     limit: np.ndarray
     """Largest overhang (distance from held cloth) at which each vertex is still carried [m], shape (n,)."""
     missed: np.ndarray
-    """Whether each vertex is too far from held cloth to be held, and would be too far from its target, shape (n,).
+    """Whether each vertex is far from held cloth and, if it stays in place, far from its target, shape (n,).
 
-    The first condition means that the vertex's overhang is larger than `ROOT`. The second means that, if the vertex
-    stayed where it is, its distance from its target would be larger than `OFF`.
+    A vertex is far from held cloth if its overhang is larger than `ROOT`. It is far from its target if the distance is
+    larger than `OFF`.
     """
 
     @property
@@ -216,9 +216,11 @@ class _Cloth:
     """Triangles of the moving side, as indices of their vertices, shape (m, 3)."""
     spacing: float
     straight: dict[int, np.ndarray] = field(default_factory=dict)
-    """For each piece, whether each vertex has a straight path to the fold line that lies in the cloth, shape (n,).
+    """For each piece of the moving side: whether each vertex has a straight path through the cloth to the fold line.
 
-    An entry is computed at its first use and then kept.
+    Each entry has the shape (n,).
+
+    It is computed at its first use and then kept.
     """
 
     @classmethod
@@ -279,7 +281,7 @@ class _Cloth:
         """Return which vertices of a piece of cloth move with the hands, shape (n,).
 
         A vertex moves with the hands if it lies between the grasps and the fold line. A vertex beside this area moves
-        with them if its straight path to the fold line lies in the cloth, and it is near enough to the grasps.
+        with them if it is near enough to the grasps, and its straight path to the fold line lies in the cloth.
         """
         at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
         hands = self.places[grasps]

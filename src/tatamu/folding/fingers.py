@@ -24,7 +24,7 @@ from tatamu.material import Number
 from tatamu.records import Record
 
 PAD = 0.01
-"""Depth to which cloth lies between the finger pads of a hand, measured from the hem inwards [m].
+"""Length of the cloth between the finger pads of a hand, measured from the hem inwards [m].
 
 The value is for a hand that grasps the hem as intended.
 """
@@ -124,7 +124,7 @@ class Fingers(FingerSize):
     def axes(self, normal: np.ndarray) -> np.ndarray:
         """Return the axes a, w and u of the fingers as the columns of a right-handed rotation, shape (3, 3).
 
-        a points from the hand to the fingertips, w along the hem, and u from the lower finger to the upper one.
+        Axis a points from the hand to the fingertips, w along the hem, and u from the lower finger to the upper finger.
 
         Args:
             normal: Horizontal unit vector from the cloth that moves to the cloth that stays, shape (2,).

@@ -81,8 +81,8 @@ class Fold:
         """Return the vector from a grasp P0 to its release P3 [m], shape (3,).
 
         P3 is the mirror image of P0 over the fold line. At the height of P3, the lowest layer in the hand touches the
-        cloth that stays. With fingers, P3 is nearer to P0 and higher, because the layers go round the tip of the lower
-        finger.
+        cloth that stays. With fingers, P3 is nearer to P0 and higher, because the layers in the hand go round the tip
+        of the lower finger.
 
         The vector does not contain the fingers' `lift`, because the lift raises P0 and P3 equally.
         """

@@ -21,7 +21,7 @@ A shorter edge, such as a cuff, is grasped by one hand.
 MOST_EDGES = 8
 """Largest number of garment edges that are tried as places to grasp, alone and in pairs.
 
-The edges farthest from the fold line are tried.
+These are the edges farthest from the fold line.
 """
 
 

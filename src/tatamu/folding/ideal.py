@@ -1,10 +1,10 @@
 """The ideal fold of a cloth: one side is mirrored over the fold line, on top of the side that stays.
 
 A fold lays one stack of cloth on another. Both stacks are treated as one stack of mean height H that is bent round the
-line. The mid-surface of this stack has the shape of minimum energy for a strip of thickness H (see
-`tatamu.heavy_strip.crease`). A layer at height z before the fold is parallel to this mid-surface, at the distance d = z
-- H/2. The layer is inside the loop if d > 0. Far from the line, the stack is thus turned over: z becomes 2H - z. Near
-  the line, lengths change by the factor 1 - d * curvature.
+fold line. The mid-surface of this stack has the shape of minimum energy for a strip of thickness H (see
+`tatamu.heavy_strip.crease`). A layer that is at height z before the fold is parallel to this mid-surface. Its distance
+from the mid-surface is d = z - H/2. The layer is inside the loop if d > 0. Far from the line, the stack is thus turned
+over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
 
 There are two simplifications. First, the loops at earlier folds inside the stack are pressed: their height over the
 flat part of the stack is multiplied by `KEPT`. Second, the slope of H along the table is at most `SLOPE`, because cloth

@@ -1,4 +1,4 @@
-"""Interpolation of a garment's state from one mesh to the vertices of another mesh of this garment."""
+"""Interpolation of a garment's state (the positions of its vertices) to the vertices of another mesh of it."""
 
 from __future__ import annotations
 

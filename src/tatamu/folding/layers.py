@@ -52,7 +52,7 @@ class Surface:
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
 
     def height(self, points: np.ndarray) -> np.ndarray:
-        """Return the height of the surface at k points, shape (k, 2) [m].
+        """Return the heights of the surface at k points, which have the shape (k, 2) [m].
 
         The result has the shape (k,). It is 0 on the bare table.
         """
@@ -65,8 +65,8 @@ class Surface:
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
         """Return a surface whose heights come from a function.
 
-        Pixels are raised where it would be steeper than `slope`. `height` is a function from the centres of k pixels,
-        shape (k, 2), to their heights [m], shape (k,).
+        Pixels are raised where the surface would be steeper than `slope`. `height` is a function from the centres of k
+        pixels, shape (k, 2), to their heights [m], shape (k,).
         """
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)

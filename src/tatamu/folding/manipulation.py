@@ -28,7 +28,7 @@ open.
 SETTLE is the time from the opening of the hands until the fold is scored.
 """
 FRAME_RATE = 60.0
-"""Number of frames per second in the motion of the hands and in the rollout [1/s]."""
+"""Number of frames per second in the motion of the hands and in the recorded motion of the cloth [1/s]."""
 
 Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")

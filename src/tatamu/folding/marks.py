@@ -11,7 +11,7 @@ import numpy as np
 from tatamu.folding.fold import Fold
 
 MARKS = ("left_along", "left_across", "right_along", "right_across", "slip_along", "slip_across")
-"""Names of the deviations from the target [m].
+"""Names of the deviations of a finished fold from its target [m].
 
 Each deviation is measured in the direction in which the fold moves cloth ("along"), or perpendicular to it ("across",
 positive to the left). The left corner of the moved hem has two deviations, the right corner has two, and the slip of

@@ -89,7 +89,7 @@ def arched_inwards(fold: Fold) -> Parameters:
 
 
 def later_curves(fold: Fold) -> list[Parameters]:
-    """Return curves with which the search of a later step starts: an arched curve, then high curves.
+    """Return curves with which the search for a later fold of a plan starts: an arched curve, then high curves.
 
     On low curves, loose flaps of earlier folds come undone. They also come undone if hands grasp only the corners.
     """

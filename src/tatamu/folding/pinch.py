@@ -9,8 +9,8 @@ from scipy.sparse.csgraph import connected_components
 BESIDE, FARTHER_OUT = 0.55, 0.1
 """Two limits that decide which vertices form a row across the edge of the cloth, in spacings of the mesh.
 
-Two vertices of a layer form such a row if their distance along the edge is below the first limit, and their distance
-across the edge is above the second limit. Of these two vertices, only the outer vertex is held.
+Two vertices of a layer form such a row under two conditions. Their distance along the edge is below the first limit.
+Their distance across the edge is above the second limit. Of these two vertices, only the outer vertex is held.
 """
 SAME_PLACE = 0.55
 """Largest horizontal distance of two vertices that count as one above the other, in edge lengths of the mesh."""
@@ -50,8 +50,8 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
     """Return the displacements of the cloth between closing fingers.
 
-    Every vertex goes down to its layer. For example, a vertex above two other vertices stops two thicknesses above the
-    lowest vertex. Layers that already lie flat on each other do not move.
+    Every vertex moves down onto the layers below it. For example, a vertex above two other vertices stops two
+    thicknesses above the lowest vertex. Layers that already lie flat on each other do not move.
 
     Args:
         points: The k vertices under the finger pad [m], shape (k, 3).

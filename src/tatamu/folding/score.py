@@ -23,14 +23,20 @@ from tatamu.zbuffer import mask
 ALPHA = 0.01
 """Factor alpha of the shape distance D in the objective C = l_x + alpha D, Eq. (10). The value is the paper's."""
 TAIL = 1.28
-"""Factor of the standard deviation in Eq. (13). A distance of a vertex from its target counts as unnecessary bending if
-it is larger than the mean plus 1.28 standard deviations of all distances."""
+"""Factor of the standard deviation in Eq. (13).
+
+The cloth is bent unnecessarily at a vertex whose distance from its target exceeds the mean of all distances by more
+than 1.28 standard deviations.
+"""
 PIXEL = 0.001
 """Width of a pixel in the view of the cloth from above [m]."""
 
 
 class Measured(Protocol):
-    """The measures that decide whether a fold succeeds. Each is None if the simulation of the fold failed."""
+    """The measures that decide whether a fold succeeds. They are None if the simulation of the fold failed.
+
+    Each is None if the simulation of the fold failed.
+    """
 
     @property
     def mean_vertex_distance(self) -> float | None:

@@ -22,10 +22,9 @@ class HandShift(OpenRecord):
     """The correction of the path of one hand [m]."""
 
     grasp: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Shift of the point where the hand grasps [m]: in the direction of the fold, and to the left of this direction."""
+    """Shift of the point where the hand grasps [m]: in the direction of the fold, and to the left of it."""
     release: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Shift of the point where the hand lets go [m]: in the direction of the fold, and to the left of this direction.
-    """
+    """Shift of the point where the hand lets go [m]: in the direction of the fold, and to the left of it."""
     height: float = 0.0
     """Upward shift of the whole path of the hand [m]."""
 

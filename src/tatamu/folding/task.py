@@ -59,7 +59,7 @@ class Reach:
 
     A call does not change later results of `quality`."""
     forget: Callable[[], None] = _forget_nothing
-    """Function that deletes the placements of the robot (positions of its base) that `quality` stores."""
+    """Function that deletes the placements of the robot (where it stands) that `quality` has stored."""
 
 
 class TaskOptions(OpenRecord):

@@ -38,7 +38,9 @@ class Carry:
     opens: float
     """Time at which the hand opens [s]."""
     beside: np.ndarray | None = None
-    """Position of the hand relative to the grasped vertex at each knot [m], shape (k, 3); None if it is at the vertex.
+    """Position of the hand relative to the grasped vertex at each knot [m], shape (k, 3).
+
+    It is None if the hand is at the vertex.
     """
 
 

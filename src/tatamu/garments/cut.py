@@ -25,7 +25,7 @@ MOST_CORNERS = 2_000
 """Largest number of corners of each curve of an outline. The number is limited because libraries recurse once for each
 corner, or try all pairs of corners."""
 MOST_NOTES = 5
-"""Largest number of notes to the user about named curves that do not lie along the outlineand therefore name no opening.
+"""Largest number of notes to the user about named curves that name no opening, because they are not on the outline.
 
 If there are more such curves, one further note states their number.
 """
@@ -166,7 +166,7 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """Return a closed curve, simplified if necessary, with at most `MOST_CORNERS` points.
+    """Return a closed curve with at most `MOST_CORNERS` points.
 
     If the given curve has more points, it is simplified.
 
@@ -191,7 +191,7 @@ def _ring(region: shapely.Polygon) -> np.ndarray:
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return curves by their names, which are numbered if they are repeated.
+    """Return curves by their names.
 
     Repeated names are numbered. For example, all curves in one DXF layer have the same name.
     """

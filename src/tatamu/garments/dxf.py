@@ -26,9 +26,9 @@ KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 NAMELESS = ("0", "defpoints")
 """Layers that every DXF file has. Curves in these layers have no name."""
 FLATNESS = 1e-4
-"""Largest distance between an arc and the polyline that replaces it, apart from very large arcs [m]."""
+"""Largest distance between an arc and the polyline that replaces it, unless the arc is very large [m]."""
 RELATIVE_FLATNESS = 1e-5
-"""Distance between an arc and the polyline that replaces it that is always allowed, as a fraction of the arc's extent.
+"""Largest distance between a very large arc and the polyline that replaces it, as a fraction of the arc's extent.
 
 Because of this limit, the polyline of a very large arc does not need very many points.
 """

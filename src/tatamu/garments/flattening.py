@@ -36,7 +36,7 @@ The height is a fraction of the triangle's longest side. Triangles that face the
 STILL = 1e-6
 """Largest motion of a vertex in one step at which the flattened garment counts as at rest.
 
-It is a fraction of the garment's extent. The iteration ends when no vertex moves farther.
+It is a fraction of the garment's extent. The iteration ends when no vertex moves farther in a step.
 """
 LEAST_WEIGHT = 0.05
 """Smallest weight of a triangle's side in the flattening of a garment.
@@ -44,9 +44,11 @@ LEAST_WEIGHT = 0.05
 The weight is half the cotangent of the opposite angle, but an obtuse angle would give a negative weight.
 """
 PRICES = (0.35, 1.0, 3.0)
-"""Costs of an edge on the border between front and back. The unit is the cost of one triangle that faces the wrong way.
-With a higher cost, the border is shorter and follows wrinkles less. All costs are tried, and the flat garment with the
-least strain is kept."""
+"""Costs of a mesh edge on the border between front and back, when a garment's triangles are assigned to both.
+
+The unit is the cost of one triangle that faces the wrong way. With a higher cost, the border is shorter and follows
+wrinkles less. All costs are tried, and the flat garment with the least strain is kept.
+"""
 ONE_SIDED = 0.5
 """Limit that decides whether a whole panel of a garment belongs to the front or to the back.
 

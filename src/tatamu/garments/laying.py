@@ -34,7 +34,9 @@ ADVICE = (
 
 
 def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """Drop a garment onto the table and return it. Its shape before the fall remains the unstrained shape.
+    """Simulate the fall of a garment onto the table, and return the garment as it then lies.
+
+    Its shape before the fall remains the unstrained shape.
 
     Args:
         name: Name of the garment.

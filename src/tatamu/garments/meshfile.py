@@ -80,9 +80,9 @@ def _read_by_trimesh(path: Path) -> TriangleMesh:
 
 
 def _plain(data: bytes) -> bytes:
-    """Return the bytes of an STL file, with characters replaced that the reader does not accept.
+    """Return the bytes of an STL file, with only ASCII characters if the file is text.
 
-    If the file is text, bytes that are not ASCII become question marks.
+    In text, bytes that are not ASCII become question marks.
     """
     count = int.from_bytes(data[80:84], "little")
     if len(data) == 84 + 50 * count:

@@ -188,7 +188,7 @@ def _relaxed(
     border: shapely.MultiLineString,
     spacing: float,
 ) -> np.ndarray:
-    """Return all points of a mesh, after points next to the border have moved to the middle of their neighbours."""
+    """Return all points of a mesh, with inner points next to the border moved to the middle of their neighbours."""
     points = np.concatenate([fixed, inner])
     loose = len(fixed) + np.flatnonzero(shapely.distance(shapely.points(inner), border) < RELAXED * spacing)
     for _ in range(PASSES if len(loose) else 0):

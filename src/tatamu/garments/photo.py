@@ -97,8 +97,10 @@ class Picture:
     alpha: np.ndarray | None
     """Alpha channel, shape (h, w); None if the picture has no alpha channel, or the channel cuts nothing out."""
     film: float | None
-    """Focal length that gives the same field of view on 35 mm film [mm], as the camera wrote it into the file; None if
-    the file does not state this length."""
+    """Focal length that gives the same field of view on 35 mm film [mm]; None if the file does not state it.
+
+    The camera has written it into the file.
+    """
 
 
 def read_picture(path: Path) -> Picture:

@@ -28,8 +28,10 @@ from tatamu.garments.meshfile import border_loops
 ALIGNED = np.cos(np.radians(30.0))
 """Cosine of the largest angle at which a direction is replaced by the nearest axis of the file."""
 CLEAR = 0.6
-"""Limit for the ratio of two errors of symmetry: the error for the best direction of the width, divided by the error
-for the direction that is usual in files.
+"""Limit for the ratio of two errors of symmetry, with which the direction of a garment's width is chosen.
+
+The first error is for the best direction. The second error, by which the first is divided, is for the direction that is
+usual in files.
 
 If the ratio is at least this limit, the best direction is not clear, and the usual direction is used.
 """
@@ -107,7 +109,7 @@ def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None =
 
 
 def _snapped(way: np.ndarray) -> np.ndarray:
-    """Return the axis of the file that is near the direction `way`. If no axis is near, return `way` itself.
+    """Return the axis of the file that is near the direction `way`, or `way` itself if no axis is near.
 
     The sign of the direction is chosen so that its largest component is positive.
     """

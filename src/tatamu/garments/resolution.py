@@ -13,7 +13,9 @@ CELLS_PER_BENDING_LENGTH = 2.0
 Folds are accurate if the spacing is at most 0.55 bending lengths (docs/theory/bending.md).
 """
 PASSABLE = 0.65
-"""Largest spacing (edge length) of a mesh at which folds are still passable, in bending lengths of the material (docs/theory/bending.md).
+"""Largest mesh spacing (edge length) at which folds are still passable, in bending lengths of the material.
+
+The source is docs/theory/bending.md.
 """
 COARSEST, FINEST = 0.02, 0.004
 """Largest and smallest mesh spacing (edge length) that is chosen from the material's bending length [m]."""

@@ -29,19 +29,22 @@ OFTEN_UNWELDED = (".stl", ".glb")
 """Endings of file formats that store a vertex once for each of its triangles, or once for each of its texture
 coordinates."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""Three limits for relative changes of the edges' lengths. A garment is flattened only if half of its edges change by
-at most GENTLE, and 95 % by at most MOST. If more than 5 % of the edges change by more than DOUBTED, a note asks the
-user to check the garment."""
+"""Three limits for relative changes of the edges' lengths when a garment's mesh is flattened.
+
+A garment is flattened only if half of its edges change by at most GENTLE, and 95 % by at most MOST. If more than 5 % of
+the edges change by more than DOUBTED, a note asks the user to check the garment.
+"""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
-"""Largest median difference between edges in a mesh and in its UV map if the map counts as a sewing pattern.
+"""Largest median relative difference between the edges of a mesh and of its UV map if the map is a sewing pattern.
 
-The differences are relative. The edges are compared with one scale for all panels.
+The edges are compared with one scale for all panels. If the median is larger, the UV map is not the sewing pattern.
 """
 DEVELOPABLE = 0.01
-"""Largest median difference between edges in a mesh and in its UV map if u and v have separate scales.
+"""Largest median relative difference between the edges of a mesh and of its UV map if u and v have separate scales.
 
-The differences are relative. If the median is larger, one scale is used for both directions.
+The edges are compared with separate scales along u and v. If the median is larger, one scale is used for both
+directions.
 """
 SQUARE = 0.3
 """Largest difference at which the scales of a UV map along u and v count as equal [%].
