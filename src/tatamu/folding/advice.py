@@ -19,11 +19,11 @@ from tatamu.garments import Garment
 
 
 class UncarriedWarning(UserWarning):
-    """A fold moves cloth that no hand carries."""
+    """Warning that a fold moves cloth that no hand carries."""
 
 
 def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
-    """Return the parts of the cloth that no hand carries, each with the number of the step, counted from 0.
+    """Return the parts of the cloth that a fold moves but no hand carries, each with its step's number, counted from 0.
 
     Args:
         garment: The garment to fold.
@@ -44,7 +44,7 @@ def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[
 
 
 def advice(garment: Garment, plan: Plan, hands: int | None = None) -> list[str]:
-    """Return lines to print before a plan is learned.
+    """Return lines of text to print before a fold plan is learned.
 
     There is one line for each part that no hand carries. The remaining lines say what the user can do about these
     parts.
@@ -64,7 +64,7 @@ def _step(plan: Plan, number: int) -> str:
 
 
 def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
-    """Return lines that propose other grasps, and the best plan for the garment's outline.
+    """Return lines of text that propose other grasps, and the best plan for the garment's outline.
 
     Other grasps are proposed only if hands with these grasps carry all moving cloth.
     """
@@ -97,7 +97,7 @@ def choices(garment: Garment) -> list[Proposal]:
     outline.
 
     Raises:
-        InputError: If the garment cannot be folded over any line that was found.
+        InputError: If no line is found over which the garment can be folded.
     """
     if garment.own and not garment.kind:
         return propose(garment)

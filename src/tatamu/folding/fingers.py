@@ -24,7 +24,10 @@ from tatamu.material import Number
 from tatamu.records import Record
 
 PAD = 0.01
-"""Depth of the cloth between the pads of a hand that grasps a hem as intended [m]."""
+"""Length of the cloth between the finger pads of a hand, measured from the hem inwards [m].
+
+The value is for a hand that grasps the hem as intended.
+"""
 PRESETS = {
     # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
     "franka-hand": {"thickness": 0.0152, "width": 0.0175, "length": 0.0185},
@@ -60,7 +63,10 @@ class FingerSize(Record):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Replace the name of a known hand by its sizes. Sizes that are also given have priority over the preset."""
+        """Replace the name of a known hand by the sizes of its fingers.
+
+        Sizes that are also given have priority over the preset.
+        """
         if not isinstance(given, dict) or "preset" not in given:
             return given
         name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}
@@ -89,7 +95,7 @@ class Fingers(FingerSize):
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
     """Angle of the fingers below the horizontal [rad]."""
     friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
-    """Coulomb coefficient of cloth on the fingers [-]."""
+    """Coulomb coefficient of friction between cloth and fingers [-]."""
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
     """Largest depth below the table's top to which a hand may be commanded without failing [m].
 
@@ -104,12 +110,12 @@ class Fingers(FingerSize):
 
     @property
     def lift(self) -> float:
-        """Height of the hem above the lowest point of the lower finger, on which it lies [m]."""
+        """Height of the hem, which lies on the lower finger, above the lowest point of this finger [m]."""
         return float(self.thickness * np.cos(self.tilt))
 
     @property
     def setback(self) -> float:
-        """Length of the cloth that goes around the tip of the lower finger [m].
+        """Length of the grasped cloth that goes around the tip of the lower finger [m].
 
         The motion of the hand is shorter by this length.
         """
@@ -118,10 +124,10 @@ class Fingers(FingerSize):
     def axes(self, normal: np.ndarray) -> np.ndarray:
         """Return the axes a, w and u of the fingers as the columns of a right-handed rotation, shape (3, 3).
 
-        a points from the hand to the fingertips, w along the hem, and u from the lower finger to the upper one.
+        Axis a points from the hand to the fingertips, w along the hem, and u from the lower finger to the upper finger.
 
         Args:
-            normal: Horizontal unit vector from the moving side to the side that stays, shape (2,).
+            normal: Horizontal unit vector from the cloth that moves to the cloth that stays, shape (2,).
         """
         cos, sin = np.cos(self.tilt), np.sin(self.tilt)
         axis = np.array([*(cos * normal), -sin])

@@ -11,15 +11,18 @@ from scipy.ndimage import maximum_filter
 from tatamu.zbuffer import z_buffer
 
 PIXEL = 0.001
-"""Resolution of the map [m]."""
+"""Width of a pixel in the map of heights [m]."""
 SLACK = 1e-9
-"""Tolerance for pixels at the border of a triangle, in barycentric coordinates. It prevents gaps between triangles."""
+"""Tolerance that decides whether a pixel at the border of a triangle lies in it, in barycentric coordinates.
+
+It prevents gaps between triangles.
+"""
 NANOMETRES = 9
 """Number of decimals to which heights in metres are rounded, so that a flat layer has exactly equal heights."""
 
 
 class Surface:
-    """A map of heights over the table."""
+    """A map of the heights of a surface over the table."""
 
     def __init__(self, low: np.ndarray, heights: np.ndarray) -> None:
         """Make a map from heights [m], shape (columns, rows).
@@ -49,7 +52,7 @@ class Surface:
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
 
     def height(self, points: np.ndarray) -> np.ndarray:
-        """Return the height of the surface at k points, shape (k, 2) [m].
+        """Return the heights of the surface at k points, which have the shape (k, 2) [m].
 
         The result has the shape (k,). It is 0 on the bare table.
         """
@@ -60,9 +63,10 @@ class Surface:
         return heights
 
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
-        """Return a surface with other heights. Pixels are raised where the surface would be steeper than `slope`.
+        """Return a surface whose heights come from a function.
 
-        `height` is a function from the centres of k pixels, shape (k, 2), to their heights, shape (k,).
+        Pixels are raised where the surface would be steeper than `slope`. `height` is a function from the centres of k
+        pixels, shape (k, 2), to their heights [m], shape (k,).
         """
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)
@@ -71,7 +75,7 @@ class Surface:
 
 @njit(cache=True)
 def _gentle(heights, fall):  # type: ignore[no-untyped-def]
-    """Raise pixels until no pixel is lower than a neighbour by more than `fall`.
+    """Raise pixels of a map of heights until none is lower than a neighbour by more than `fall`.
 
     Two sweeps over the map suffice, as in a distance transform.
     """

@@ -28,20 +28,23 @@ open.
 SETTLE is the time from the opening of the hands until the fold is scored.
 """
 FRAME_RATE = 60.0
-"""Number of frames per second in the motion of the hands and in the rollout [1/s]."""
+"""Number of frames per second in the motion of the hands and in the recorded motion of the cloth [1/s]."""
 
 Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")
 """Names of the hands, in the order of `Manipulation`."""
 OFF_PATH = 2e-3
-"""Largest distance between a via-point and the motion of its hand [m]. Via-points at a larger distance are refused."""
+"""Largest distance between a via-point and the motion of its hand [m].
+
+Via-points are points of a hand's path that a robot follows. A file with a via-point at a larger distance is refused.
+"""
 VIA_EVERY = 10
 """Number of frames between neighbouring via-points (paper, section VI-C). Via-points are points of a hand's path that a
 robot follows."""
 
 
 class Timing(OpenRecord):
-    """Times at which the hands close, start to move, arrive and open, and at which the scene ends [s]."""
+    """Times at which the hands close, start to move, arrive and open, and time at which the simulation ends [s]."""
 
     closes: float = Field(ge=0)
     starts: float
@@ -79,8 +82,10 @@ class ArmPath(OpenRecord):
     control_points: Points
     """Control points of the hand's Bezier curve in the scene, from the grasp P0 to the release P3 [m], shape (4, 3)."""
     from_grasp: Points | None = None
-    """Control points P0 to P3 relative to the grasp, without the height `lift` of the file [m], shape (4, 3); None in
-    files of other programs."""
+    """Control points P0 to P3 of the curve relative to the grasp [m], shape (4, 3); None in files of other programs.
+
+    The height `lift` of the file is not included.
+    """
 
     @field_validator("control_points", "from_grasp")
     @classmethod
@@ -91,7 +96,7 @@ class ArmPath(OpenRecord):
 
     @property
     def curve(self) -> Bezier:
-        """The path of the hand in the scene."""
+        """The path of the hand in the scene, as a Bezier curve."""
         return Bezier(self.control_points)
 
 
@@ -128,7 +133,7 @@ class ManipulationFile(OpenRecord):
     """Arms, left before right."""
     timing: Timing | None = None
     lift: float | None = None
-    """Height of the hands over their grasps when the fingers have closed [m]; None in files of other programs."""
+    """Height by which the closing fingers lift the grasped cloth [m]; None in files of other programs."""
     settle: float = SETTLE
     """Time from the opening of the hands until the fold is scored [s]."""
     via_points: ViaPoints | None = None
@@ -157,13 +162,13 @@ class Manipulation:
     paths: tuple[np.ndarray, ...]
     """Path of each hand relative to its grasp, as s points [m], shape (s, 3).
 
-    The path starts at 0 and ends at the release.
+    The path starts at (0, 0, 0) and ends at the release.
     """
     control_points: tuple[np.ndarray, ...] | None
     """Control points P0 to P3 of each hand's curve, relative to its grasp [m], shape (4, 3); None if the paths are not
     cubic Bezier curves."""
     lift: float = 0.0
-    """Height of the hands over their grasps when the fingers have closed [m]."""
+    """Height by which the closing fingers lift the grasped cloth [m]."""
     settle: float = SETTLE
     """Time from the opening of the hands until the fold is scored [s]."""
     patches: tuple[tuple[int, ...], ...] = ()
@@ -298,7 +303,7 @@ class Manipulation:
 
     @property
     def timing(self) -> Timing:
-        """Times at which the hands close, move and open."""
+        """Times at which the hands close, start to move, arrive and open."""
         arrives = WAIT + self.move_seconds
         return Timing(
             closes=0.0,
@@ -310,7 +315,7 @@ class Manipulation:
         )
 
     def motion(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Return the motion with one knot per frame.
+        """Return the motion of the hands, with one knot (time and positions) per frame.
 
         Returns:
             Times of the k knots [s], shape (k,), and for each hand its displacements at the knots [m], shape (k, 3).
@@ -329,7 +334,7 @@ def bezier_manipulation(
     P1 and P2 are relative to the grasp P0, with x along the motion of the fold and z up [m].
 
     The arguments describe a hand whose distance from grasp to release is the fold's span. A hand with a larger distance
-    follows the same curve, enlarged by the ratio of both distances. The hands then turn the cloth about the line
+    follows the same curve, enlarged by the ratio of both distances. Both hands then turn the cloth about the fold line
     together.
     """
     across = np.array([*fold.normal, 0.0])
@@ -365,7 +370,7 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
-    """Return a manipulation whose hands follow polylines.
+    """Return a manipulation whose hands follow polylines: straight lines from point to point.
 
     A polyline consists of s points relative to the hand's grasp [m], shape (s, 3).
     """

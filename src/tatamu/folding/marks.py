@@ -11,10 +11,12 @@ import numpy as np
 from tatamu.folding.fold import Fold
 
 MARKS = ("left_along", "left_across", "right_along", "right_across", "slip_along", "slip_across")
-"""Names of the deviations from the target [m].
+"""Names of the deviations of a finished fold from its target [m].
 
-Each deviation is measured along the fold, or across it (positive to the left). The left corner of the moved hem has two
-deviations, the right corner has two, and the slip of the lower hem has two."""
+Each deviation is measured in the direction in which the fold moves cloth ("along"), or perpendicular to it ("across",
+positive to the left). The left corner of the moved hem has two deviations, the right corner has two, and the slip of
+the lower hem has two.
+"""
 
 
 def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
@@ -33,7 +35,7 @@ def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
 
 
 def lower_hem(fold: Fold, corners: list[int]) -> list[int]:
-    """Return, for each corner, the nearest vertex to the corner's target, among all vertices that do not move."""
+    """For each corner of the moved hem, return the vertex of unmoved cloth that is nearest to the corner's target."""
     still = np.flatnonzero(fold.still())
     if not len(still):
         across, _ = fold.crease.split(fold.start)

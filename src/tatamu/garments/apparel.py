@@ -30,12 +30,12 @@ STYLE = re.compile(r"\s*(ANSI/AAMA|ASTM|UNITS|PIECE NAME|STYLE NAME)\b", re.IGNO
 
 
 def is_pattern(texts: Sequence[str]) -> bool:
-    """Return whether the texts of a drawing show that the drawing is a sewing pattern in the industry's form."""
+    """Return whether the texts of a drawing show that it is a sewing pattern in the apparel industry's form of DXF."""
     return any(STYLE.match(text) for text in texts)
 
 
 def unit(texts: Iterable[str]) -> Unit | None:
-    """Return the unit that the texts of a pattern state; None if no text states a unit."""
+    """Return the unit that the texts of a sewing pattern state; None if no text states a unit."""
     for text in texts:
         found = re.fullmatch(r"\s*UNITS\s*:\s*(METRIC|ENGLISH)\s*", text, re.IGNORECASE)
         if found:
@@ -45,7 +45,10 @@ def unit(texts: Iterable[str]) -> Unit | None:
 
 
 def title(texts: Iterable[str], block: str) -> str:
-    """Return the name of a piece: the name in its texts. If the texts have no name, return the name of its block."""
+    """Return the name of a piece of a sewing pattern, as stated by its texts.
+
+    If the texts have no name, return the name of its block.
+    """
     for text in texts:
         found = re.fullmatch(r"\s*PIECE NAME\s*:\s*(\S.*?)\s*", text, re.IGNORECASE)
         if found:
@@ -54,10 +57,10 @@ def title(texts: Iterable[str], block: str) -> str:
 
 
 def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None:
-    """Make a piece from its curves by layer; None if the piece has no closed boundary.
+    """Make a piece of a sewing pattern from its curves, which are given by layer.
 
-    If the sew line is closed, it is the outline, because cloth outside the sew line is hidden inside the sewn garment.
-    Otherwise the outline is the cut line.
+    The result is None if the piece has no closed boundary. If the sew line is closed, it is the outline, because cloth
+    outside the sew line is hidden inside the sewn garment. Otherwise the outline is the cut line.
     """
     cut = _closed(layers, BOUNDARY)
     if not cut:
@@ -78,12 +81,12 @@ def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None
 
 
 def loose_pieces(layers: Mapping[str, Sequence[DrawnCurve]]) -> tuple[Piece, ...]:
-    """Return the pieces of a pattern without blocks: one piece without a name for each closed boundary."""
+    """Return the pieces of a sewing pattern without blocks: one piece without a name for each closed boundary."""
     return grouped([DrawnCurve("", curve.points, True) for curve in _closed(layers, BOUNDARY)])
 
 
 def _closed(layers: Mapping[str, Sequence[DrawnCurve]], layer: str) -> list[DrawnCurve]:
-    """Return the closed curves of a layer, from the largest extent to the smallest."""
+    """Return the closed curves of a layer, in the order of their extents, the largest first."""
     loops = [curve for curve in layers.get(layer, ()) if curve.closed]
     return sorted(loops, key=lambda curve: -float(np.prod(np.ptp(curve.points, axis=0))))
 

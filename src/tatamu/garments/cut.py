@@ -1,4 +1,4 @@
-"""Turns a piece of a drawing into the outline of a garment.
+"""Turns a piece of a drawing, such as a sewing pattern, into the outline of a garment.
 
 The outline is the largest closed curve of the piece. Closed curves inside are holes, and open curves along the outline
 name parts of the outline.
@@ -20,15 +20,17 @@ from tatamu.garments.outline import Outline, counted
 from tatamu.garments.sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
-"""Largest distance by which an outline may change when unnecessary points are left out [m]."""
+"""Largest distance by which an outline may change when points that it does not need are left out [m]."""
 MOST_CORNERS = 2_000
 """Largest number of corners of each curve of an outline. The number is limited because libraries recurse once for each
 corner, or try all pairs of corners."""
 MOST_NOTES = 5
-"""Largest number of notes on named curves that are no openings because they do not lie along the outline. If there are
-more such curves, one further note states their number."""
+"""Largest number of notes to the user about named curves that name no opening, because they are not on the outline.
+
+If there are more such curves, one further note states their number.
+"""
 SAME = 0.99
-"""Largest area of a hole, as a fraction of the outline's area.
+"""Largest area of a hole, as a fraction of the area inside the outline.
 
 A larger curve is the outline itself, drawn a second time.
 """
@@ -48,13 +50,13 @@ class Cut:
     outline: Outline
     """The outline in the garment's frame [m]."""
     openings: tuple[str, ...]
-    """Names of the open sides of the outline."""
+    """Names of the open sides of the outline, which are not sewn."""
     notes: tuple[str, ...]
     """Notes for the user on how the drawing was understood."""
 
 
 def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path, holes: bool | None = None) -> Cut:
-    """Return the outline of a piece.
+    """Return the outline of a garment from a piece of a drawing.
 
     Args:
         piece: Piece of the drawing, with its curves.
@@ -135,7 +137,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
 
 
 def _follows(inner: shapely.Polygon, outer: shapely.Polygon) -> bool:
-    """Return whether the inner curve runs along the whole outer curve, at most a seam allowance inside it."""
+    """Return whether the inner curve runs along the whole outer curve, at most a seam allowance's width inside it."""
     allowance = min(WIDEST_ALLOWANCE, ALLOWANCE * float(np.sqrt(outer.area)))
     return bool(outer.exterior.hausdorff_distance(inner.exterior) < allowance)
 
@@ -148,7 +150,7 @@ def _valid(points: np.ndarray, path: Path) -> shapely.Polygon:
 
 
 def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Polygon:
-    """Return the whole piece: the half that was drawn, joined with its mirror image over the fold line."""
+    """Return a whole piece of a sewing pattern from its drawn half: the half is joined with its mirror image."""
     start, along = line[0], (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
 
     def image(points: np.ndarray) -> np.ndarray:
@@ -164,7 +166,9 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """Return a closed curve with at most `MOST_CORNERS` points. If the given curve has more points, it is simplified.
+    """Return a closed curve with at most `MOST_CORNERS` points.
+
+    If the given curve has more points, it is simplified.
 
     Raises:
         InputError: If the simplified curve still has too many points.
@@ -187,7 +191,7 @@ def _ring(region: shapely.Polygon) -> np.ndarray:
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return curves by name.
+    """Return curves by their names.
 
     Repeated names are numbered. For example, all curves in one DXF layer have the same name.
     """

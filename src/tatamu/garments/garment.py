@@ -42,15 +42,17 @@ class Garment:
     spacing: float
     """Typical edge length of the mesh [m]."""
     vertices: np.ndarray
-    """Flat positions [m], shape (n, 3)."""
+    """Positions of the vertices in the flat garment [m], shape (n, 3)."""
     faces: np.ndarray
     """Triangles, shape (m, 3). The normals of the front point up, and the normals of the back point down."""
     material: Material
     seams: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     """Edges of the mesh without bending stiffness, such as seams, shape (s, 2)."""
     rest: np.ndarray | None = None
-    """Positions in the unstrained shape [m], shape (n, 3); None if this shape is `vertices`. If there are two layers,
-    both layers are at z = 0."""
+    """Positions of the vertices in the unstrained shape [m], shape (n, 3); None if this shape is `vertices`.
+
+    If there are two layers, both layers are at z = 0.
+    """
     fibre: np.ndarray | None = None
     """Direction of the warp, the lengthwise threads, in the unstrained shape, shape (m, 3) or (1, 3); None for x."""
     edges: dict[str, np.ndarray] = field(default_factory=dict)
@@ -65,7 +67,7 @@ class Garment:
     kind: str = ""
     """Name of the built-in garment whose fold plans this garment uses; empty if the user's file names no garment."""
     reading: str = ""
-    """Unit in which the file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
+    """Text on the unit in which the garment's file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()
     """Notes for the user on changes that were made to a garment from a file."""
 
@@ -74,12 +76,12 @@ class Garment:
 
     @property
     def spacing_given(self) -> bool:
-        """Whether the spacing was chosen by the user."""
+        """Whether the spacing (edge length) of the mesh was chosen by the user."""
         return self.source is not None and self.source.spacing is not None
 
     @property
     def layers(self) -> int:
-        """Number of layers: two if some triangles face down."""
+        """Number of layers of cloth: two if some triangles face down, otherwise one."""
         return 2 if facing_down(self.vertices, self.faces).any() else 1
 
     @property

@@ -11,10 +11,12 @@ from tatamu.files import MIB
 LARGEST_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MOST_PARTS = 500_000
-"""Largest number of elements of a drawing in which each reference to another part is replaced by that part. Numbers in
-paths count as elements."""
+"""Largest number of elements of a drawing, after each reference to another part is replaced by that part.
+
+Numbers in paths count as elements.
+"""
 DEEPEST = 100
-"""Largest number of levels to which the parts of a drawing may be nested."""
+"""Largest number of levels to which parts of a drawing may include other parts."""
 MOST_CURVES = 5_000
 """Largest number of closed curves of a drawing, and also the largest number of open curves."""
 Part = TypeVar("Part", bound=Hashable)
