@@ -86,9 +86,9 @@ class ReachConstraint:
         self._known = []
 
     def _ways(self, hands: HandMotion) -> Iterator[Robot]:
-        """Yield the robot with each of its start poses.
+        """Yield the robot in each way in which it may fold: with each of its start poses.
 
-        If only one hand folds, first one arm and then the other arm is tried as the folding arm.
+        If only one hand folds, each arm is tried as the folding arm.
         """
         for robot in self._starting:
             yield from robot.with_hands(len(hands.curves))

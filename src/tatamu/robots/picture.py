@@ -32,7 +32,7 @@ FAR = 0.85
 In the picture, x points up and y points to the left, as seen from behind the robot.
 """
 CELL = 0.034
-"""Side length of a square [m]."""
+"""Side length of a square of the reachability picture [m]."""
 COLOURS = {"larm": "left", "rarm": "right"}
 
 
@@ -73,7 +73,8 @@ def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
 
 
 def _middle(plan: RobotPlan) -> np.ndarray:
-    """Return the middle of both hands' paths in the fold's frame F, as homogeneous coordinates, shape (4,)."""
+    """Return the middle between the paths of both hands in the fold's frame F, as homogeneous coordinates, shape (4,).
+    """
     points = plan.task.hands.at(plan.via_times).reshape(-1, 3)
     return np.append((points.min(axis=0) + points.max(axis=0)) / 2, 1.0)
 
