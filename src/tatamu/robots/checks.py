@@ -235,7 +235,9 @@ class Checks:
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:
-    """Return three texts for a checked value: the value, its unit and its limit. Metres are converted to millimetres.
+    """Return three texts for a checked value: the value, its unit and its limit.
+
+    Metres are converted to millimetres.
     """
     scale, unit = (1e3, "mm") if unit == "m" else (1.0, "" if unit == "1" else unit)
     bound = "at least" if ok == (value > limit) else "at most"

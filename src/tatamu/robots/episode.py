@@ -79,7 +79,7 @@ def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
 
 
 def _task(plan: RobotPlan) -> str:
-    """Return a text that describes the plan's task in the dataset, such as "Fold the towel (half).""""
+    """Return a text, such as "Fold the towel (half).", that describes the plan in a dataset."""
     learned = ResultFolder(plan.task.source)
     if not learned.result_file.exists():
         return "Fold the cloth."

@@ -73,8 +73,7 @@ def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
 
 
 def _middle(plan: RobotPlan) -> np.ndarray:
-    """Return the middle between the paths of both hands in the fold's frame F, as homogeneous coordinates, shape (4,).
-    """
+    """Return the middle between both hands' paths in the fold's frame F, as homogeneous coordinates, shape (4,)."""
     points = plan.task.hands.at(plan.via_times).reshape(-1, 3)
     return np.append((points.min(axis=0) + points.max(axis=0)) / 2, 1.0)
 

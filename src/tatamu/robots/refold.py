@@ -48,13 +48,12 @@ class Refold:
 
     @property
     def apart(self) -> np.ndarray:
-        """Final distance of each vertex from its position in the fold by floating hands [m], shape (n,)."""
+        """Final distance of each vertex between the robot's fold and the fold by floating hands [m], shape (n,)."""
         return np.asarray(np.linalg.norm(self.robot.positions[-1] - self.floating.positions[-1], axis=1))
 
     @property
     def scores(self) -> dict[str, Score]:
-        """Scores of three folds: by the robot, by floating hands, and as learned; empty if the fold cannot be scored.
-        """
+        """Scores of three folds: by the robot, by floating hands, and as learned. Empty if the fold has no scores."""
         if self.learned is None:
             return {}
         return {
@@ -65,8 +64,7 @@ class Refold:
 
 
 def halvings_for(scene: Scene, simulator: str) -> int:
-    """Return how many times the edges of a scene's mesh must be halved until the mesh is fine enough for the simulator.
-    """
+    """Return how many times the edges of a scene's mesh must be halved, so that the simulator can use the mesh."""
     coarsest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
