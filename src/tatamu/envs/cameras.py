@@ -84,7 +84,7 @@ class Studio:
         return np.where(np.isfinite(found), found, 0.0).astype(np.float32)
 
     def _mesh(self, points: np.ndarray, hands: np.ndarray) -> PaintedMesh:
-        """Return one mesh for a picture: the cloth, and an octahedron for each hand."""
+        """Return one mesh for a picture, which contains the cloth and an octahedron for each hand."""
         count = len(points)
         faces = [self._faces, *(FACES + count + len(CORNERS) * number for number in range(len(hands)))]
         shapes = [points, *(hand + HAND * CORNERS for hand in hands)]

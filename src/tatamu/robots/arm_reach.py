@@ -30,7 +30,7 @@ A larger distance does not improve the quality of a motion.
 HOPELESS = -1.0
 """Lower limit for the quality of an arm's motion. Only motions above this limit are considered further."""
 CLEAR = 3
-"""Largest number of holds that are kept for each arm: those with the best quality.
+"""Largest number of holds that are kept for each arm and placement: those with the best quality.
 
 A hold is an orientation of the hand at the grasp.
 """

@@ -104,9 +104,9 @@ class Clearance:
         return probe + min(self._distance(int(geom), self._table, 20.0) for geom in arms)
 
     def least(self, configurations: np.ndarray) -> dict[str, Distance]:
-        """Return the smallest distance of each kind, such as "between arms".
+        """Return the smallest distance of each kind, such as "between arms", in any of n configurations.
 
-        The distance is the smallest over n configurations of all joints [rad], shape (n, nq).
+        The configurations have the angles of all joints [rad], shape (n, nq).
         """
         best: dict[str, Distance] = {}
         for row, q in enumerate(configurations):
@@ -119,9 +119,9 @@ class Clearance:
         return best
 
     def nearest(self, configurations: np.ndarray) -> float:
-        """Return the smallest distance between any two shapes that are compared [m]; FAR if it is larger.
+        """Return the smallest distance between shapes in any of n configurations [m], at most FAR.
 
-        The distance is the smallest over n configurations of all joints [rad], shape (n, nq).
+        The configurations have the angles of all joints [rad], shape (n, nq).
         """
         return min((found.value for found in self.least(configurations).values()), default=FAR)
 

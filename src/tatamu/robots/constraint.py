@@ -86,7 +86,7 @@ class ReachConstraint:
         self._known = []
 
     def _ways(self, hands: HandMotion) -> Iterator[Robot]:
-        """Yield the robot in each way in which it may fold: with each of its start poses.
+        """Yield the robot with each of its start poses.
 
         If only one hand folds, each arm is tried as the folding arm.
         """

@@ -11,7 +11,7 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 
 UNDERNEATH = 0.003
-"""Largest allowed height of the lower finger above the table when the hand goes to the cloth [m].
+"""Largest allowed height of the lower finger above the table when the jaw starts to close [m].
 
 A higher finger would pass over the edge of the cloth.
 """

@@ -88,7 +88,7 @@ class HandMotion:
         return np.array(points)
 
     def evenly(self, count: int) -> np.ndarray:
-        """Return `count` times between which the hands travel equal distances [s]."""
+        """Return `count` times [s]. From each time to the next, the hands travel the same distance."""
         times = np.linspace(self.times[0], self.times[-1], 1001)
         steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2).mean(axis=0)
         length = np.append(0.0, np.cumsum(steps + 1e-9))

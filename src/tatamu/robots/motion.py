@@ -93,9 +93,9 @@ class Motion:
 
 
 def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hovers: bool = False) -> Motion:
-    """Return the fastest motion through all stages within the robot's limits, with waits between the stages.
+    """Return the fastest motion through all stages that the robot's limits and `pace` allow.
 
-    If `hovers` is true, the jaws stay open.
+    Between the stages, the robot waits for its fingers. If `hovers` is true, the jaws stay open.
     """
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}

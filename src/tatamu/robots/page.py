@@ -66,7 +66,7 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
 
 
 def _columns(figures: dict[str, Any]) -> list[Column]:
-    """Return table columns with the scores of three folds: by the robot, by floating hands, and as learned."""
+    """Return table columns with the scores of the robot's fold, the fold by floating hands, and the learned fold."""
     scores = figures["fold"]["scores"] if figures["fold"] else {}
     return [Column(name, Score.model_validate(score)) for name, score in scores.items()]
 

@@ -27,9 +27,10 @@ LEFT = 0.55
 RIGHT = -0.55
 NEAR = -0.15
 FAR = 0.85
-"""Edges of the picture along y and x of the base B [m].
+"""Upper edge of the picture along x of the base B [m].
 
-In the picture, x points up and y points to the left, as seen from behind the robot.
+`NEAR` is the lower edge along x. `LEFT` and `RIGHT` are the edges along y. In the picture, x points up and y points to
+the left, as seen from behind the robot.
 """
 CELL = 0.034
 """Side length of a square of the reachability picture [m]."""
@@ -73,7 +74,7 @@ def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
 
 
 def _middle(plan: RobotPlan) -> np.ndarray:
-    """Return the middle between both hands' paths in the fold's frame F, as homogeneous coordinates, shape (4,)."""
+    """Return the middle of both hands' paths in the fold's frame F, as homogeneous coordinates, shape (4,)."""
     points = plan.task.hands.at(plan.via_times).reshape(-1, 3)
     return np.append((points.min(axis=0) + points.max(axis=0)) / 2, 1.0)
 

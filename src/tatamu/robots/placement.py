@@ -81,7 +81,8 @@ class Hold:
     At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
     """
     flipped: bool = False
-    """Whether the two fingers of the jaw have swapped places: the jaw is rotated by half a turn about its axis."""
+    """Whether the two fingers have swapped places: the jaw is rotated by half a turn about its direction of approach.
+    """
 
     def rotation(self, heading: float) -> np.ndarray:
         """Return R_BT, the rotation from the tool's frame T to the base's frame B, shape (3, 3).

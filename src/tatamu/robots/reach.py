@@ -31,7 +31,7 @@ DISTANCES = {
     "to the table": (0.003, 0.012),
     "of fingers to the table": (0.0004, 0.0008),
 }
-"""Two limits for each kind of distance, such as "between arms" [m].
+"""Two limits [m] for each kind of distance, such as "between arms".
 
 If the distance is below the first limit, the motion counts as impossible. Above the second limit, a larger distance
 does not improve the quality of the motion.
@@ -48,7 +48,10 @@ Each pose is given as a fraction of the way from the initial pose to the fold.
 REFINED = 2
 """Number of the best placements around which further placements are tried."""
 ASKED = 80
-"""Largest number of placements for which distances between links are computed, those with the best quality first."""
+"""Largest number of placements for which distances between links are computed.
+
+The placements with the best quality are chosen.
+"""
 TRIED = 8
 """Largest number of hand orientations for which an arm's distances are computed at one placement.
 
@@ -228,7 +231,7 @@ def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
-    """Return the quality of a motion that follows from its smallest distances.
+    """Return the quality of a motion, judged by its smallest distances.
 
     The distances are computed in n configurations, shape (n, nq). The quality is at most 1. It is negative if a
     distance is too small.

@@ -48,12 +48,16 @@ class Refold:
 
     @property
     def apart(self) -> np.ndarray:
-        """Final distance of each vertex between the robot's fold and the fold by floating hands [m], shape (n,)."""
+        """Distance of each vertex between the final shapes of both folds [m], shape (n,).
+
+        One fold is by the robot's hands, the other fold is by floating hands.
+        """
         return np.asarray(np.linalg.norm(self.robot.positions[-1] - self.floating.positions[-1], axis=1))
 
     @property
     def scores(self) -> dict[str, Score]:
-        """Scores of three folds: by the robot, by floating hands, and as learned. Empty if the fold has no scores."""
+        """Scores of three folds: by the robot, by floating hands, and the learned fold. Empty if they cannot be scored.
+        """
         if self.learned is None:
             return {}
         return {

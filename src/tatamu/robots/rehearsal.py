@@ -97,7 +97,7 @@ class Rehearsal:
         )
 
     def holding(self, arm: str) -> np.ndarray:
-        """Return whether an arm's jaw is closed at each sample: from its closing to its opening, shape (n,)."""
+        """Return for each sample whether it is between the closing and the opening of an arm's jaw, shape (n,)."""
         closes, opens = self.planned.event(arm, "close"), self.planned.event(arm, "open")
         return (self.times >= closes) & (self.times <= opens)
 
@@ -160,7 +160,10 @@ class _FingerDrives:
 
 
 def _stage(planned: Planned, mujoco: Any) -> Any:
-    """Return the plan's model with drives on its joints. Pairs of shapes that must not touch can collide."""
+    """Return the plan's model with drives on its joints.
+
+    Contacts act between the pairs of shapes that must not touch.
+    """
     path = planned.folder / MODEL
     spec = load_stage(planned.folder)
     try:

@@ -24,8 +24,8 @@ State = Literal["waiting", "running", "complete", "failed"]
 class TaskRecord(OpenRecord):
     """A task of a sweep, its state and its results.
 
-    The results are those of the best trial. If the task is a plan of several folds, they are the results of the last
-    fold.
+    The measures of the fold, such as the objective, belong to the best trial. If the task is a plan of several folds,
+    they belong to the last fold.
     """
 
     name: str
@@ -36,7 +36,7 @@ class TaskRecord(OpenRecord):
     error: str | None = None
     """Reason why the task failed; None if the task did not fail."""
     trials: int | None = None
-    """Number of trials, for a plan of several folds in all folds together."""
+    """Number of trials. If the task is a plan of several folds, this is the sum over all folds."""
     failed_trials: int | None = None
     objective: float | None = None
     """Objective C of the best trial, Eq. (10); None for a plan of several steps."""
