@@ -95,7 +95,7 @@ class Motion:
 def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hovers: bool = False) -> Motion:
     """Return the fastest motion through all stages that the robot's limits and `pace` allow.
 
-    Between the stages, the robot waits for its fingers. If `hovers` is true, the jaws stay open.
+    Between the stages, the robot waits, for example while its fingers close. If `hovers` is true, the jaws stay open.
     """
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}

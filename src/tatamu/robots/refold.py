@@ -56,7 +56,9 @@ class Refold:
 
     @property
     def scores(self) -> dict[str, Score]:
-        """Scores of three folds: by the robot, by floating hands, and the learned fold. Empty if they cannot be scored.
+        """Scores of three folds: by the robot, by floating hands, and the learned fold.
+
+        Empty if they cannot be scored.
         """
         if self.learned is None:
             return {}
