@@ -31,7 +31,10 @@ PLAIN = (str, bytes, int, float, bool, type(None))
 
 
 class SharedArguments:
-    """The large arguments that are stored on the workers, in the order of their last use, the oldest use first."""
+    """The large arguments that are stored on the workers.
+
+    They are sorted by their last use, the least recently used first.
+    """
 
     def __init__(self, client: distributed.Client, kept: int = KEPT) -> None:
         self._client = client

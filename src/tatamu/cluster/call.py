@@ -12,7 +12,7 @@ from tatamu.cluster.versions import Versions, difference, processor, versions
 from tatamu.errors import UnavailableError
 
 RESTART_SECONDS = 20.0
-"""Time within which a nanny, Dask's process that supervises a worker, must restart its worker [s]."""
+"""Time limit for the restart of a worker by its nanny, Dask's process that supervises the worker [s]."""
 
 
 def unpacked(content: bytes) -> Any:
@@ -64,9 +64,9 @@ async def _replace(worker: Any, scheduler: Any) -> None:
 
 
 def _turned(differing: str | None) -> str:
-    """Replace the words "here" and "there" in a text from `difference`.
+    """Rewrite a worker's text from `difference` for the user, who is at the client.
 
-    A worker has written this text. In the text, "here" means the worker and "there" means the client. The user is at
-    the client, so these words would mislead the user.
+    In the worker's text, "here" means the worker and "there" means the client. The result has the words "at the worker"
+    and "at the client" instead.
     """
     return (differing or "").replace(" there", " at the client").replace(" here", " at the worker")

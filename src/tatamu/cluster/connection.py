@@ -1,4 +1,4 @@
-"""Connects to a scheduler that is already running, or starts a scheduler with processes that end with the program."""
+"""Connects to a running scheduler, or starts a scheduler and workers that end when the program ends."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tatamu.cluster.executor import DaskExecutor
 
 CONNECT_SECONDS = 5.0
-"""Time within which a scheduler must answer [s]."""
+"""Time limit for a scheduler's answer when the program connects to the scheduler [s]."""
 KILLED_WORKERS = 3
 """Number of workers that may die during a call before the call fails.
 
@@ -58,7 +58,7 @@ def executor_at(address: str | None) -> Iterator[Executor | None]:
 
 @contextmanager
 def connected(address: str) -> Iterator[DaskExecutor]:
-    """Yield the workers of a scheduler as an executor. The possible errors are listed at `executor_at`."""
+    """Yield the workers of a scheduler as an executor. `executor_at` lists the possible errors."""
     parsed = parse_address(address)
     _configure()
     if address.startswith("tls://"):

@@ -154,7 +154,7 @@ class DaskExecutor(Executor):
 
 
 def _end(future: Future[Any], result: Any = None, error: BaseException | None = None) -> None:
-    """Set the result or the error of a future, unless the future has ended already."""
+    """Set the result or the error of a future. Do nothing if the future has ended already."""
     if future.done():
         return
     if error is not None:

@@ -22,7 +22,7 @@ Versions = Mapping[str, str]
 
 @cache
 def versions() -> Versions:
-    """Return the versions of Python, of tatamu and of the packages in this process, by their names."""
+    """Return the versions of Python, of tatamu and of packages in this process, as a dictionary by name."""
     found = {"Python": platform.python_version(), "tatamu": f"{__version__} ({source_digest()})"}
     return found | {name: _version(name) for name in COMPUTING}
 
@@ -51,7 +51,7 @@ def source_digest() -> str:
 
 @cache
 def processor() -> str:
-    """Return the kind of processor for which the simulator `native` is compiled.
+    """Return the kind of this machine's processor, for which the simulator `native` is compiled.
 
     Processors of the same kind give exactly the same results.
     """

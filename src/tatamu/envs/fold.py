@@ -48,7 +48,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
 
         Args:
             garment: A garment, or the name or file of a garment.
-            fold: Name or file of a fold plan. Its first step is folded.
+            fold: Name or file of a fold plan. Only the first fold of the plan is made.
             size: Width and length of the garment [m]; None for the garment's own size.
             material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
             spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.

@@ -68,7 +68,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         Args:
             garment: A garment, or the name or file of a garment. It may also be a task, which already contains
                 the fold, the size, the material and the spacing.
-            fold: Name or file of a fold plan. Its first step is folded.
+            fold: Name or file of a fold plan. Only the first fold of the plan is made.
             size: Width and length of the garment [m]; None for the garment's own size.
             material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
             spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
@@ -176,7 +176,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Move the hands to these positions in one step. Unlike `step`, this method does not limit their speed.
+        """Move the hands to the positions `places` in one step. Unlike `step`, this method does not limit their speed.
 
         Args:
             places: Assumed positions of the hands at the end of the step [m], shape (hands, 3).
@@ -216,7 +216,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return follow(self.task.manipulation(parameters), self.start, self.largest, self.rate, self.steps)
 
     def scene(self) -> Scene:
-        """Return the motion of the hands so far as a scene for any simulator.
+        """Return the hands' motion in this episode so far as a scene, which any simulator can run.
 
         The scene ends `SETTLE` seconds after the last step.
         """
@@ -256,7 +256,10 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return float(vertex_distances(self.task.fold.target, self._view.positions).mean())
 
     def _succeeds(self) -> bool:
-        """Return whether the fold succeeds as `Score` defines it, with open hands and cloth at rest."""
+        """Return whether the fold is successful.
+
+        It is successful if its `Score` is good, the hands are open, and the cloth is at rest.
+        """
         if self._view.closed.any() or np.linalg.norm(self._view.velocities, axis=1).mean() > self.options.calm:
             return False
         near = self._distance <= Limits().mean_vertex_distance  # tested first, because the view from above takes longer

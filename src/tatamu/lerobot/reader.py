@@ -53,7 +53,7 @@ class LeRobotReader:
 
     @cached_property
     def tasks(self) -> list[str]:
-        """The tasks as text, in the order of their numbers."""
+        """Texts of the tasks, in the order of the tasks' numbers."""
         file = self.root / layout.TASKS
         with foreign(file, "a Parquet file"):
             rows = needed("pyarrow.parquet").read_table(file).to_pylist()

@@ -42,7 +42,7 @@ class VideoWriter:
 
     Attributes:
         frames: Number of pictures in the video.
-        size: Size of the pictures that are already encoded [bytes]; the last pictures are still missing.
+        size: Size of the pictures that are already encoded [bytes]; the last pictures are not yet included.
     """
 
     def __init__(self, path: Path, fps: int, height: int, width: int) -> None:

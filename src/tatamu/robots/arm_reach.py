@@ -18,16 +18,22 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import ASIDE, SHALLOW, Hold, Placement, tool_paths
 
 GOOD_MARGIN = 0.2
-"""Distance from the joint limits that is enough [rad]. A larger distance does not improve the quality of a motion."""
+"""Sufficient distance of an arm from its joint limits [rad].
+
+A larger distance does not improve the quality of a motion.
+"""
 GOOD_SINGULARITY = 0.2
-"""Distance from singularities that is enough, as computed by `Chain.singularity`.
+"""Sufficient distance of an arm from singularities, as computed by `Chain.singularity`.
 
 A larger distance does not improve the quality of a motion.
 """
 HOPELESS = -1.0
-"""Quality of an arm's motion below which the motion is discarded."""
+"""Lower limit for the quality of an arm's motion. Only motions above this limit are considered further."""
 CLEAR = 3
-"""Number of holds that are kept for each arm, the best first. A hold is an orientation of the hand at the grasp."""
+"""Largest number of holds that are kept for each arm and placement: those with the best quality.
+
+A hold is an orientation of the hand at the grasp.
+"""
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,7 @@ class ArmReach:
     """Joint angles [rad], shape (placements, holds, points, k) for k joints."""
 
     def best(self, placement: int) -> np.ndarray:
-        """Return the indices of the best holds at this placement, the best first."""
+        """Return the indices of the best holds at a placement, in the order of their quality, the best first."""
         order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
         return order[self.quality[placement][order] > HOPELESS]
 
@@ -125,7 +131,7 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
 
 
 def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Estimate the factor by which each of n motions must be slowed down to respect the arm's limits, shape (n,).
+    """Estimate by which factor each of n motions must be slowed down to respect the arm's limits, shape (n,).
 
     The factor is at least 1. `angles` [rad] are the angles of k joints at the m points of each motion, shape (n, m, k).
     `steps` [s] are the times from point to point, shape (m - 1,).

@@ -47,7 +47,7 @@ class Chain:
     X_LT: np.ndarray
     """Pose of the tool T in frame L, shape (4, 4).
 
-    L is at the last joint's origin, and parallel to the base B at rest.
+    L is at the last joint's origin. When the arm is at rest, L is parallel to the base B.
     """
     limits: np.ndarray
     """Lower and upper limit of each of the k joints [rad], shape (k, 2)."""
@@ -90,7 +90,7 @@ class Chain:
         return pose(R, self.trunk_origin - R @ self.trunk_origin)
 
     def before_trunk(self, X_BT: np.ndarray, trunk: np.ndarray) -> np.ndarray:
-        """Return the poses that the tool would have without the trunk's rotation, shape (.., 4, 4).
+        """Return the poses that the tool would have if the trunk were not turned, shape (.., 4, 4).
 
         These poses are the targets of `solve`.
         """
@@ -185,7 +185,7 @@ class Chain:
 
     @property
     def shoulder(self) -> np.ndarray:
-        """Position of the arm's first joint at rest, in the base B [m], shape (3,)."""
+        """Position of the arm's first joint in the base B when the robot is at rest [m], shape (3,)."""
         return self.offsets[0]
 
     @cached_property
@@ -195,19 +195,17 @@ class Chain:
         return float(sum(np.linalg.norm(offset) for offset in between))
 
     def near(self, positions: np.ndarray) -> np.ndarray:
-        """Return whether all positions of a path are within the arm's reach, for each of n paths, shape (n,).
+        """Return whether a path is within the arm's reach, for each of n paths, shape (n,).
 
         Each path has m positions [m]: `positions` has the shape (n, m, 3).
         """
         return (np.linalg.norm(positions - self.shoulder, axis=2) <= self.reach).all(axis=1)
 
     def singularity(self, angles: np.ndarray) -> np.ndarray:
-        """Return the smallest singular value of the Jacobian at each of n configurations, shape (n,).
+        """Return the smallest singular value of the arm's Jacobian in each of n configurations, shape (n,).
 
         A small singular value means that the arm is near a singularity. Lengths in the Jacobian are first divided by
-        LENGTH [m per rad].
-
-        Only the directions of motion that a fold requires from the arm count; see `demand`.
+        LENGTH [m per rad]. Only the directions of motion that a fold requires from the arm count; see `demand`.
         """
         X_BT, jacobian = self.tool(angles)
         jacobian = jacobian / np.array([LENGTH, LENGTH, LENGTH, 1, 1, 1])[:, None]
@@ -219,12 +217,15 @@ class Chain:
         return np.sqrt(np.maximum(least, 0.0))
 
     def margin(self, angles: np.ndarray) -> np.ndarray:
-        """Return the distance from each of n configurations to its nearest joint limit [rad], shape (n,)."""
+        """Return the arm's distance from its nearest joint limit in each of n configurations [rad], shape (n,)."""
         return np.minimum(angles - self.limits[:, 0], self.limits[:, 1] - angles).min(axis=1)
 
 
 def _times(R: np.ndarray, constant: np.ndarray) -> np.ndarray:
-    """Multiply rotations (n, 3, 3) by one matrix (3, 3), in one matrix product."""
+    """Return the products of n rotations and one matrix (3, 3), shape (n, 3, 3).
+
+    They are computed as a single matrix product, which is faster.
+    """
     return (R.reshape(-1, 3) @ constant).reshape(-1, 3, 3)
 
 

@@ -19,7 +19,7 @@ from tatamu.robots.model import TABLE, Robot
 from tatamu.robots.pairs import FINGERS, KINDS, OBSTACLES, ON_TABLE, link_name, pairs_of
 
 FAR = 0.15
-"""Largest distance that is computed [m]."""
+"""Largest distance between shapes that is computed [m]. Larger distances count as this value."""
 
 
 @dataclass(frozen=True)
@@ -29,16 +29,16 @@ class Distance:
     value: float
     """Distance [m]; `FAR` if all shapes were farther apart."""
     row: int
-    """Index of the configuration with the smallest distance."""
+    """Index of the robot's configuration with the smallest distance."""
     pair: tuple[str, str]
     """Names of the two links with the smallest distance."""
 
 
 class Clearance:
-    """Distance queries on one robot."""
+    """Computes distances between the collision shapes of a robot, its surroundings and the table."""
 
     def __init__(self, robot: Robot, kinds: tuple[str, ...] = KINDS, arm: str | None = None) -> None:
-        """Prepare the queries for pairs of shapes.
+        """Prepare the computation for pairs of shapes.
 
         Args:
             robot: The robot.
@@ -66,12 +66,12 @@ class Clearance:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of distances for which the model has shapes."""
+        """Kinds of pairs, such as "between arms", for which the model has shapes."""
         return tuple(self._pairs)
 
     @property
     def pairs(self) -> list[tuple[str, str, str]]:
-        """Kind of each pair whose distance is computed, and the names of the pair's two shapes."""
+        """The pairs of shapes whose distance is computed: the kind of the pair, and the names of its two shapes."""
         return [
             (kind, str(self.model.geom(first).name), str(self.model.geom(second).name))
             for kind, rows in self._pairs.items()
@@ -96,7 +96,7 @@ class Clearance:
         self._pairs = {kind: pairs for kind, pairs in joined.items() if len(pairs)}
 
     def lowest(self, configuration: np.ndarray) -> float:
-        """Return the height of the arms' lowest point above the base's origin in this configuration [m]."""
+        """Return the height of the arms' lowest point above the origin of the robot's base in a configuration [m]."""
         probe = -5.0
         self.set_table(probe)
         self._move(configuration)
@@ -104,7 +104,10 @@ class Clearance:
         return probe + min(self._distance(int(geom), self._table, 20.0) for geom in arms)
 
     def least(self, configurations: np.ndarray) -> dict[str, Distance]:
-        """Return the smallest distance of each kind over n configurations of all joints [rad], shape (n, nq)."""
+        """Return the smallest distance of each kind, such as "between arms", in any of n configurations.
+
+        The configurations have the angles of all joints [rad], shape (n, nq).
+        """
         best: dict[str, Distance] = {}
         for row, q in enumerate(configurations):
             self._move(q)
@@ -116,9 +119,9 @@ class Clearance:
         return best
 
     def nearest(self, configurations: np.ndarray) -> float:
-        """Return the smallest distance of any kind [m], at most FAR.
+        """Return the smallest distance between shapes in any of n configurations [m], at most FAR.
 
-        The distance is the smallest over n configurations of all joints [rad], shape (n, nq).
+        The configurations have the angles of all joints [rad], shape (n, nq).
         """
         return min((found.value for found in self.least(configurations).values()), default=FAR)
 
@@ -127,9 +130,9 @@ class Clearance:
         self._mujoco.mj_kinematics(self.model, self._data)
 
     def _nearest(self, pairs: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
-        """Return the distance of the nearest pair [m], and the names of the pair's two links.
+        """Return the smallest distance of the given pairs of shapes [m], and the names of the two links.
 
-        If all pairs are farther apart than `limit`, return `limit` and empty names.
+        If the shapes of all pairs are farther apart than `limit`, return `limit` and empty names.
         """
         value, names = limit, ("", "")
         bound = self._bounds(pairs)
@@ -143,7 +146,7 @@ class Clearance:
         return value, names
 
     def _bounds(self, pairs: np.ndarray) -> np.ndarray:
-        """Return a lower bound of the distance of each of n pairs [m], shape (n,).
+        """Return a lower bound on the distance between the two shapes of each of n pairs [m], shape (n,).
 
         Only the second shape of a pair can be a plane.
         """

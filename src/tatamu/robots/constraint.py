@@ -88,7 +88,7 @@ class ReachConstraint:
     def _ways(self, hands: HandMotion) -> Iterator[Robot]:
         """Yield the robot with each of its start poses.
 
-        If only one hand folds, first one arm and then the other arm is tried as the folding arm.
+        If only one hand folds, each arm is tried as the folding arm.
         """
         for robot in self._starting:
             yield from robot.with_hands(len(hands.curves))

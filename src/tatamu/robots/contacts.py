@@ -21,7 +21,9 @@ from tatamu.robots.stage import stage
 def touches(
     robot: Robot, table_height: float, configurations: np.ndarray, limits: Mapping[str, float]
 ) -> dict[str, Distance]:
-    """Return the smallest distance of each kind of pair. Kinds whose distances all keep the limit are left out.
+    """Return the smallest distance of each kind of pair, such as "between arms", if it is below the limit of this kind.
+
+    Distances are tested between pairs of collision shapes, in n configurations of the robot.
 
     Args:
         robot: The robot.
@@ -47,7 +49,10 @@ def touches(
 
 
 def _pairs(robot: Robot, table_height: float, model: Any) -> dict[frozenset[int], tuple[str, tuple[str, str]]]:
-    """Return the kind and the links of each pair of shapes. The keys are the numbers of the two shapes in the model."""
+    """Return the kind and the two links of each pair of shapes that is tested.
+
+    The keys are the numbers of the two shapes in the model.
+    """
     clearance = Clearance(robot)
     clearance.set_table(table_height)
     found = {}

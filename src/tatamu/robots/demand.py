@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 FEWEST = 5
-"""Smallest number of joints that an arm must have."""
+"""Smallest number of joints with which an arm can be used."""
 ALL = 6
 """Smallest number of joints with which an arm can keep its tool's whole orientation."""
 OPENING = 1

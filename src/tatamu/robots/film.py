@@ -23,11 +23,14 @@ RATE = 10
 WIDTH, HEIGHT = 480, 360
 """Size of the pictures [pixels]."""
 MARGIN = 0.12
-"""Distance between the path of the tools and the edge of the table in the picture [m]."""
+"""Distance from the paths of the tools to the edge of the table, which is cut to fit the picture [m]."""
 LOOKS = 12
 """Number of poses of the robot that the camera must show completely. The poses are evenly spread in time."""
 ACROSS = 1.4
-"""Ratio of a robot's width to its depth, seen from above. Above this ratio, its arms are assumed to face each other."""
+"""Limit for the ratio of a robot's width to its depth, seen from above.
+
+If the ratio is larger, the arms are assumed to face each other.
+"""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
 """Names and colours of the two meshes for the front and the back of the cloth."""
 
@@ -121,7 +124,7 @@ def framed(
 
 
 def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any) -> None:
-    """Add a light and the cloth, and cut the table to a size that fits the picture.
+    """Add a light and the cloth to the robot's model, and cut the table to a size that fits the picture.
 
     The cloth is a mesh whose vertices are moved frame by frame.
     """
@@ -149,7 +152,10 @@ def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
 
 
 def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: np.ndarray, mujoco: Any) -> None:
-    """Move the cloth's mesh to these positions. MuJoCo stores the vertices of a mesh in the mesh's own frame."""
+    """Move the vertices of the cloth's mesh to the given positions.
+
+    MuJoCo stores the vertices of a mesh in the mesh's own frame, so the positions are converted to this frame.
+    """
     in_base = _in_base(rehearsal, positions)
     for side in SIDES:
         geom = data.geom(side)

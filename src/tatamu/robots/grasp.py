@@ -11,12 +11,15 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 
 UNDERNEATH = 0.003
-"""Largest height of the lower finger above the table [m]. A higher finger would pass over the edge of the cloth."""
-ASKEW = 5e-3
-"""Tolerance of the jaw's angle about the vertical [rad].
+"""Largest allowed height of the lower finger above the table when the jaw starts to close [m].
 
-The angle is measured from the plane at right angles to the cloth's edge. The check allows `Jaw.yaw` plus this
-tolerance.
+A higher finger would pass over the edge of the cloth.
+"""
+ASKEW = 5e-3
+"""Tolerance for the angle of a jaw about the vertical [rad].
+
+The angle is measured from the plane at right angles to the cloth's edge. A plan passes the check if the angle is at
+most `Jaw.yaw` plus this tolerance.
 """
 
 
@@ -32,7 +35,7 @@ class Take:
     It is measured at right angles to the edge.
     """
     height: float
-    """Height of the tool T above the table [m]."""
+    """Height above the table of the tool T, a point between the fingertips [m]."""
     askew: float
     """Angle by which the jaw deviates from the plane at right angles to the cloth's edge, seen from above [rad]."""
     rise: float
@@ -45,12 +48,12 @@ class Take:
 
     @property
     def held(self) -> float:
-        """Depth of cloth between the fingertips after the jaw has closed [m]."""
+        """Depth to which the cloth is between the fingertips after the jaw has closed [m]."""
         return self.jaw.held(self.depth, self.height)
 
 
 def takes(task: PlacedFold, motion: Motion, tools: np.ndarray) -> tuple[int, list[Take]]:
-    """Return the sample at which the jaws start to close, and the grasp of each hand.
+    """Return the index of the sample at which the jaws start to close, and the grasp of each hand.
 
     Args:
         task: The fold, placed in front of the robot.

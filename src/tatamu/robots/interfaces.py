@@ -15,7 +15,7 @@ Numbers = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_
 
 
 class RosNames(Record):
-    """Names of an arm in ROS. A name that is None follows from the name of the arm."""
+    """Names of an arm in ROS. If a name is None, the name is made from the name of the arm."""
 
     controller: Name | None = None
     """Controller of the joints; None if its name is `larm_controller` or `rarm_controller`."""

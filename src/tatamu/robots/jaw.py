@@ -41,9 +41,15 @@ class Jaw(FingerSize):
     At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
     """
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
-    """Joints of the model that move the fingers, with their positions at `opening` and when closed [rad, m]."""
+    """Joints of the model that move the fingers.
+
+    Each joint has its positions when the jaw has the width `opening` and when it is closed [rad, m].
+    """
     links: list[str] = Field(default_factory=list)
-    """Links of the model whose shapes are the fingers. They are allowed nearer to the table than the arm."""
+    """Links of the model whose shapes are the fingers.
+
+    They may come nearer to the table than the other links of the arm.
+    """
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -62,7 +68,7 @@ class Jaw(FingerSize):
         return depth - (float(np.sqrt(2)) - 1) * height
 
     def takes_at(self, tilt: float) -> bool:
-        """Return whether enough cloth is between the fingertips of a jaw with this tilt [rad]."""
+        """Return whether a closed jaw with this tilt [rad] has enough cloth between its fingertips."""
         return self.held(self.depth, self.height(tilt)) >= LEAST_HELD
 
     def height(self, tilt: float) -> float:

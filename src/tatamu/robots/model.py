@@ -34,7 +34,7 @@ class Arm:
     T is between the ends of the closed fingertips. Its z is the direction of approach, and the jaw opens along its y.
     """
     initial: np.ndarray
-    """Angles of the arm's k joints in the pose in which motions start and end [rad], shape (k,)."""
+    """Angles of the arm's k joints at the start and the end of motions [rad], shape (k,)."""
     speed: np.ndarray
     """Speed limit of the hardware for each of the k joints [rad/s], shape (k,)."""
     planned_speed: np.ndarray
@@ -106,7 +106,7 @@ class Robot:
     front: float
     """Position of the table's near edge along x of the base B [m]."""
     standing: Mapping[str, float] = field(default_factory=dict)
-    """Positions of joints outside the arms that differ from their positions in the model [rad, m]."""
+    """Positions of joints outside the arms, if they differ from the model [rad, m]."""
     lerobot_type: str = ""
     """Type of the robot in LeRobot; empty if the type is the robot's name."""
     notes: tuple[str, ...] = ()
@@ -149,7 +149,7 @@ class Robot:
 
     @cached_property
     def columns(self) -> dict[str, int]:
-        """Index of each joint's angle in MuJoCo's vector qpos."""
+        """Index of each joint's angle in MuJoCo's vector qpos, by the name of the joint."""
         return {name: int(self.model.joint(name).qposadr[0]) for name in self.joints}
 
     @cached_property
@@ -225,7 +225,7 @@ class Robot:
 
     @cached_property
     def fingers(self) -> frozenset[str]:
-        """Links whose shapes are fingers of either hand."""
+        """Names of the links that are fingers of either hand."""
         return frozenset(link for arm in self.arms for link in arm.jaw.links)
 
     @property

@@ -10,7 +10,7 @@ from urllib.parse import unquote
 from tatamu.errors import InputError
 
 DEPTH = 3
-"""Number of levels below the folders of ROS_PACKAGE_PATH in which a package is searched."""
+"""Number of folder levels below the folders of ROS_PACKAGE_PATH in which a package is searched."""
 
 
 def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:

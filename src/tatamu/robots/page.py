@@ -27,7 +27,7 @@ from tatamu.robots.report import AS_FLOATING, as_planned, halved
 from tatamu.rollout import Rollout
 
 POINTS = 400
-"""Largest number of points in a curve."""
+"""Largest number of points in a curve of the page."""
 
 
 def write_page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None, folder: Path) -> Path:
@@ -66,7 +66,7 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
 
 
 def _columns(figures: dict[str, Any]) -> list[Column]:
-    """Return the scores of the fold by the robot, of the fold by floating hands, and of the learned fold."""
+    """Return table columns with the scores of the robot's fold, the fold by floating hands, and the learned fold."""
     scores = figures["fold"]["scores"] if figures["fold"] else {}
     return [Column(name, Score.model_validate(score)) for name, score in scores.items()]
 
@@ -79,9 +79,10 @@ def _views(fold: Refold | None) -> list[TopView]:
 
 
 def _apart(fold: Refold | None) -> list[Chart]:
-    """Return charts that compare the shape after the robot's fold with the shape after a fold by floating hands.
+    """Return charts of the distance of each vertex between two final shapes.
 
-    Floating hands move exactly as learned, without a robot. The charts show the distance of each vertex.
+    One shape is from the robot's fold. The other shape is from a fold by floating hands, which move exactly as learned,
+    without a robot.
     """
     if fold is None or fold.learned is None:
         return []
@@ -113,7 +114,10 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
 
 
 def _events(rehearsal: Rehearsal) -> list[tuple[float, str]]:
-    """Return the marks under the slider: the times when the fingers close and open, as fractions of the whole time."""
+    """Return the marks under the replay's slider.
+
+    They are at the times when the fingers close and open, as fractions of the whole time.
+    """
     return [
         (rehearsal.planned.event(rehearsal.planned.arms[0], name) / rehearsal.times[-1], name)
         for name in ("close", "open")

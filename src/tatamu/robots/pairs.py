@@ -29,8 +29,10 @@ from tatamu.robots.model import TABLE, Robot
 ON_TABLE, FINGERS, OBSTACLES = "to the table", "of fingers to the table", "to obstacles"
 KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE, FINGERS)
 STANDS_ON = 0.005
-"""Largest distance between an obstacle and an arm's first two links [m] at which the arm is assumed to stand on the
-obstacle."""
+"""Largest gap between an obstacle and an arm that stands on the obstacle [m].
+
+The gap is measured from the arm's first two links. If it is larger, the arm does not stand on the obstacle.
+"""
 JOINTS_BETWEEN = 3
 """Number of joints of an arm. Two shapes of the arm are compared only if at least this many joints are between them."""
 
@@ -42,9 +44,9 @@ class ShapePairs:
     rows: dict[str, np.ndarray]
     """Numbers of the two shapes of each pair, the arm's shape first, shape (n, 2) for each kind."""
     untested: list[tuple[str, str]]
-    """Pairs that are not tested, because an arm stands on an obstacle.
+    """Pairs of a link and an obstacle that are not tested, because the arm stands on the obstacle.
 
-    Each pair has the name of the link that touches the obstacle, and the name of the obstacle.
+    Each pair has the names of the link and of the obstacle.
     """
 
 
@@ -56,7 +58,7 @@ class _Shape:
     arm: str
     """The arm that moves this shape; empty if no arm moves it."""
     depth: int
-    """Number of the arm's joints that move this shape."""
+    """Number of joints of the arm that move this shape."""
     carries: frozenset[str]
     """The arms that are attached to the body of this shape."""
     still: bool
@@ -96,12 +98,12 @@ def link_name(model: Any, geom: int) -> str:
 
 
 def _at_table(robot: Robot, geom: int) -> str:
-    """Return the kind of the pair that a shape and the table make."""
+    """Return the kind of a pair that consists of a shape and the table."""
     return FINGERS if link_name(robot.model, geom) in robot.fingers else ON_TABLE
 
 
 def _kind(a: _Shape, b: _Shape) -> str | None:
-    """Return the kind of the pair of two shapes; None if the shapes are not compared."""
+    """Return the kind of a pair of shapes, such as "between arms"; None if the two shapes are not compared."""
     if not a.arm:
         return None
     if b.arm:
@@ -143,7 +145,10 @@ def _ancestors(model: Any, body: int) -> list[int]:
 
 
 def _standing(robot: Robot, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return the pairs that touch, or almost touch, at the pose in which motions start."""
+    """Return those of the given pairs whose two shapes touch, or almost touch, in the robot's initial pose.
+
+    An arm is assumed to stand on the obstacle that it touches there.
+    """
     if not pairs:
         return []
     mujoco = needed("mujoco")

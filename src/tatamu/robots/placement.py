@@ -30,7 +30,7 @@ class Placement:
     """A placement: the pose X_BF of the fold's frame F in the robot's base B."""
 
     x: float
-    """Coordinate x of the fold's origin in the robot's base [m]. The field `y` is the coordinate y."""
+    """Coordinate x of the origin of the fold's frame F in the robot's base [m]. The field `y` is the coordinate y."""
     y: float
     z: float
     """Height of the table top in the base B [m]."""
@@ -56,7 +56,10 @@ class Placement:
         return pose(turn(2, self.yaw), np.array([self.x, self.y, self.z]))
 
     def begins(self, points: np.ndarray) -> float:
-        """Return the smallest x of `points` (.., 3) in the base B [m]. The points are given in the fold's frame F."""
+        """Return how near the points of a fold come to the robot: their smallest x in the base B [m].
+
+        `points` (.., 3) are given in the fold's frame F.
+        """
         return float((points @ self.matrix[0, :3]).min() + self.x)
 
     def __str__(self) -> str:
@@ -78,7 +81,8 @@ class Hold:
     At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
     """
     flipped: bool = False
-    """Whether the two fingers of the jaw have changed sides."""
+    """Whether the two fingers have swapped places: the jaw is rotated by half a turn about its direction of approach.
+    """
 
     def rotation(self, heading: float) -> np.ndarray:
         """Return R_BT, the rotation from the tool's frame T to the base's frame B, shape (3, 3).
@@ -184,9 +188,12 @@ def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
 
 TILTS, YAWS = (15, 30, 45), (0, 30, 60)
 FINE_TILTS, FINE_YAWS = (12, 20, 30, 42), (0, 15, 30, 45, 60)
-"""Tilts and yaws that are tried near good placements [degrees]. `TILTS` and `YAWS` are tried elsewhere."""
+"""Tilts and yaws of the hands that are tried near good placements [degrees].
+
+`TILTS` and `YAWS` are tried elsewhere.
+"""
 SHALLOW, ASIDE = 0.3, 0.3
-"""Constants that lower the quality of steep tools and of turned tools.
+"""Constants that lower the quality of a motion with steep or turned tools.
 
 The quality is divided by 1 + SHALLOW (1 - tilt / (pi / 2)) + ASIDE |yaw|. Here the tilt is the angle from straight
 down, and the yaw is the angle about the vertical [rad].
@@ -238,7 +245,7 @@ def grid(
 
 
 def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float], front: float) -> list[Placement]:
-    """Return placements around a good placement, half a step of the grid away."""
+    """Return placements around a good placement, at about half the distance that placements in `grid` have."""
     steps = np.array(
         [
             *([x, y, z, 0.0] for x in (-0.02, 0.0, 0.02) for y in (-0.03, 0.0, 0.03) for z in (-0.02, 0.0, 0.02)),

@@ -26,7 +26,10 @@ from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 from tatamu.robots.timing import Untimed
 
 CANDIDATES = 12
-"""Number of placements for which a whole plan is tried before the fold is refused."""
+"""Largest number of placements for which a whole plan is computed.
+
+If none of these plans passes its checks, the fold is refused.
+"""
 
 
 class NoPlacement(InputError):
@@ -79,7 +82,7 @@ def plan_fold(
         robot: The robot.
         place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search for them.
         table_height: Height of the table top in the robot's base [m]; None to search for it.
-        pace: Limits of the motion's speed.
+        pace: Speeds and waiting times of the motion.
         hover: Height above the table at which the robot makes the motion with open jaws [m]; 0 to fold.
 
     Raises:
@@ -117,7 +120,7 @@ def _candidates(
     heights: tuple[float, float],
     refusals: list[Refused],
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
-    """Return the most promising placements of the fold, each as a task.
+    """Return the most promising placements of the fold, each as a fold to plan.
 
     If no placement is within reach, the reason is added to `refusals`.
     """
@@ -135,7 +138,7 @@ def _candidates(
 def _at(
     robot: Robot, hands: HandMotion, place: tuple[float, float, float], heights: tuple[float, float]
 ) -> PlacementRanking:
-    """Rank the placements with this x, y [m] and yaw [rad], and table heights between two bounds [m]."""
+    """Rank the placements with a given x, y [m] and yaw [rad], for table heights between two bounds [m]."""
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
     places = [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]
@@ -143,7 +146,7 @@ def _at(
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
-    """Return the same motion above the table, with the same placement of the fold.
+    """Return the same plan with its motion raised above the table. The placement of the fold is the same.
 
     Raises:
         InputError: If the robot cannot make the motion at this height.

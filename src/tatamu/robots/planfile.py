@@ -63,7 +63,7 @@ class Segment(OpenRecord):
     duration: float = Field(ge=0)
     """Duration of this part [s]."""
     then: Literal["close", "open", ""]
-    """The gripper event after this segment; empty if no event follows."""
+    """What the grippers do after this part: close, open, or nothing (empty)."""
 
     @property
     def end(self) -> float:
@@ -87,7 +87,7 @@ class PlanCheck(OpenRecord):
     unit: str
     ok: bool
     where: str = ""
-    """Text that names the joint or the links with the worst value, and the time of this value."""
+    """Text with the joint or the links that have the worst value, and the time of this value."""
     frame: int = 0
     """Number of the simulation's frame in which the worst value occurs.
 
@@ -95,7 +95,7 @@ class PlanCheck(OpenRecord):
     """
 
     def failed(self, name: str) -> str:
-        """Return the line with which a plan is refused because of this check."""
+        """Return the message that reports that a plan fails this check."""
         return (
             f"{name.replace('_', ' ')} is {self.value:.4g} {self.unit}, the limit {self.limit:.4g} {self.unit}, "
             f"{self.where}"
@@ -135,7 +135,7 @@ class ToolViaPoints(OpenRecord):
 
     every_frames: int
     frames: list[int]
-    """Numbers of the simulation's frames."""
+    """Number of the simulation's frame at each via-point."""
     simulated_times: list[float]
     """Times at which the simulated hands are at the via-points [s]."""
     times: list[float]

@@ -86,7 +86,8 @@ class Planned:
     def event(self, arm: str, event: str) -> float:
         """Return the time at which an arm's fingers close or open [s].
 
-        If the plan only hovers above the table, return the time at which the fingers would close or open.
+        The fingers stay open if the plan only hovers above the table. In this case, return the time at which they would
+        close or open.
         """
         if self.plan.hover:
             return self.plan.segments[("close", "open").index(event)].end

@@ -52,17 +52,23 @@ class Mount:
 
 
 def side_by_side(y: float) -> Mount:
-    """Return a mount with arms side by side, which both face the table. Their feet are 2 y apart."""
+    """Return a mount with arms side by side, which both face the table.
+
+    The distance between their feet is 2 y.
+    """
     return Mount(0.0, y, 0.0, 0.15)
 
 
 def facing(y: float, front: float, z: float = 0.0) -> Mount:
-    """Return a mount with arms that face each other. Their feet are 2 y apart, and the table begins at `front`."""
+    """Return a mount with arms that face each other.
+
+    The distance between their feet is 2 y, and the table begins at `front`.
+    """
     return Mount(0.0, y, -np.pi / 2, front, z)
 
 
 PEDESTAL = Mount(0.0, 0.031, 0.0, 0.12, table_heights=(-0.50, -0.28))
-"""Mount of OpenArm: a pedestal from whose top both arms hang."""
+"""Mount of the robot OpenArm: a pedestal from whose top both arms hang."""
 
 
 PAIRS: dict[str, tuple[SerialArm, Mount]] = {
@@ -98,7 +104,7 @@ def pair_of_arms(name: str, arm: SerialArm, mount: Mount) -> Robot:
 
 
 def _feet(mount: Mount) -> dict[str, np.ndarray]:
-    """Return the poses X_BM of the two feet in the base B."""
+    """Return the poses X_BM of the feet of both arms in the base B."""
     return {
         "larm": pose(turn(2, mount.yaw), np.array([mount.x, mount.y, mount.z])),
         "rarm": pose(turn(2, -mount.yaw), np.array([mount.x, -mount.y, mount.z])),

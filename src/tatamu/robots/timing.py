@@ -18,16 +18,19 @@ from tatamu.errors import TatamuError
 from tatamu.robots.extras import needed
 
 KEEP = 0.98
-"""Fraction of each limit that plans use, because toppra respects limits only at grid points."""
+"""Fraction of each joint limit that plans use, because toppra respects limits only at grid points."""
 
 
 STILL = 1e-5
-"""Smallest motion of a joint that the timing considers [rad]. Smaller motions would disturb the linear programs."""
+"""Smallest motion of a joint that the timing of a path considers [rad].
+
+Smaller motions would disturb the linear programs.
+"""
 
 
 @dataclass(frozen=True)
 class Timed:
-    """A path with its timing."""
+    """A path of the joints with its timing."""
 
     duration: float
     """Duration of the motion [s]."""

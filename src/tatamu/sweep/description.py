@@ -25,7 +25,7 @@ from tatamu.records import Record
 MOST_TASKS = 100_000
 """Largest number of tasks in a sweep."""
 GROWING = frozenset({"trials"})
-"""Options that may be changed in the file without making a new task.
+"""Options that may be changed in the sweep file without making a new task.
 
 For example, if the number of trials is raised, the study of the task is resumed.
 """
@@ -85,7 +85,7 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
 
 
 def _all_options(file: SweepFile) -> Iterator[tuple[str, Options]]:
-    """Yield the location of each task in the file, such as "grid[3]", and its options."""
+    """Yield the place of each task in the sweep file, such as "grid[3]", and the options of the task."""
     for number, values in enumerate(product(*file.grid.values()) if file.grid else ()):
         yield f"grid[{number}]", {**file.all, **dict(zip(file.grid, values, strict=True))}
     for number, options in enumerate(file.task):

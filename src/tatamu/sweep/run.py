@@ -74,7 +74,7 @@ def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, 
 
 @dataclass
 class _Sweep:
-    """A running sweep."""
+    """A sweep whose tasks are being run."""
 
     folder: SweepFolder
     records: list[TaskRecord]
@@ -148,6 +148,6 @@ def _first_error(futures: Sequence[Future[None]]) -> None:
 
 
 def _said(error: Exception) -> str:
-    """Return the text of an error in one line."""
+    """Return the message of an error in one line."""
     words = " ".join(str(error).split())
     return words if isinstance(error, TatamuError) else f"{type(error).__name__}: {words}"
