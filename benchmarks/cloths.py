@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ruler import measured, readings, settling
-from tables import markdown, publish
+from benchmarks.ruler import measured, readings, settling
+from benchmarks.tables import markdown, publish
 
 from tatamu.api import Result, learn
 from tatamu.calibration import calibrate

@@ -20,8 +20,8 @@ from time import thread_time
 from typing import NamedTuple
 
 import numpy as np
+from benchmarks.tables import markdown, merged, publish, published
 from scipy.stats import spearmanr
-from tables import markdown, merged, publish, published
 
 from tatamu.api import learn
 from tatamu.crossings import crossings

@@ -17,7 +17,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from tables import markdown, publish
+from benchmarks.tables import markdown, publish
 
 from tatamu.api import learn
 from tatamu.crosscheck.agreement import Agreement, compare, manipulations

@@ -18,7 +18,7 @@ from time import process_time, thread_time
 from typing import Any
 
 import numpy as np
-from tables import IMAGES, markdown, merged, publish, published
+from benchmarks.tables import IMAGES, markdown, merged, publish, published
 
 from tatamu.api import learn
 from tatamu.disturbances import default_disturbances

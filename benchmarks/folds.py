@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tables import IMAGES, markdown, publish
+from benchmarks.tables import IMAGES, markdown, publish
 
 from tatamu.api import learn
 from tatamu.crossings import crossings

@@ -26,7 +26,6 @@ import numpy as np
 PASSING = {"wall_seconds", "setup_seconds", "seconds", "real_time_factor", "tatamu", "version", "made", "created"}
 """Fields that may differ from run to run or from version to version."""
 COMPARED = (".json", ".npz", ".csv", ".toml")
-COMMAND = "from tatamu.cli import main; main()"
 
 SMALL = ["--size", "0.16x0.30", "--spacing", "0.015"]
 CASES: dict[str, list[str]] = {
@@ -100,7 +99,7 @@ def run(options: argparse.Namespace) -> int:
             _write_changed(scenes)
             continue
         filled = [_filled(word, name, out) for word in arguments]
-        command = [sys.executable, "-c", COMMAND, *filled]
+        command = [sys.executable, "-m", "tatamu", *filled]
         done = subprocess.run(command, env=environment(options.tree), cwd=out, capture_output=True, text=True)
         print(f"{name}: exit code {done.returncode}", flush=True)
         if done.returncode == 0 or (name in ("check", "check-all", "validate", "rehearse") and done.returncode == 1):

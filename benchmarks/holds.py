@@ -44,7 +44,6 @@ MARGINS_SEED = 0
 """Of those in which one mesh is compared with two, as `tatamu margins` has it."""
 OBJECTIVES = {"least C": ["--disturbances", "none"], "in disturbed worlds": []}
 """Options of `tatamu learn`."""
-COMMAND = [sys.executable, "-c", "from tatamu.cli import main; main()"]
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,9 @@ def learned(case: Case, seed: int, objective: str, out: Path, known: bool) -> li
     ended = folder / "learned"
     if not ended.exists() and not known:
         words = ["learn", *case.words, *OBJECTIVES[objective], "--seed", str(seed), "--no-baselines"]
-        subprocess.run([*COMMAND, *words, "--out", str(folder)], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(
+            [sys.executable, "-m", "tatamu", *words, "--out", str(folder)], check=True, stdout=subprocess.DEVNULL
+        )
         ended.touch()
     if not ended.exists():
         return []
@@ -214,7 +215,7 @@ def two_meshes(out: Path, known: bool, write: bool) -> None:
             measured = judged(folder, 200, fine=fine, seed=MARGINS_SEED)
             mesh = measured.result.mesh
             found = row("towel half, seed 0", "in disturbed worlds", measured)
-            rows.append({**found, "simulations": measured.result.simulations, "on the own": mesh.own_simulations})
+            rows.append({**found, "simulations": measured.result.simulations, "on the fine mesh": mesh.own_simulations})
             print(rows[-1], flush=True)
     show("margins: two meshes", rows, write)
 

@@ -15,7 +15,7 @@ import resource
 from pathlib import Path
 from typing import Any
 
-from tables import markdown, publish
+from benchmarks.tables import markdown, publish
 
 from tatamu.api import Result, learn
 from tatamu.files import write_json

@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from tables import markdown, publish
+from benchmarks.tables import markdown, publish
 
 from tatamu import Scene, simulate
 from tatamu.material import Material

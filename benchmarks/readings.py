@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tables import markdown, merged, publish, published
+from benchmarks.tables import markdown, merged, publish, published
 
 from tatamu.calibration import Measurements, calibrate
 from tatamu.calibration.bias import Bias

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tables import markdown, publish
+from benchmarks.tables import markdown, publish
 
 from tatamu.api import Result, learn
 from tatamu.errors import TatamuError

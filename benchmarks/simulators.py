@@ -15,8 +15,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tables import markdown, publish
-from timed_folds import towel
+from benchmarks.tables import markdown, publish
+from benchmarks.timed_folds import towel
 
 from tatamu.errors import TatamuError
 from tatamu.files import write_json

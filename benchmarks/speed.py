@@ -26,10 +26,10 @@ from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
-from engines import ENGINES
-from tables import markdown, publish
-from timed_folds import FABRICS, FOLDED, Fold, towel
-from timed_rollouts import Case, Timing, check_folded, timed
+from benchmarks.engines import ENGINES
+from benchmarks.tables import markdown, publish
+from benchmarks.timed_folds import FABRICS, FOLDED, Fold, towel
+from benchmarks.timed_rollouts import Case, Timing, check_folded, timed
 
 from tatamu import HandTarget, Simulation, __version__, simulate, simulate_many
 from tatamu.errors import TatamuError

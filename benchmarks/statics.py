@@ -11,7 +11,7 @@ import argparse
 from functools import partial
 
 import numpy as np
-from tables import markdown, publish
+from benchmarks.tables import markdown, publish
 
 from tatamu.simulators.native.elastic import curvature, membrane
 from tatamu.simulators.native.elastic.stable_step import hinge_gradients, hinge_stiffness

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 
-from tables import markdown, publish
+from benchmarks.tables import markdown, publish
 
 from tatamu.simulators.native import simulate
 from tatamu.validation.checks.bodies import deepest_poke

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from benchmarks.tables import IMAGES, markdown, publish
 from matplotlib.axes import Axes
-from tables import IMAGES, markdown, publish
 
 from tatamu.files import write_json, write_text
 from tatamu.presentation.palette import COLOURS, SERIES

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from engines import run
+from benchmarks.engines import run
+from benchmarks.timed_folds import FABRICS, FOLDED, SIZE, Fold, shirt, towel
 from scipy.interpolate import LinearNDInterpolator
-from timed_folds import FABRICS, FOLDED, SIZE, Fold, shirt, towel
 
 from tatamu.errors import TatamuError
 from tatamu.rollout import Rollout
@@ -76,8 +76,8 @@ def timed(case: Case, turn: int, folder: Path, limit: float) -> Timing:
 
 
 def _call(arguments: Sequence[str], limit: float) -> str | None:
-    """Run this file; what went wrong, if anything. Processes that it started end with it."""
-    command = [sys.executable, __file__, *arguments]
+    """Run this module; what went wrong, if anything. Processes that it started end with it."""
+    command = [sys.executable, "-m", "benchmarks.timed_rollouts", *arguments]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
         try:
             _, said = process.communicate(timeout=limit)

@@ -42,7 +42,6 @@ CASES = {
 """Arguments of `tatamu learn`."""
 KEPT = "times.json"
 """File of a command's times in its folder."""
-COMMAND = [sys.executable, "-c", "from tatamu.cli import main; main()"]
 
 
 class Used(NamedTuple):
@@ -97,7 +96,7 @@ def measured(words: list[str], seed: int, out: Path) -> Measured:
     if not kept.exists():
         rmtree(folder, ignore_errors=True)
         around = [reference()]
-        used = timed([*COMMAND, *words, "--seed", str(seed), "--out", str(folder)])
+        used = timed([sys.executable, "-m", "tatamu", *words, "--seed", str(seed), "--out", str(folder)])
         around.append(reference())
         mean = [sum(each) / 2 for each in zip(*around, strict=True)]
         write_json(kept, {"command": used, "reference": mean})

@@ -27,8 +27,8 @@ STUDIES = FOLDER.parent / "studies"
 
 @pytest.fixture
 def modules(monkeypatch: pytest.MonkeyPatch) -> Any:
-    monkeypatch.syspath_prepend(str(FOLDER))
-    return importlib.import_module
+    monkeypatch.syspath_prepend(str(FOLDER.parent))
+    return lambda name: importlib.import_module(f"benchmarks.{name}")
 
 
 @pytest.mark.parametrize("kind", ["towel", "shirt"])

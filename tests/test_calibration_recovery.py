@@ -12,8 +12,8 @@ from scipy.stats import binom
 
 @pytest.mark.slow
 def test_hidden_materials_come_back_with_honest_intervals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent / "benchmarks"))
-    module = importlib.import_module("calibration")
+    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent))
+    module = importlib.import_module("benchmarks.calibration")
     rows = module.recovery(tmp_path, draws=6, repeats=4)
     covers = []
     for name, limit in module.LIMITS.items():

@@ -13,8 +13,8 @@ from tatamu.validation.meshes import LAYOUTS
 
 @pytest.fixture
 def statics(monkeypatch: pytest.MonkeyPatch) -> Any:
-    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent / "benchmarks"))
-    return importlib.import_module("statics")
+    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent))
+    return importlib.import_module("benchmarks.statics")
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)

@@ -1,4 +1,4 @@
-"""The Python interface of tatamu. Its functions join several packages. The command line uses the same functions."""
+"""The Python interface of tatamu. Its functions combine several packages. The command line uses the same functions."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ from tatamu.study.database import SharedDatabase
 class Result(study.Result):
     """A learned fold.
 
-    Attributes and methods for users are `.best`, `.score`, `.manipulation`, `.scene`, `.rollout`, `.held`, `.table()`
-    and `.save()`.
+    Its attributes and methods for users are `.best`, `.score`, `.manipulation`, `.scene`, `.rollout`, `.held`,
+    `.table()` and `.save()`.
     """
 
     def write_report(self, file: Path | str | None = None) -> Path:
@@ -58,7 +58,7 @@ class Result(study.Result):
 
 
 class PlanResult(study.PlanResult):
-    """A learned plan with several steps.
+    """A learned plan, which folds a garment in several steps.
 
     Attributes and methods for users are `.steps`, `.final`, `.rollout` and `.save(folder)`.
     """
@@ -80,7 +80,7 @@ class PlanResult(study.PlanResult):
 
 
 def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
-    """Return the result in the class that can write its page."""
+    """Return the same result as a `Result` or `PlanResult` of this module, which can also write its page."""
     given = {each.name: getattr(found, each.name) for each in fields(found)}
     if isinstance(found, study.Result):
         return Result(**given)
@@ -137,8 +137,8 @@ def learn(
         out: Folder that keeps the study while it runs. An unfinished study in it is resumed. None keeps the study in
             memory.
         evaluate: Evaluator, or function of the parameters, that is minimised. None for the objective of the options.
-        after: Real folds of the same set-up that were observed, or their folders. The disturbances are inferred from
-            these folds, and their mean is corrected. The search starts from the last of these folds.
+        after: Real folds of the same set-up that were observed, or their folders. The errors of the set-up are inferred
+            from these folds, and the mean errors are corrected. The search starts from the last of these folds.
         executor: Executor of the simulations; None for threads on all processors.
         database: Database that keeps the study; None for the file `study.db` in the folder.
         progress: Function that receives a `Progress` when the study is opened, after every trial, and when a stage
@@ -204,7 +204,7 @@ def measure_margins(
 
     Args:
         result: The learned fold.
-        draws: Number of draws, in which all disturbances act together.
+        draws: Number of draws. In each draw, all disturbances have random values.
         disturbances: `Disturbances`, "default", or a file; None for the disturbances of the study, or the defaults.
         seed: Random seed of the draws.
         simulator: Name of the simulator; None for the simulator in which the fold was learned.
@@ -254,12 +254,14 @@ def observe(
         left: Deviation of the left corner of the moved hem from its target, along the fold and across it [m].
         right: Deviation of the right corner of the moved hem from its target, along the fold and across it [m].
         slip: Displacement of the lower hem from its initial position, along the fold and across it [m].
-        deviation: Standard deviation of the errors of these numbers [m].
+        deviation: Standard deviation of the measurement errors of `left`, `right` and `slip` [m].
         failed: Whether the real fold failed.
         turned_in: Corners that are turned in, "left" or "right". These corners are not measured.
-        measured: An observation that replaces these numbers; None to use the numbers.
+        measured: An observation that is given instead of `left`, `right`, `slip`, `failed` and `turned_in`; None to use
+            these arguments.
         executor: Executor of the simulations; None for threads on all processors.
-        progress: Function that is called after every simulation, with the number of ended and of all simulations.
+        progress: Function that is called after every simulation, with the number of finished simulations and the number
+            of all simulations.
 
     Raises:
         InputError: If a number is out of range, or nothing was observed.
@@ -349,8 +351,9 @@ def plan_for(
         robot: Name of a robot, or a .toml file that describes a robot.
         place: Position and angle of the fold's frame in the robot's base [m, m, rad]; None to search for them.
         table_height: Height of the table's top in the robot's base [m]; None to search for it.
-        speed_scale: Factor of the motion's speed, from 0.05 to 1. Waiting times change with it.
-        hover: Height above the table at which the motion is made with open jaws [m]; 0 to fold the cloth.
+        speed_scale: Factor of the motion's speed, from 0.05 to 1. Waiting times are divided by this factor.
+        hover: Height above the table at which the robot makes the motion with open jaws, without folding cloth [m]; 0
+            to fold the cloth.
 
     Raises:
         InputError: If the robot does not exist, or the fold is out of its reach.

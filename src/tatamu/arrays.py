@@ -14,7 +14,8 @@ LARGEST = 1e3
 """Largest coordinate or displacement [m]. A larger value is probably in another unit."""
 
 LARGEST_INDEX = 2**53
-"""Limit of the index of a vertex. Floating point numbers represent all whole numbers up to this limit exactly."""
+"""Limit of the index of a vertex. Floating point numbers represent all whole numbers up to this limit exactly, but not
+all larger numbers."""
 
 
 def _floats(value: Any) -> np.ndarray:
@@ -50,7 +51,7 @@ def _faces(value: Any) -> np.ndarray:
 
 
 def edges(value: Any) -> np.ndarray:
-    """Return e pairs of whole numbers, shape (e, 2). An empty list gives the shape (0, 2)."""
+    """Return the e edges of a mesh as pairs of vertex indices, shape (e, 2). An empty list gives the shape (0, 2)."""
     return _guarded(value, 2, "[i, j]")
 
 

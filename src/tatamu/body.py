@@ -2,8 +2,8 @@
 
 The motion of a body is given in advance, so cloth does not push it.
 
-Every shape is a rounded box. It has a core with the half sizes h, some or all of which may be zero. The body is
-everything within the radius r of the core:
+Every shape is a rounded box. It has a core, which is a box with the half sizes h. Some or all half sizes may be zero.
+The body consists of all points whose distance from the core is at most r:
 
     box      h = size, r = 0;     sphere   h = 0, r = size[0];     capsule  h = (0, 0, size[1]), r = size[0]
 
@@ -27,9 +27,9 @@ from tatamu.records import Record
 SIZES = {"box": 3, "sphere": 1, "capsule": 2}
 """Number of entries in `size` for each shape."""
 UNIT = 0.02
-"""Largest difference between the length of a quaternion and 1 [-].
+"""Largest accepted difference between the length of a quaternion and 1 [-].
 
-Files round numbers, so the quaternion is normalised."""
+Numbers in files are rounded, so quaternions are normalised after this check."""
 
 
 def _quaternions(value: Any) -> np.ndarray:
@@ -70,11 +70,12 @@ class Body(Record):
     hand: Literal["left", "right"] | None = None
     """Hand to which the body belongs as a finger; None if the body is not a finger.
 
-    A finger does not collide with the triangles at vertices that a gripper of its hand holds. These triangles are
-    longer than a fingertip is thick, so they would stick out from between the fingers.
+    A gripper holds vertices of the cloth. A finger does not collide with triangles that have a vertex held by a gripper
+    of the same hand. These triangles are longer than a fingertip is thick, so they would stick out from between the
+    fingers.
     """
     times: Annotated[list[Number], Field(min_length=1)] = Field(default_factory=lambda: [0.0])
-    """Times of the knots of the motion [s], increasing."""
+    """Times of the knots, the points between which the motion is interpolated [s], increasing."""
     positions: Points
     """Position of the centre at each knot [m], shape (k, 3).
 
@@ -83,7 +84,7 @@ class Body(Record):
     """Unit quaternion (w, x, y, z) at each knot, shape (k, 4).
 
     None if the body never turns. The quaternion rotates from the frame of the body to the frame of the scene. Between
-    knots, it is interpolated on the sphere along the shorter way.
+    knots, quaternions are interpolated on the sphere along the shorter way.
     """
 
     @model_validator(mode="after")
@@ -101,14 +102,14 @@ class Body(Record):
 
     @property
     def core(self) -> np.ndarray:
-        """Half sizes h of the core [m], shape (3,)."""
+        """Half sizes h of the body's core, which is a box inside the body [m], shape (3,)."""
         if self.shape == "box":
             return np.array(self.size)
         return np.array([0.0, 0.0, self.size[1] if self.shape == "capsule" else 0.0])
 
     @property
     def radius(self) -> float:
-        """Radius r around the core [m]."""
+        """Largest distance r of points of the body from its core, which is a box inside the body [m]."""
         return 0.0 if self.shape == "box" else self.size[0]
 
     def path(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -136,7 +137,7 @@ class Body(Record):
         return np.asarray((points - position) @ turned)
 
     def distance(self, local: np.ndarray) -> np.ndarray:
-        """Return the signed distance of points in the frame of the body [m], shape (...,). It is negative inside."""
+        """Return the signed distance of points in the frame of the body [m], shape (...,); negative inside the body."""
         q = np.abs(local) - self.core
         outside = np.linalg.norm(np.maximum(q, 0.0), axis=-1)
         return np.asarray(outside + np.minimum(q.max(axis=-1), 0.0) - self.radius)
@@ -150,8 +151,8 @@ def slerp(times: np.ndarray, knots: np.ndarray, quaternions: np.ndarray) -> np.n
     Args:
         times: The k times [s], shape (k,).
         knots: Increasing times of the m knots [s], shape (m,).
-        quaternions: Quaternions at the knots, shape (m, 4). q and -q are equal rotations, so the nearer of them is
-            used.
+        quaternions: Quaternions at the knots, shape (m, 4). q and -q are equal rotations, so the one that is nearer to
+            the previous quaternion is used.
 
     Returns:
         Unit quaternions at the k times, shape (k, 4).

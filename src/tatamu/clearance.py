@@ -1,10 +1,10 @@
 """The distance between cloth and a rigid body. Faces are tested too, because a thin finger may pierce a triangle.
 
 The signed distance of a body is a convex function. Its tangent planes at the corners of a triangle are therefore lower
-bounds over the triangle. The bound is positive for almost all triangles, so these are outside. For the other triangles,
-nested golden sections find the minimum. The inner section finds the minimum along a line parallel to a side of the
-triangle. The outer section moves this line. Golden sections are valid, because the minimum along the line is a convex
-function of the line's position.
+bounds over the triangle. For almost all triangles, this bound is positive, so the triangle is outside the body. For the
+other triangles, nested golden sections find the minimum distance. The inner section finds the minimum along a line
+parallel to a side of the triangle. The outer section moves this line. Golden sections are valid for the outer section
+too, because the minimum along the line is a convex function of the line's position.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tatamu.body import Body
 
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 SECTIONS = 24
-"""Number of golden sections in each direction. They reduce a side of 20 mm to 0.2 micrometres."""
+"""Number of golden sections in each direction. They reduce an interval of 20 mm to 0.2 micrometres."""
 
 
 def deepest(body: Body, points: np.ndarray, faces: np.ndarray, time: float = 0.0) -> float:
@@ -40,7 +40,8 @@ def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, be
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
         time: Time that determines the position of the body [s].
-        below: Distance above which the result is only the smallest distance of a triangle's corners [m].
+        below: Distance that matters to the caller [m]. If all of a triangle is farther from the body, its result is
+            only the smallest distance of its corners.
     """
     local = body.local(points, time)
     at_vertices = body.distance(local)
@@ -52,7 +53,10 @@ def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, be
 
 
 def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return a lower bound of the distance over each triangle [m], shape (m,), from tangent planes at its corners."""
+    """Return a lower bound of the distance between a body and each of m triangles [m], shape (m,).
+
+    The bound comes from the tangent planes of the distance at the corners of the triangle.
+    """
     normals = _normals(body, local)
     corners = local[faces]
     bounds = [
@@ -64,7 +68,7 @@ def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.nda
 
 
 def _normals(body: Body, local: np.ndarray) -> np.ndarray:
-    """Return the unit normal of the body near each point in the frame of the body, shape (n, 3)."""
+    """Return the unit normal of a body's surface near each of n points, in the frame of the body, shape (n, 3)."""
     q = np.abs(local) - body.core
     signs = np.where(local >= 0.0, 1.0, -1.0)
     outside = np.maximum(q, 0.0)
@@ -74,14 +78,17 @@ def _normals(body: Body, local: np.ndarray) -> np.ndarray:
 
 
 def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
-    """Return the minimum of the distance over each of k triangles [m], shape (k,).
+    """Return the smallest distance between a body and each of k triangles [m], shape (k,).
 
     The corners of the triangles, shape (k, 3, 3), are in the frame of the body.
     """
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """Return the minimum on a line parallel to the side b-c. `part` is the fraction of the distance from a."""
+        """Return the smallest distance of a body from a line that crosses a triangle parallel to its side b-c.
+
+        `part` is 0 for the line through the corner a, and 1 for the side b-c.
+        """
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))
@@ -90,7 +97,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
 
 
 def _golden(values: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
-    """Return the minimum of each of `count` convex functions of a number from 0 to 1, shape (count,)."""
+    """Return the minimum values of `count` convex functions of a number from 0 to 1, shape (count,)."""
     low = np.zeros(count)
     high = np.ones(count)
     left = high - GOLDEN * (high - low)

@@ -1,8 +1,9 @@
 """Crossings of a cloth with itself: edges that pass through triangles.
 
-An edge crosses a triangle under two conditions. Its ends lie strictly on opposite sides of the triangle's plane. Its
-line passes strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are ignored. Edges
-that only touch a triangle, or lie in its plane, do not count. A hashed grid of cells gives the candidates.
+An edge crosses a triangle under two conditions. The ends of the edge lie strictly on opposite sides of the triangle's
+plane. The line of the edge passes strictly between the triangle's sides. The signs of the volumes of five tetrahedra
+show both conditions. Pairs that share a vertex are ignored. Edges that only touch a triangle, or lie in its plane, do
+not count. A hashed grid of cells gives the candidates.
 """
 
 from __future__ import annotations
@@ -79,16 +80,17 @@ def _find(
 ) -> np.ndarray:
     """Return crossing pairs of edges and triangles.
 
-    Every edge is hashed by the cell that contains the lower corner of its box. Triangles test the cells within reach.
+    Every edge is hashed by the cell that contains the lower corner of its bounding box. Each triangle is tested against
+    the edges of nearby cells.
 
     Args:
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
         edges: Edges, shape (e, 2).
-        low: Lower corner of the box of each edge [m], shape (e, 3).
-        high: Upper corner of the box of each edge [m], shape (e, 3).
+        low: Lower corner of the bounding box of each edge [m], shape (e, 3).
+        high: Upper corner of the bounding box of each edge [m], shape (e, 3).
         origin: Lower corner of the grid [m], shape (3,).
-        cell: Side of a cell [m]. It is at least the side of any edge's box.
+        cell: Side of a cell [m]. It is at least as long as every side of every edge's bounding box.
 
     Returns:
         The k crossing pairs: rows with the indices of an edge and of a triangle, shape (k, 2).

@@ -19,9 +19,10 @@ TOP_SPEED_FACTOR = 1.875
 
 
 def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Return s points T(t) = sum_k B_k^N(t) P_k of Eq. (1) with d coordinates, shape (s, d).
+    """Return s points of a Bezier curve with d coordinates, shape (s, d).
 
-    The N + 1 control points P_k have the shape (N + 1, d), and the s parameters t the shape (s,).
+    The points are T(t) = sum_k B_k^N(t) P_k, Eq. (1), with the Bernstein polynomials B_k^N. The N + 1 control points
+    P_k have the shape (N + 1, d), and the s parameters t the shape (s,).
     """
     n = len(control_points) - 1
     basis = np.stack([comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)], axis=-1)
@@ -50,12 +51,12 @@ def arc_lengths(polyline: np.ndarray) -> np.ndarray:
 
 
 def length(polyline: np.ndarray) -> float:
-    """Return the length of a polyline of s points, shape (s, d) [m]. It is l_x of Eq. (10)."""
+    """Return the length of a polyline of s points, shape (s, d) [m]. For a hand's path, it is l_x of Eq. (10)."""
     return float(np.linalg.norm(np.diff(polyline, axis=0), axis=1).sum())
 
 
 def along(polyline: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Return the points at s fractions of a polyline's length, shape (s, d)."""
+    """Return the points of a polyline at s fractions of its length, shape (s, d)."""
     arc = arc_lengths(polyline)
     return np.column_stack([np.interp(fraction * arc[-1], arc, column) for column in polyline.T])
 
@@ -63,8 +64,8 @@ def along(polyline: np.ndarray, fraction: np.ndarray) -> np.ndarray:
 def minimum_jerk(fraction: np.ndarray) -> np.ndarray:
     """Return the fraction of the path that is covered at a fraction of the time, in a minimum-jerk motion.
 
-    For the fraction s of the time, it is 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985). This is the smoothest motion
-    from rest to rest. The result is 0 before the start and 1 after the end.
+    At the fraction s of the time, the covered fraction is 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985). A
+    minimum-jerk motion is the smoothest motion from rest to rest. The result is 0 before the start and 1 after the end.
     """
     s = np.clip(fraction, 0.0, 1.0)
     return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
@@ -87,7 +88,7 @@ class Bezier:
         return bezier(self.control, np.asarray(u, dtype=float))
 
     def arc_lengths(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return parameters, and the length of the curve up to each parameter [m], both of shape (FINE + 1,)."""
+        """Return equally spaced parameters, and the length of the curve up to each of them [m], shapes (FINE + 1,)."""
         u = np.linspace(0, 1, FINE + 1)
         return u, arc_lengths(self.at(u))
 

@@ -1,11 +1,11 @@
 """The errors that tatamu raises on purpose, as a tree of classes and subclasses.
 
 TatamuError
-├── InputError              a file, an option or a scene is wrong; the command line exits with 2
-│   └── UnavailableError    a scheduler, a database or a disk does not answer; what was finished is kept
-└── SimulationError         a rollout passed a limit of its model (stretch, speed, not finite)
-    ├── SceneError          the scene itself is the cause; an InputError, too
-    └── WorkerKilledError   a computation that killed its processes repeatedly
+├── InputError              a file, an option or a scene is wrong; the command line exits with the code 2
+│   └── UnavailableError    a scheduler, a database or a disk does not answer; finished work is kept
+└── SimulationError         a simulation failed: the cloth stretched too far, was too fast, or had no finite position
+    ├── SceneError          no simulation of this scene can succeed; this class is also an InputError
+    └── WorkerKilledError   a computation killed its processes repeatedly
 """
 
 from __future__ import annotations
@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
 LONGEST = 1500
-"""Number of characters above which texts are shortened. The middle is cut, so the file name and the advice remain."""
+"""Largest number of characters of an error's text.
+
+The middle of a longer text is cut, so the file name and the advice remain.
+"""
 
 
 def one_line(text: str) -> str:
@@ -48,13 +51,13 @@ class UnavailableError(InputError):
 
 
 class SimulationError(TatamuError):
-    """A rollout left the range in which its simulator is valid."""
+    """A simulation failed because it left the range in which the simulator is valid."""
 
 
 class SceneError(InputError, SimulationError):
     """No simulation of this scene can succeed.
 
-    In a study, the trial has failed. Elsewhere, the scene is a wrong input.
+    In a study, this error means that a trial has failed. Elsewhere, it means that the user's scene is wrong.
     """
 
 
@@ -63,7 +66,7 @@ class WorkerKilledError(SimulationError):
 
 
 def describe(error: ValidationError) -> str:
-    """Return one line about the first wrong field: its path, the allowed value and the given value."""
+    """Return one line about the first wrong field of a record: its path, the allowed value and the given value."""
     errors = error.errors(include_url=False)
     first = errors[0]
     where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
@@ -73,7 +76,7 @@ def describe(error: ValidationError) -> str:
     if first["type"] == "literal_error":
         message = f"must be {first['ctx']['expected']}".replace("'", "")
     given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
-    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # not those that contain it
+    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # without its parents
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
 
 

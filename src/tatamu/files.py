@@ -29,7 +29,7 @@ from tatamu.errors import InputError, UnavailableError, describe
 Model = TypeVar("Model", bound=BaseModel)
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Error numbers of a disk that is full or cannot be written."""
+"""Error numbers of the operating system that mean that a disk is full or cannot be written."""
 MIB = 1 << 20
 LARGEST_TEXT = 32 * MIB
 """Largest size of text and JSON files [bytes]. It is three times the size of a large garment's mesh."""
@@ -38,22 +38,26 @@ LARGEST_TOML = 2 * MIB
 LARGEST_NPZ = 1024 * MIB
 """Largest memory of all arrays in a file [bytes].
 
-It is ten times the memory for ten minutes of the default towel."""
+It is ten times the memory for a motion of the default towel that lasts ten minutes.
+"""
 MOST_FIELDS = 10_000
 """Largest number of fields in a table of a file."""
 DEEPEST_KEY = re.compile(r"""(?:(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){100}""")
-"""Pattern of dotted TOML keys with too many parts. The memory for reading a key grows with the square of its parts."""
+"""Pattern of dotted TOML keys with too many parts.
+
+Such keys are refused because the memory for reading a key grows with the square of the number of its parts.
+"""
 MOST_DIGITS = 300
 """Largest number of digits of an integer in a file."""
 NUMBERS = "fiub"
-"""Kinds of arrays that are read from files: floating point numbers, integers and booleans."""
+"""Letters of numpy for the types of arrays that are read: floating point numbers, integers and booleans."""
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
-    """Check, before any work is done, that targets can be written and would not overwrite a source.
+    """Check, before any work is done, that output files can be written and that none of them is an input file.
 
     Raises:
-        InputError: If a target is a folder, or one of the sources.
+        InputError: If an output file is a folder, or one of the input files.
     """
     for target in targets:
         if os.path.isdir(target):  # unlike Path.is_dir, no error for an impossible name; writing reports it
@@ -64,9 +68,9 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary name next to `path`.
+    """Yield the path of a temporary file next to `path`, for use in a `with` statement.
 
-    If the block succeeds, the temporary file is renamed to `path`. Otherwise it is removed.
+    If the statement succeeds, the temporary file is renamed to `path`. Otherwise it is removed.
     """
     if not path.name:
         raise InputError(f"{path}: cannot be written (is a folder)")
@@ -162,7 +166,7 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
 
 @contextmanager
 def foreign(path: Path, what: str) -> Iterator[None]:
-    """Run a library's reader in a context. Any error becomes one line, and the library's output is suppressed.
+    """Guard a `with` statement in which a library reads a file. Any error becomes one line, and output is suppressed.
 
     Args:
         path: Path of the file to read.
@@ -218,14 +222,14 @@ def _check_fields(fields: Mapping[str, Any]) -> None:
 
 
 def _integer(text: str) -> int:
-    """Return an integer that a floating point number can also represent. Larger integers are refused."""
+    """Return an integer, or refuse it if it is outside the range of floating point numbers."""
     if len(text) > MOST_DIGITS:
         raise InputError(f"(whole file): must have integers of at most {MOST_DIGITS} digits, given {len(text)}")
     return int(text)
 
 
 def _check_parts(value: Any) -> None:
-    """Check plain data: no table may have too many fields, and no integer too many digits."""
+    """Refuse plain data if a table has too many fields, or an integer has too many digits."""
     if isinstance(value, dict):
         _check_fields(value)
     elif isinstance(value, int) and abs(value) >= 10**MOST_DIGITS:
@@ -265,7 +269,7 @@ def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = L
         largest: Largest allowed memory of all arrays [bytes].
 
     Raises:
-        InputError: If the file cannot be read, is not an .npz file, contains other arrays, or is too large.
+        InputError: If the file cannot be read, is not an .npz file, is too large, or contains any other array.
     """
     with opened(path, largest) as file, foreign(path, what), zipfile.ZipFile(file) as archive:
         names = [name for name in archive.namelist() if name.endswith(".npy")]
@@ -282,7 +286,7 @@ def _size(member: IO[bytes], unpacked: int, name: str) -> int:
     """Return the size of an array in an .npz file [bytes], according to its header.
 
     Raises:
-        ValueError: If it is neither an array of numbers nor a single text, or its header does not match it.
+        ValueError: If the array contains something other than numbers or a single text, or its header is wrong.
     """
     version = npy.read_magic(member)
     if version not in ((1, 0), (2, 0)):

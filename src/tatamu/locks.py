@@ -1,4 +1,4 @@
-"""Locks with which only one process can use a folder."""
+"""Locks for folders. Only one process at a time can have the lock of a folder."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ if TYPE_CHECKING:
 def lock_folder(path: Path, name: str, busy: str) -> AcquireReturnProxy:
     """Make a folder and lock it.
 
-    If the result is used as a context, the lock ends with the block. It always ends with the process.
+    If the result is used in a `with` statement, the lock ends with the statement. At the latest, the lock ends with the
+    process.
 
     Args:
         path: Path of the folder.
         name: Name of the lock file in the folder.
-        busy: What another process with the lock is doing, for the message, such as "another sweep is running here".
+        busy: Text of the error message that tells what the process with the lock is doing, such as "another sweep is
+            running here".
 
     Raises:
         InputError: If another process has the lock, or the folder cannot be written.

@@ -56,7 +56,8 @@ is bent for the first time to the curvature k, the moment is HB (1 - exp(-k / k_
 most 0.09 HB.
 """
 STEEPER = 4.0
-"""Default ratio of the slope of the bending moment directly after a reversal of bending to its later slope."""
+"""Default ratio of two slopes of the bending moment over the curvature: the slope directly after a reversal of bending,
+divided by the later slope."""
 UNSAID = (
     "blender",
     "compression",
@@ -71,7 +72,7 @@ UNSAID = (
 class Material(BaseModel):
     """The properties of a fabric that simulators use.
 
-    It is isotropic unless values for weft, shear or bias are given.
+    The fabric is isotropic unless values for weft, shear or bias are given.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -79,13 +80,15 @@ class Material(BaseModel):
     areal_density: Number = Field(ge=1e-3, le=20.0)
     """Mass per area rho [kg/m^2]."""
     stretch_stiffness: Number = Field(ge=1e-1, le=1e6)
-    """Membrane stiffness Y: tension per width and strain [N/m]. It is the value along the warp if the weft differs."""
+    """Membrane stiffness Y: tension per width and strain [N/m]. If the weft has another stiffness, Y is the value along
+    the warp."""
     stretch_stiffness_weft: Number | None = Field(None, ge=1e-1, le=1e6)
     """Membrane stiffness along the weft [N/m]; None if it is equal to the stiffness along the warp."""
     shear_stiffness: Number | None = Field(None, ge=1e-2, le=1e6)
     """Shear stiffness G: shear force per width and per shear angle between warp and weft [N/m].
 
-    None for sqrt(Y Y_weft) / (2 (1 + nu)), the value of an isotropic material."""
+    None for sqrt(Y Y_weft) / (2 (1 + nu)), with the membrane stiffnesses Y and Y_weft and the Poisson ratio nu. For an
+    isotropic material, this value is exact."""
     poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
     """Poisson ratio nu in the plane [-]. If warp and weft differ, it is the geometric mean of both ratios."""
     compression: Number = Field(1.0, ge=1e-3, le=1.0)
@@ -93,22 +96,26 @@ class Material(BaseModel):
 
     A value below 1 represents wrinkles finer than the mesh."""
     bending_rigidity: Number = Field(ge=0.0, le=1.0)
-    """Bending rigidity B: moment per width and curvature [N m]. It is the value along the warp if the weft differs."""
+    """Bending rigidity B: moment per width and curvature [N m]. If the weft has another rigidity, B is the value along
+    the warp."""
     bending_rigidity_weft: Number | None = Field(None, ge=0.0, le=1.0)
     """Bending rigidity along the weft [N m]; None if it is equal to the rigidity along the warp."""
     bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
     """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m].
 
-    It is at least a quarter of the sum of the rigidities along warp and weft. None for the value of an isotropic sheet,
-    (B + B_weft + 2 sqrt(B B_weft)) / 4."""
+    The value is at least a quarter of the sum of the rigidities along warp and weft. None for the default (B + B_weft +
+    2 sqrt(B B_weft)) / 4, which is B if B_weft is equal to B."""
     bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
     """Frictional moment of bending per width, HB [N].
 
-    It is half of 2HB, the width of the loop of moment against curvature. Kawabata's test reports 2HB."""
+    In a test by Kawabata's method, the moment is plotted against the curvature. The width of the resulting loop is
+    reported as 2HB, so HB is half of this width."""
     bending_rigidity_initial: Number | None = Field(None, ge=0.0, le=10.0)
-    """Slope of the loop of moment against curvature at a reversal of bending [N m]. It is larger than all rigidities.
+    """Slope of the bending moment over the curvature directly after a reversal of bending [N m].
 
-    None for four times the rigidity. The slope has no effect without hysteresis."""
+    This slope is larger than all rigidities. None for four times the bending rigidity. Without hysteresis, the slope
+    has no effect.
+    """
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
     """Distance between two layers that lie on each other [m]."""
     friction_table: Friction = 0.5
@@ -130,17 +137,20 @@ class Material(BaseModel):
     air_drag_turning: Number = Field(0.0, ge=0.0, le=1e3)
     """Constant of the drag along the normal after a reversal of motion [kg/m^(8/3)].
 
-    The drag per area and square of the velocity is this constant divided by the cube root of the path. The path starts
-    at the reversal. `air_drag_quadratic` acts instead if it is larger."""
+    The drag per area and square of the velocity is this constant divided by the cube root of the path since the
+    reversal. If `air_drag_quadratic` is larger than this drag, `air_drag_quadratic` acts instead.
+    """
     air_added_mass: Number = Field(0.0, ge=0.0, le=20.0)
-    """Mass of air per area that moves with the surface along its normal [kg/m^2]. It adds no weight."""
+    """Mass of air per area that moves with the surface along its normal [kg/m^2]. This air adds inertia, but no
+    weight."""
 
     blender: dict[str, bool | int | float | str] | None = None
-    """Properties of Blender's cloth by their names in Blender. Only this simulator uses and checks them."""
+    """Properties of Blender's cloth by their names in Blender. Only the simulator `blender` uses and checks these
+    properties."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return plain data. Fields in `UNSAID` that have their defaults are omitted."""
+        """Return the material as plain data. Fields in `UNSAID` that have their defaults are omitted."""
         plain: dict[str, Any] = standard(self)
         for name in UNSAID:
             if getattr(self, name) == type(self).model_fields[name].default:
@@ -194,7 +204,7 @@ class Material(BaseModel):
 
     @property
     def twist_rigidity(self) -> float:
-        """Twisting moment divided by the twist k_uv [N m]. It is 2 B for an isotropic sheet."""
+        """Twisting moment divided by the twist k_uv of the surface [N m]. For an isotropic sheet, it is 2 B."""
         if self.bending_rigidity_bias is not None:
             return max(0.0, 4.0 * self.bending_rigidity_bias - self.bending_rigidity - self.weft_rigidity)
         return 2.0 * (self.bending_rigidity * self.weft_rigidity) ** 0.5
@@ -223,7 +233,7 @@ class Material(BaseModel):
 
     @property
     def bending_length(self) -> float:
-        """Bending length l_b = (B / (rho g))^(1/3) [m]. Over this length, cloth bends under its own weight."""
+        """Bending length l_b = (B / (rho g))^(1/3) [m]: the length over which cloth bends under its own weight."""
         return (self.bending_rigidity / (self.areal_density * GRAVITY)) ** (1.0 / 3.0)
 
 

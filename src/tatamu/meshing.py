@@ -5,8 +5,8 @@ Cloth bends best on staggered rows (docs/theory/bending.md).
 There are two ways to end staggered rows at a straight side, and both are needed:
 
 - `staggered_rectangle`: all rows have an equal number of points. All inner rows are shifted by a quarter cell, to the
-  left and to the right in turn. No triangle at the side is much smaller than the others, because small triangles would
-  slow down an explicit simulator. Garments and the strips of calibration use this mesh.
+  left and to the right in turn. With this shift, no triangle at the side is very small. Small triangles would slow down
+  an explicit simulator. Garments and the strips of calibration use this mesh.
 - `staggered`: every other row is shifted by half a cell and has one point more. All inner triangles are equal, and the
   triangles at the sides are halves. Validation uses this mesh, because textbooks use it.
 """
@@ -17,15 +17,16 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 ROW = np.sqrt(0.75)
-"""Distance between the rows of an equilateral lattice, in spacings."""
+"""Distance between the rows of an equilateral triangle mesh, in lengths of an edge."""
 SHEAR = 0.25
-"""Shift of even rows to the left, and of odd rows to the right, as a fraction of a cell.
+"""Shift of a mesh's even rows to the left, and of its odd rows to the right, as a fraction of a cell.
 
 With this shift, no triangle is very small."""
 SLIVER = 1e-3
-"""Largest ratio of twice a triangle's area to the area of a square cell at which the triangle is left out.
+"""Smallest allowed ratio of twice a triangle's area to the area of a square cell.
 
-Delaunay triangulation makes such triangles at straight sides."""
+Triangles with smaller ratios are left out. Delaunay triangulation makes such triangles at straight sides.
+"""
 
 
 def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
@@ -77,7 +78,7 @@ def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, 
 def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
     """Return the triangles between a row of cells + 1 points and a row of cells + 2 points.
 
-    They are counter-clockwise, seen from +z.
+    The triangles are counter-clockwise, seen from +z.
     """
     narrow, wide = (high, low) if wide_first else (low, high)
     k = np.arange(cells)
@@ -89,7 +90,7 @@ def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
 
 
 def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray:
-    """Return the m Delaunay triangles of n points, shape (m, 3). They are counter-clockwise.
+    """Return the m counter-clockwise Delaunay triangles of n points, shape (m, 3).
 
     Args:
         points: Points of the mesh, shape (n, 2).

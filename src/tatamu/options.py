@@ -14,9 +14,14 @@ from tatamu.errors import InputError, describe
 from tatamu.records import Record
 
 MOST_PARALLEL = 16
-"""Largest number of pending trials. With more, each trial would be proposed with too few results."""
+"""Largest number of pending trials, which run at the same time.
+
+With more pending trials, each trial would be proposed from too few results.
+"""
 USUAL_PENDING = 2
-"""Default number of pending trials. It is equal on all machines, because results depend on it.
+"""Default number of pending trials, which run at the same time.
+
+This number is equal on all machines, because the results of a study depend on it.
 
 With more pending trials, fewer results of earlier trials are known when a new trial starts. The parameters of the new
 trial are then chosen less well. Also, a bad trial is stopped later, because the best known trial is worse.
@@ -26,7 +31,7 @@ USUAL_QUANTILE = 0.975
 
 
 def _metavar(text: str) -> dict[str, Any]:
-    """Return the placeholder that the command line shows for a value."""
+    """Return extra data for a field: the placeholder that the command line shows for the option's value."""
     return {"metavar": text}
 
 

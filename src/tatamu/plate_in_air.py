@@ -36,9 +36,10 @@ def disc_added_mass(radius: float, density: float = AIR_DENSITY) -> float:
 def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSITY) -> float:
     """Return the added mass per area of a thin rectangle that moves along its normal [kg/m^2].
 
-    The added mass of a rectangle with sides a <= b is C pi/4 density a^2 b. Without the factor C, this is the mass of
-    an infinite strip. C depends on b / a. Its values come from the table D-2 for rectangular plates in DNV-RP-C205,
-    Environmental Conditions and Environmental Loads. The added mass per area is C pi/4 density a.
+    The added mass of a rectangle with sides a <= b is C pi/4 density a^2 b. Without the factor C, the formula is the
+    added mass of a part of an infinite strip. C depends on b / a. Its values come from the table D-2 for rectangular
+    plates in DNV-RP-C205, Environmental Conditions and Environmental Loads. The added mass per area is C pi/4 density
+    a.
 
     Args:
         length: Length of one side [m].
@@ -56,24 +57,26 @@ def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSI
 def steady_drag(density: float = AIR_DENSITY) -> float:
     """Return the drag per area and square of the speed of a square plate in steady flow [kg/m^3].
 
-    It is density C_D / 2, with the drag coefficient C_D.
+    The drag is density C_D / 2, with the drag coefficient C_D.
     """
     return 0.5 * density * STEADY_DRAG
 
 
 GRAHAM = 8.0
-"""Drag coefficient at a Keulegan-Carpenter number of 1. It falls with the cube root of this number (Graham 1980)."""
+"""Drag coefficient at a Keulegan-Carpenter number of 1. The drag coefficient is inversely proportional to the cube root
+of this number (Graham 1980)."""
 SHARE = 27.0 / 20.0
 """Mean of s^(-1/3) over a half swing, weighted by the work of drag (docs/theory/air.md).
 
-The variable s is 0 at the start of the half swing and 1 at its end."""
+The variable s is the covered fraction of the half swing's path: 0 at the start and 1 at the end.
+"""
 
 
 def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) -> float:
     """Return the drag per area and square of the speed of a plate that swings along its normal [kg/m^3].
 
-    A plate that moves to and fro over less than its width meets its own vortices. It therefore has more drag than in a
-    steady flow. Its drag coefficient is C_D = 8 KC^(-1/3), with the Keulegan-Carpenter number KC = 2 pi amplitude /
+    A plate that moves to and fro over less than its width meets its own vortices, so its drag is larger than in a
+    steady flow. The drag coefficient is C_D = 8 KC^(-1/3), with the Keulegan-Carpenter number KC = 2 pi amplitude /
     width (Graham 1980, J. Fluid Mech. 97, 331 to 346; between KC 1 and 30). The result is at least the drag in a steady
     flow.
 
@@ -89,11 +92,11 @@ def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) 
 def turning_drag(width: float, density: float = AIR_DENSITY) -> float:
     """Return the constant of drag along the normal of a plate after a reversal of motion [kg/m^(8/3)].
 
-    It is the field `Material.air_drag_turning`.
+    The constant is the value of the field `Material.air_drag_turning`.
 
     After a path s since the reversal, the drag is density C_D / 2, with C_D = 8 / 1.35 (pi s / width)^(-1/3). Over a
-    harmonic swing, this drag takes as much energy as the constant C_D of `swinging_drag`. In that constant, KC is pi s
-    / width, where s is the path at the end of a half swing.
+    harmonic swing, this drag takes as much energy as the constant C_D of `swinging_drag`. For this comparison, the
+    number KC of `swinging_drag` is pi s / width, where s is the path at the end of a half swing.
 
     Args:
         width: Width of the plate across the edges at which vortices form [m].

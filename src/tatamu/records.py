@@ -23,7 +23,7 @@ class OpenRecord(BaseModel):
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return plain data in the order of the fields."""
+        """Return the record as plain data (texts, numbers, lists and dictionaries), in the order of the fields."""
         plain: dict[str, Any] = standard(self)
         for name in self.UNSAID:
             usual = type(self).model_fields[name].get_default(call_default_factory=True)

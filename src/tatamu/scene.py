@@ -25,7 +25,7 @@ from tatamu.records import Record
 from tatamu.topology import check_mesh
 
 LEAST_IN_PLANE = 1e-3
-"""Least length of the part of a fibre's direction that lies in the plane of its triangle [-]."""
+"""Least length of the part of a warp direction in the plane of its triangle, as a fraction of the whole length [-]."""
 
 MOST_VERTICES = 150_000
 """Largest number of vertices of a cloth. A cloth with this number takes ten seconds to prepare.
@@ -34,7 +34,8 @@ Garments have about 2,000 vertices."""
 MOST_GRIPPERS = 1000
 """Largest number of grippers of a scene. A hand that pinches layers together consists of several grippers."""
 MOST_BODIES = 100
-"""Largest number of rigid bodies of a scene, because each is compared with every triangle."""
+"""Largest number of rigid bodies of a scene. The number is limited because each body is compared with every
+triangle."""
 SAME_TIME = 1e-9
 """Largest difference of times that count as equal [s]. Sums of time steps have rounding errors."""
 
@@ -101,7 +102,7 @@ class Table(Record):
 class Gripper(Record):
     """Vertices that are held from the time `closes` to the time `opens`.
 
-    They keep their arrangement and follow `displacements`.
+    The vertices keep their arrangement and follow `displacements`.
     """
 
     hand: Literal["left", "right"] | None = None
@@ -118,9 +119,10 @@ class Gripper(Record):
     times: Annotated[list[Number], Field(min_length=1)]
     """Times of the knots of the motion [s], increasing."""
     displacements: Points
-    """Displacement at each knot from where the gripper closed [m], shape (k, 3).
+    """Displacement at each knot from the position at which the gripper closed [m], shape (k, 3).
 
-    It is linear between knots, and constant after the last knot."""
+    The displacement is linear between knots, and constant after the last knot.
+    """
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -140,16 +142,16 @@ class Gripper(Record):
         return self
 
     def path(self, times: np.ndarray) -> np.ndarray:
-        """Return the displacements from where the gripper closed [m], shape (k, 3), at k times [s], shape (k,).
+        """Return the displacements from the position at which the gripper closed [m], shape (k, 3), at k times.
 
-        They are zero before the first knot of the motion.
+        The times [s] have the shape (k,). The displacements are zero before the first knot of the motion.
         """
         path = np.column_stack([np.interp(times, self.times, column) for column in self.displacements.T])
         path[times < self.times[0] - SAME_TIME] = 0.0
         return path
 
     def displacement(self, time: float) -> np.ndarray:
-        """Return the displacement from where the gripper closed [m], shape (3,), at a time [s]."""
+        """Return the displacement from the position at which the gripper closed [m], shape (3,), at a time [s]."""
         return self.path(np.array([time]))[0]
 
 

@@ -1,4 +1,4 @@
-"""Air drag near critical damping. Cloth with this drag soon comes to rest, and its shape at rest does not change."""
+"""Air drag near critical damping. Cloth with this drag comes to rest soon. The drag does not change its final shape."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def _with_middles(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
 def _middles(pairs: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
     """Return the indices of the vertices in the middle of k edges, which are given as pairs of vertices, shape (k, 2).
 
-    `edges` must be in lexical order.
+    `edges` are all edges of the coarse mesh, in lexical order.
     """
     key = np.array([count, 1])
     return count + np.searchsorted(edges @ key, np.sort(pairs, axis=1) @ key)

@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 MOST_AROUND = 1000
-"""Largest number of triangles around a vertex. The memory for their contact grows with the square of this number."""
+"""Largest number of triangles around a vertex. The memory for the contact of these triangles grows with the square of
+this number."""
 
 
 def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -74,7 +75,7 @@ class Topology:
         return np.column_stack([first, opposite[inner[:, 0]], opposite[inner[:, 1]]])
 
     def _corner_order(self, sides: np.ndarray) -> np.ndarray:
-        """Return the two ends of each of s sides in the order of its own triangle, shape (s, 2)."""
+        """Return the two ends of each of s triangle sides, in the order of the triangle's corners, shape (s, 2)."""
         count = len(self.faces)
         corner = sides // count
         face = sides % count

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 EDGE_ON = 1e-9
-"""Twice the area below which a triangle counts as seen edge-on, and has no height [pixels^2]."""
+"""Least value of twice the area of a triangle that has a height [pixels^2]. Smaller triangles count as seen edge-on."""
 
 
 @dataclass(frozen=True)
@@ -20,9 +20,9 @@ class ZBuffer:
     """The highest triangle over each pixel of a grid."""
 
     heights: np.ndarray
-    """Height at the centre of each pixel, -inf if no triangle covers it, shape (columns, rows)."""
+    """Height at the centre of each pixel, shape (columns, rows); -inf if no triangle covers the centre."""
     face: np.ndarray
-    """Index of the triangle over each pixel, -1 if no triangle covers it, shape (columns, rows)."""
+    """Index of the highest triangle over each pixel, shape (columns, rows); -1 if no triangle covers the centre."""
     weights: np.ndarray
     """Barycentric coordinates of each pixel's centre in its triangle, shape (columns, rows, 3)."""
 
@@ -34,8 +34,8 @@ def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slac
         points: Coordinates along columns and rows of the grid [pixels], and heights, shape (n, 3).
         faces: Triangles, shape (m, 3).
         shape: Numbers of columns and rows of the grid.
-        slack: Distance outside a triangle, in barycentric coordinates, at which a pixel's centre still counts as
-            inside. It prevents gaps between two triangles by rounding.
+        slack: Tolerance in barycentric coordinates: a pixel's centre counts as inside if it is outside by at most this
+            much. It prevents gaps between two triangles that rounding would cause.
     """
     heights = np.full(shape, -np.inf)
     face = np.full(shape, -1, dtype=np.int64)
@@ -56,16 +56,16 @@ def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.nd
 
 @njit(inline="always")
 def _range(a, b, c, size):  # type: ignore[no-untyped-def]
-    """Return the range of pixels along an axis that a triangle with these corners may cover.
+    """Return the range of pixels that a triangle may cover along an axis with `size` pixels.
 
-    The axis has `size` pixels.
+    `a`, `b` and `c` are the coordinates of the triangle's corners along the axis.
     """
     return range(int(max(min(a, b, c), 0.0)), int(min(max(a, b, c) + 1.0, size)))
 
 
 @njit(inline="always")
 def _sides(ax, ay, bx, by, cx, cy, x, y):  # type: ignore[no-untyped-def]
-    """Return twice the signed area of each triangle that the point (x, y) forms with a side of a triangle.
+    """Return twice the signed areas of the three triangles that the point (x, y) forms with the sides of a triangle.
 
     The three areas have the same sign if the point is inside the triangle.
     """

@@ -36,16 +36,22 @@ from tatamu import Nominal, make_task
 
 WORKERS = 4
 KILL_EVERY = 8.0
-"""Time after which another worker is killed [s]."""
+"""Time between two kills of a worker [s]."""
 CLIENT_KILLED_AT = (0.3, 0.6)
 DATABASE_RESTARTED_AT = ((0.2, "fast"), (0.5, "immediate"))
-"""Fractions of all studies after which the database is restarted, and the ways in which PostgreSQL is stopped."""
+"""Moments at which the database is restarted, and the ways in which PostgreSQL is then stopped.
+
+A moment is given as the fraction of studies that are complete.
+"""
 ROUNDS = 3
-"""Number of rounds of a measurement. Only the fastest round counts, because other programs may slow down a round."""
+"""Number of times that a measurement is repeated.
+
+Only the fastest round counts, because other programs may slow down a round.
+"""
 CALLS = 30
-"""Number of calls per worker in a round; a call only sleeps."""
+"""Number of calls per worker in a round of a measurement. A call only sleeps."""
 TOGETHER = 16
-"""Number of sleeping workers that share a process."""
+"""Number of workers in each process. They can share a process because they only sleep."""
 HERE = ("--host", "127.0.0.1")
 CLIENT = """
 import sys
@@ -57,7 +63,7 @@ main()
 
 
 def sweep_file(folder: Path, studies: int) -> Path:
-    """Write the file of a sweep of small studies, and return its path."""
+    """Write a file that describes a sweep (a list of learning tasks) of small studies, and return its path."""
     path = folder / "sweep.toml"
     seeds = list(range(studies))
     path.write_text(
@@ -69,14 +75,14 @@ def sweep_file(folder: Path, studies: int) -> Path:
 
 
 def start(file: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
-    """Start a client process that runs a sweep."""
+    """Start a client process that runs a sweep, a list of learning tasks."""
     command = [sys.executable, "-c", CLIENT, "sweep", str(file), "--out", str(out), *options]
     environment = {**os.environ, "PGPASSWORD": postgres.PASSWORD}
     return subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
 def complete(out: Path) -> int:
-    """Return the number of complete tasks of a sweep."""
+    """Return the number of tasks of a sweep that are complete."""
     try:
         tasks = json.loads((out / "sweep.json").read_text())["tasks"]
     except (OSError, ValueError):
@@ -178,7 +184,10 @@ class Cluster:
 
 @dataclass
 class Storm:
-    """Numbers of workers and clients that were killed, number of restarts of the database, and whole time [s]."""
+    """The events of a sweep during which processes are killed, and its whole time [s].
+
+    The events are the numbers of killed workers and clients, and the number of restarts of the database.
+    """
 
     workers: int = 0
     databases: int = 0
@@ -187,7 +196,7 @@ class Storm:
 
 
 def kill_workers(cluster: Cluster, storm: Storm, calm: Event) -> None:
-    """Kill a random worker every few seconds, until the event `calm` is set."""
+    """Kill a random worker of a cluster every few seconds, until the event `calm` is set."""
     chance = random.Random(0)
     while not calm.wait(KILL_EVERY):
         cluster.start_again()
@@ -196,7 +205,7 @@ def kill_workers(cluster: Cluster, storm: Storm, calm: Event) -> None:
 
 
 def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> Storm:
-    """Run a sweep to its end while workers, database and client are killed."""
+    """Run a sweep, a list of learning tasks, to its end while workers, database and client are killed."""
     storm, calm, begun = Storm(), Event(), time.monotonic()
     restarts, kills = list(DATABASE_RESTARTED_AT), list(CLIENT_KILLED_AT)
     with TemporaryDirectory() as scratch:
@@ -233,7 +242,10 @@ def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> S
 
 
 def proof(studies: int) -> str:
-    """Return a table that compares two sweeps: a sweep during which processes are killed, and an undisturbed sweep."""
+    """Return a table that compares two runs of the same learning tasks.
+
+    During the first run, processes are killed. The second run is undisturbed.
+    """
     with TemporaryDirectory() as folder, postgres.running() as server:
         file = sweep_file(Path(folder), studies)
         calm = start(file, Path(folder) / "calm", "--at-a-time", "4")  # runs at the same time on one core
@@ -265,13 +277,16 @@ def proof(studies: int) -> str:
 
 
 def nap(seconds: float) -> float:
-    """Sleep for a time [s], and return this time. The call takes the place of a simulation."""
+    """Sleep for a time [s], and return this time. In measurements, this call takes the place of a simulation."""
     time.sleep(seconds)
     return seconds
 
 
 def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, float]:
-    """Return the fraction of time in which workers were busy, and the overhead of a call [ms], in the fastest round."""
+    """Let workers sleep in several rounds, and return two results of the fastest round.
+
+    The results are the fraction of time in which workers were busy, and the overhead of a call [ms].
+    """
     had = []
     calls = workers * CALLS
     for _ in range(ROUNDS):
@@ -309,7 +324,7 @@ def napped(processes: int, together: int | None, seconds: float) -> tuple[float,
 
 @cache
 def rollout() -> float:
-    """Return the time of a simulation of the default towel on this machine [s], the shortest of three."""
+    """Return the shortest time of three simulations of the default towel on this machine [s]."""
     evaluate = Nominal(make_task("towel"))
     parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0}
     found = [evaluate(parameters).rollout for _ in range(3)]
@@ -340,7 +355,10 @@ def overhead() -> str:
 
 
 def busy() -> str:
-    """Return a table with the load of 64 workers with one thread each, in four processes. The calls only sleep."""
+    """Return a table with the fraction of time in which 64 workers are busy. The calls only sleep.
+
+    Four processes have 16 workers each, with one thread per worker.
+    """
     share, _, here = napped(64 // TOGETHER, TOGETHER, rollout())
     row = {
         "workers": "64",

@@ -29,34 +29,34 @@ SECONDS = 1.0
 """Assumed time of a simulation on the cluster [s]."""
 CALLS = 200
 STUDIES = 50
-"""Number of trials of a study."""
+"""Number of trials of a study on the cluster."""
 
 
 def nothing(number: int) -> int:
-    """Return `number`. The call takes almost no time."""
+    """Return `number`. The call takes almost no time, so it shows the cost of a call."""
     return number
 
 
 @dataclass
 class Constants:
-    """Time, messages and bytes per trial."""
+    """Time, messages and bytes that a trial of a study on a cluster takes."""
 
     messages: float = 0.0
-    """Number of messages that the scheduler receives."""
+    """Number of messages per trial that the scheduler of the cluster receives."""
     scheduler: float = 0.0
-    """Processor time of scheduler and client together [ms]."""
+    """Processor time of scheduler and client together per trial [ms]."""
     call: int = 0
-    """Size of a call, without data that are sent only once [bytes]."""
+    """Size of the call that starts a trial on a worker, without data that are sent only once [bytes]."""
     result: int = 0
-    """Size of a result without its rollout [bytes]."""
+    """Size of the result of a trial without its rollout, the motion of the cloth [bytes]."""
     scene: int = 0
     """Size of the data that a study sends once to each worker [bytes]."""
     rollout: int = 0
-    """Size of a rollout [bytes]. Each study sends only a few rollouts."""
+    """Size of a rollout, the motion of the cloth in a simulation [bytes]. Each study sends only a few rollouts."""
     ask: float = 0.0
-    """Processor time of a proposal, as a median over a study [ms]."""
+    """Processor time that the search needs to propose a trial, as a median over a study [ms]."""
     commits: float = 0.0
-    """Number of database transactions."""
+    """Number of database transactions per trial."""
     tell: float = 0.0
     """Time of recording a trial in the database [ms]."""
     connections: int = 0
@@ -66,7 +66,10 @@ class Constants:
 
 
 def constants() -> dict[str, str]:
-    """Return the tables of measured constants and of computed needs, by the names of their marks in the docs."""
+    """Return two tables: the measured time and bytes per trial, and the needs of 1,000 workers.
+
+    The keys are the names of the tables' marks in the docs.
+    """
     found = Constants()
     _dask(found)
     _bytes(found)
@@ -78,7 +81,7 @@ def constants() -> dict[str, str]:
 
 
 def _dask(found: Constants) -> None:
-    """Measure the messages and the processor time of scheduler and client.
+    """Measure the messages and the processor time of a cluster's scheduler and client per trial.
 
     Scheduler and client run in this process, and the workers run in other processes.
     """
@@ -121,7 +124,7 @@ def _dask(found: Constants) -> None:
 
 
 def _bytes(found: Constants) -> None:
-    """Measure the sizes of the data that are sent for the default towel."""
+    """Measure the sizes of the data that are sent for a trial with the default towel."""
     evaluate = Nominal(make_task("towel"))
     parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0}
     evaluation = evaluate(parameters)
@@ -132,13 +135,13 @@ def _bytes(found: Constants) -> None:
 
 
 class TimedSearch(GPSearch):
-    """The default search, which also measures the time of its proposals."""
+    """The default search, which also measures how long it takes to propose each trial."""
 
     seconds: ClassVar[list[float]] = []
-    """Processor time of each proposal [s]."""
+    """Processor time that each proposal of a trial took [s]."""
 
     def ask(self, fidelity: int = HIGH) -> Proposal:
-        """Return the next proposal, and record its processor time."""
+        """Propose the next trial, and record the processor time that this takes."""
         started = time.thread_time()
         proposal = super().ask(fidelity)
         self.seconds.append(time.thread_time() - started)
@@ -146,7 +149,10 @@ class TimedSearch(GPSearch):
 
 
 def _search(found: Constants) -> None:
-    """Measure the time of proposals and of the database, in a study of a small towel with one trial at a time."""
+    """Measure the time of the search and of the database per trial.
+
+    The study is of a small towel, with one trial at a time.
+    """
     told = []
     add = StudyStore.add
 

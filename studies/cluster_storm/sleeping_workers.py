@@ -12,7 +12,7 @@ from distributed import Worker
 
 
 async def work(address: str, count: int) -> None:
-    """Run `count` workers of a scheduler until the scheduler ends."""
+    """Run `count` Dask workers until their scheduler ends."""
     workers = [Worker(address, nthreads=1, host="127.0.0.1", dashboard=False, memory_limit=0) for _ in range(count)]
     await asyncio.gather(*workers)
     await asyncio.gather(*(worker.finished() for worker in workers))

@@ -1,4 +1,7 @@
-"""Repeats the experiment of section VI of the paper. Everything that the paper does not state is an option."""
+"""Repeats the experiment of section VI of the paper that tatamu's method comes from.
+
+Everything that the paper does not state is an option.
+"""
 
 from studies.paper.experiment import Choices, Study, run
 

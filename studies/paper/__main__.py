@@ -1,4 +1,4 @@
-"""Repeats the experiment of section VI of the paper, as docs/guide/reproduction.md explains.
+"""Repeats section VI of the paper that tatamu's method comes from, as docs/guide/reproduction.md explains.
 
     python -m studies.paper --garments towel --seeds 1 --out runs/paper
     python -m studies.paper --simulator native --out runs/paper-native
@@ -53,7 +53,7 @@ def reproduce(
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Repeat the experiment of section VI of the paper, and compare the paper's claims with the results.
+    """Repeat section VI of the paper that tatamu's method comes from, and compare its claims with the results.
 
     To resume an interrupted run, run the same command again.
     """
@@ -87,7 +87,7 @@ def reproduce(
 
 
 def _pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Read options of the form GARMENT=VALUE, and return the values by garment."""
+    """Read command line options of the form GARMENT=VALUE, and return the values by garment."""
     pairs = [text.partition("=") for text in given or []]
     for name, sign, value in pairs:
         if not (name and sign and value):

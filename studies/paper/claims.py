@@ -1,6 +1,6 @@
 """Tests whether the paper's claims about its results are also true for the results of this study.
 
-Each test computes a number that is defined in advance.
+The test of a claim computes a number that is defined in advance.
 """
 
 from __future__ import annotations
@@ -15,34 +15,35 @@ from studies.paper.experiment import Study
 from tatamu.study import MOMENTS, Result, Trial
 
 AFTER = tuple(count for count, _ in MOMENTS.values())
-"""Numbers of trials after which Fig. 6 of the paper shows the errors."""
+"""Numbers of trials after which Fig. 6 of the paper shows the vertex errors of the best fold."""
 TWO_PEAKS = 2.0
 """Least value of Ashman's D, a measure of separation, for two clearly separate groups (Ashman, Bird and Zepf 1994)."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """Results of the best trial up to a moment of the search, as medians over the seeds."""
+    """Results of the best trial up to a moment of the search, as medians over the random seeds."""
 
     after: int
     mean_vertex_distance: float
-    """Mean of the vertex errors e_i, Eq. (12), as a median over the seeds [m]."""
+    """Mean of the vertex errors e_i, Eq. (12), in the best trial, as a median over the seeds [m]."""
     slip: float
-    """Slip of the part of the cloth that should not move, as a median over the seeds [m]."""
+    """Slip of the part of the cloth that should not move, in the best trial, as a median over the seeds [m]."""
     trajectory_length: float
-    """Length l_x of a hand's path, as a median over the seeds [m]."""
+    """Length l_x of a hand's path in the best trial, as a median over the seeds [m]."""
 
 
 @dataclass(frozen=True)
 class Claims:
-    """The answers to the paper's claims for a garment."""
+    """The answers to the question whether the paper's claims are true for a garment."""
 
     garment: str
     seeds: int
     moments: list[Moment]
     moved_left: int
-    """Number of seeds whose mean vertex error never rises from one moment to the next, and is smaller at the end than
-    at first.
+    """Number of seeds whose mean vertex error falls during the search.
+
+    It must never rise from one moment to the next, and must be smaller at the end than at first.
     """
     peaks: list[float]
     """Separation (Ashman's D) of two groups of vertex errors, for each seed.
@@ -50,16 +51,16 @@ class Claims:
     The first group belongs to the moving part of the cloth, and the second group to the part that should not move.
     """
     slipped_less: int
-    """Number of seeds whose best fold slips less than their first trial."""
+    """Number of seeds whose best fold slips less than the fold of their first trial."""
 
     @property
     def two_peaked(self) -> int:
-        """Number of seeds whose errors have two clearly separate peaks."""
+        """Number of seeds whose vertex errors have two clearly separate peaks."""
         return sum(peak > TWO_PEAKS for peak in self.peaks)
 
 
 def claims(garment: str, studies: list[Study]) -> Claims:
-    """Return the answers to the paper's claims from the studies of a garment."""
+    """Compare the paper's claims with the studies of a garment, and return the answers."""
     folds = [study.fold for study in studies if study.garment == garment]
     count = len(folds[0].record.trials)
     moments = [after for after in AFTER if after <= count] + ([count] if count not in AFTER else [])
@@ -117,5 +118,5 @@ def _length(trial: Trial | None) -> float:
 
 
 def _falls(values: list[float]) -> bool:
-    """Return whether the values never rise, and the last value is less than the first."""
+    """Return whether a series of values never rises, and its last value is less than its first."""
     return values[-1] < values[0] and all(later <= earlier for earlier, later in pairwise(values))

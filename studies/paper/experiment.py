@@ -22,7 +22,7 @@ from tatamu.simulators import named
 from tatamu.study import Places, Progress, Result, learn
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
-"""Fold of each garment.
+"""Fold plan that is learned for each garment.
 
 Fig. 5 of the paper shows a fold for each garment, but does not show the direction of the fold.
 """
@@ -35,7 +35,10 @@ The paper does not state this length, although the properties of the cloth in Ta
 
 @dataclass(frozen=True)
 class Choices:
-    """The choices of a run. If the paper does not state a choice, it has a default."""
+    """The choices of a run of the paper's experiment.
+
+    Choices that the paper does not state have default values.
+    """
 
     simulator: str = "blender"
     garments: tuple[str, ...] = tuple(FOLDS)
@@ -43,13 +46,16 @@ class Choices:
     trials: int = 50
     sampler: str = "gp"
     sizes: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Width and length of a garment [m], by its name. The default is the garment's default size."""
+    """Width and length of each garment [m], by the garment's name. The default is the garment's default size."""
     spacings: dict[str, float] = field(default_factory=dict)
-    """Mesh spacing of a garment [m], by its name. The default is `SPACING`."""
+    """Edge length of the mesh of each garment [m], by the garment's name. The default is `SPACING`."""
     folds: dict[str, str] = field(default_factory=dict)
-    """Fold plan of a garment, by its name. The default is from `FOLDS`."""
+    """Fold plan of each garment, by the garment's name. The default is from `FOLDS`."""
     materials: dict[str, str] = field(default_factory=dict)
-    """Material preset or file of a garment, by its name. The default is the preset with the paper's numbers."""
+    """Material preset or file of each garment, by the garment's name.
+
+    The default is the preset with the paper's numbers.
+    """
 
     def __post_init__(self) -> None:
         named(self.simulator)
@@ -66,7 +72,7 @@ class Choices:
         check_search(self.sampler)
 
     def material(self, garment: str) -> Material:
-        """Return the material of a garment."""
+        """Return the material of the cloth of a garment."""
         return load_material(Path(self.materials.get(garment, f"paper-{garment}")))
 
     def task(self, garment: str) -> Task:
@@ -87,7 +93,7 @@ class Choices:
 
 @dataclass(frozen=True)
 class Study:
-    """The learned fold of a garment with a random seed."""
+    """The result of a study: the learned fold, with its garment and the random seed of the search."""
 
     garment: str
     seed: int
@@ -101,7 +107,7 @@ def run(
     executor: Executor | None = None,
     at_a_time: int = 1,
 ) -> list[Study]:
-    """Run all studies, or resume them.
+    """Run or resume a study for each garment and random seed.
 
     Args:
         choices: Garments, seeds, trials and everything that the paper leaves open.

@@ -118,7 +118,7 @@ def spent(scene: Scene) -> float:
 
 
 def outcomes(told: dict[str, Any]) -> list[Row]:
-    """Return a table with the results of a run of `studies.paper`, by garment and by number of trials."""
+    """Return a table with the results of a run of `studies.paper`, by garment and by number of trials in the search."""
     return [
         {
             "garment": garment,
@@ -157,7 +157,7 @@ def _mm(metres: float | None) -> str:
 
 
 def main() -> None:
-    """Parse the command line, and print or write the tables."""
+    """Parse the command line, and print the tables of docs/notes/reproduction.md or write them into this file."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--spacing", type=float, default=SPACING)
     parser.add_argument("--run", type=Path, help="a folder of `studies.paper`, whose outcome is shown too")
@@ -173,7 +173,7 @@ def main() -> None:
 
 
 def tables(options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:
-    """Yield the chosen tables, each with the name of its marks in the docs."""
+    """Yield the chosen tables of docs/notes/reproduction.md, each with the name of its marks in this file."""
     if "cloth" in options.only:
         yield "cloth", cloths(options.spacing)
     if "time" in options.only:

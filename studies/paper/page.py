@@ -1,4 +1,4 @@
-"""Writes the page of the repeated experiment.
+"""Writes a page with the results of the repeated experiment.
 
 The page repeats Fig. 5, Fig. 6, Table I and Table II of the paper. It also has medians over the seeds, and tests of the
 paper's claims.
@@ -41,7 +41,10 @@ TABLES = (
 
 
 def save(choices: Choices, studies: list[Study], folder: Path) -> Path:
-    """Write `reproduction.json`, `figure-5.png` and the page `reproduction.html`, and return the path of the page."""
+    """Write the results as `reproduction.json`, `figure-5.png` and the page `reproduction.html`.
+
+    Return the path of the page.
+    """
     write_json(folder / "reproduction.json", data(choices, studies))
     shown = [drawn(_of(studies, name)[0].fold) for name in choices.garments]
     save_png(np.hstack([np.vstack(pair) for pair in shown]), folder / "figure-5.png")
@@ -50,7 +53,7 @@ def save(choices: Choices, studies: list[Study], folder: Path) -> Path:
 
 
 def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
-    """Return medians, claims and choices as a dictionary for a JSON file. Missing values are None."""
+    """Return the medians, claims and choices of a run as a dictionary for a JSON file. Missing values are None."""
     garments = {}
     for name in choices.garments:
         own = _of(studies, name)
@@ -76,7 +79,7 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
 
 
 def page(choices: Choices, studies: list[Study]) -> str:
-    """Return the page as HTML."""
+    """Return the page with the results of the repeated experiment as HTML."""
     shown = [_of(studies, name)[0] for name in choices.garments]
     pictures = [(study, [data_uri(pixels) for pixels in drawn(study.fold)]) for study in shown]
     materials = [choices.material(name).blender or {} for name in choices.garments]
@@ -103,7 +106,7 @@ def _finite(value: float) -> float | None:
 
 
 def drawn(fold: Result) -> tuple[np.ndarray, np.ndarray]:
-    """Return two pictures: the target, and the learned fold with the hands' paths in black."""
+    """Return two pictures of a garment: the target, and the learned fold with the hands' paths in black."""
     ideal = replace(
         fold.rollout, times=fold.rollout.times[:1], positions=fold.target[None], extra={"target": fold.target}
     )
@@ -117,7 +120,7 @@ def _histograms(study: Study) -> list[Chart]:
 
 
 def _medians(choices: Choices, studies: list[Study]) -> list[tuple[Markup, list[str], str]]:
-    """Return the rows of the table of medians.
+    """Return the rows of a table with medians of the measures of a fold.
 
     A row has the name of a measure, its median over the seeds for each garment, and a threshold from the literature.
     """
@@ -133,7 +136,7 @@ def _medians(choices: Choices, studies: list[Study]) -> list[tuple[Markup, list[
 
 
 def crossed(study: Study) -> int:
-    """Return the number of edges of the cloth that pass through triangles of the cloth in the learned fold."""
+    """Return the number of edges of the mesh that pass through triangles of the mesh at the end of the learned fold."""
     return crossings(study.fold.final, study.fold.faces)
 
 

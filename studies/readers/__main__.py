@@ -20,7 +20,7 @@ from studies.readers.texts import Text, sample
 
 
 def main() -> None:
-    """Print a sample or, if numbers are given, the sentences that a reader marked in the sample."""
+    """Print a sample of docstrings and pages or, if numbers are given, the sentences that a reader marked in it."""
     parser = argparse.ArgumentParser(description="Draw docstrings and pages for a reader; count the marked sentences.")
     parser.add_argument("--seed", type=int, default=0, help="a number for each reader (default 0)")
     parser.add_argument("--docstrings", type=int, default=20, help="number of docstrings (default 20)")
@@ -32,7 +32,7 @@ def main() -> None:
 
 
 def listing(texts: list[Text]) -> list[str]:
-    """Return the lines of a sample, with numbered sentences."""
+    """Return the lines of a sample of docstrings and pages, with numbered sentences."""
     lines, number = [], 0
     for text in texts:
         lines += ["", f"=== {text.name}", ""]
@@ -43,7 +43,7 @@ def listing(texts: list[Text]) -> list[str]:
 
 
 def verdict(texts: list[Text], marked: list[int]) -> list[str]:
-    """Return lines with all marked sentences, and with their percentage.
+    """Return lines of text with all sentences that a reader marked, and with their percentage.
 
     Raises:
         SystemExit: If there is no sentence with a given number.

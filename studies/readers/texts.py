@@ -35,8 +35,10 @@ class Text:
 
     name: str
     parts: tuple[tuple[str, bool], ...]
-    """Pieces of the text, each with a flag. The flag is True for a sentence. It is False for headings, code and tables,
-    which are not counted."""
+    """Pieces of the text, each with a flag.
+
+    The flag is True for a sentence. It is False for headings, code and tables, which do not count as sentences.
+    """
 
 
 def sentences(paragraph: str) -> list[str]:
@@ -45,7 +47,7 @@ def sentences(paragraph: str) -> list[str]:
 
 
 def paragraphs_of(docstring: str) -> Iterator[tuple[str, bool]]:
-    """Yield the paragraphs of a docstring, each with True. Headings and lines of code are yielded with False.
+    """Yield the pieces of a docstring, each with a flag: True for a paragraph, False for a heading or a line of code.
 
     Each entry of a section such as "Args:" is a paragraph.
     """
@@ -101,13 +103,16 @@ def _documented(node: ast.AST, name: str) -> Iterator[tuple[str, str]]:
 
 
 def pages() -> list[Text]:
-    """Return every page, including the README but not the changelog."""
+    """Return every page of the documentation, including the README but not the changelog."""
     files = [*ROOT.glob("*.md"), *(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)]
     return [_page(path) for path in sorted(files) if path.name != "CHANGELOG.md"]
 
 
 def _page(path: Path) -> Text:
-    """Cut the paragraphs and lists of a page into sentences. Headings, code, tables and pictures remain whole."""
+    """Read a page, and cut its paragraphs and lists into sentences.
+
+    Headings, code, tables and pictures remain whole.
+    """
     source = path.read_text()
     lines = source.splitlines()
     parts: list[tuple[str, bool]] = []
@@ -127,11 +132,14 @@ def _page(path: Path) -> Text:
 
 
 def _shown(markdown: str) -> str:
-    """Return a paragraph as a browser shows it. The addresses of links are left out."""
+    """Return a Markdown paragraph without the addresses of its links, as a browser shows it."""
     return re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", markdown)
 
 
 def sample(seed: int, n_docstrings: int, n_pages: int) -> list[Text]:
-    """Choose random docstrings and pages for a reader. In the same version, a seed always gives the same sample."""
+    """Choose random docstrings and pages for a reader.
+
+    In the same version of the repository, a seed always gives the same sample.
+    """
     chance = random.Random(seed)
     return [*chance.sample(docstrings(), n_docstrings), *chance.sample(pages(), n_pages)]

@@ -7,6 +7,7 @@ sources of the data.
 
 - `matsudaira`, `leeds`, `motion` and `towel` are the tests, and `registry` lists them.
 - `fabric` has typical values of properties that were not measured, each with its source.
-- `bench` simulates experiments, and keeps the readings in a folder, so an interrupted run can be resumed.
+- `bench` simulates experiments, and keeps the values that were read from them in a folder, so an interrupted run can be
+  resumed.
 - `section` defines the result of a test, and `notes` and `page` show it.
 """

@@ -46,8 +46,8 @@ def predict(
 ) -> None:
     """Predict published measurements of real cloth.
 
-    The exit code does not depend on the predictions. It is 0, or 2 if a file is missing or wrong. Readings are kept in
-    DIR/kept. To resume an interrupted run, run the same command again.
+    The exit code does not depend on the predictions. It is 0, or 2 if a file is missing or wrong. Values that were read
+    from finished simulations are kept in DIR/kept. To resume an interrupted run, run the same command again.
     """
     require(simulator)
     tests = load(data, only or [])

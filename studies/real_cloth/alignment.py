@@ -24,13 +24,13 @@ class Displacement:
     """The displacement of a camera: a rotation and a translation."""
 
     rotation: np.ndarray
-    """Rotation matrix R, shape (3, 3)."""
+    """Rotation matrix R of the camera's displacement, shape (3, 3)."""
     translation: np.ndarray
-    """Translation t [m], shape (3,)."""
+    """Translation t of the camera's displacement [m], shape (3,)."""
 
     @property
     def angle(self) -> float:
-        """Angle of the rotation [rad]."""
+        """Angle of the camera's rotation [rad]."""
         return float(np.arccos(np.clip(0.5 * (np.trace(self.rotation) - 1.0), -1.0, 1.0)))
 
     def __str__(self) -> str:
@@ -67,7 +67,7 @@ class Pairs:
 
     @classmethod
     def mean(cls, each: Sequence[Pairs]) -> Pairs:
-        """Return the average of the means of several recordings, with equal weights."""
+        """Return the average of the means over pairs of several recordings, with equal weights."""
         return cls(
             np.mean([pairs.place for pairs in each], axis=0),
             np.mean([pairs.seen for pairs in each], axis=0),
@@ -77,29 +77,32 @@ class Pairs:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> Pairs:
-        """Make the means from a dictionary that `plain` returned."""
+        """Make the means over pairs from a dictionary that `plain` returned."""
         place, seen, products = (np.array(plain[name]) for name in ("place", "seen", "products"))
         return cls(place, seen, float(plain["squares"]), products)
 
     def plain(self) -> dict[str, Any]:
-        """Return the means as a dictionary of numbers and lists, for a JSON file."""
+        """Return the means over pairs as a dictionary of numbers and lists, for a JSON file."""
         arrays = {"place": self.place, "seen": self.seen, "products": self.products}
         return {"squares": self.squares, **{name: array.tolist() for name, array in arrays.items()}}
 
     def distance(self, by: Displacement = UNMOVED) -> float:
-        """Return the RMS distance between R x + t and y [m], with the rotation R and the translation t of `by`."""
+        """Return the RMS distance between R x + t and y [m] for a displaced camera.
+
+        The rotation R and the translation t of the camera are those of `by`.
+        """
         turned = by.rotation @ self.place
         moved = float(by.translation @ (by.translation + 2.0 * (turned - self.seen)))
         square = self.squares - 2.0 * float((by.rotation * self.products).sum()) + moved
         return float(np.sqrt(max(square, 0.0)))
 
     def displacement(self) -> Displacement:
-        """Return the displacement of the camera with which the remaining distance is smallest."""
+        """Return the displacement of the camera, rotation and translation, for which R x + t is nearest to y."""
         left, _, right = np.linalg.svd(self.products - np.outer(self.seen, self.place))
         mirrored = np.sign(np.linalg.det(left @ right))
         rotation = left @ np.diag([1.0, 1.0, mirrored]) @ right
         return Displacement(rotation, self.seen - rotation @ self.place)
 
     def translation(self) -> Displacement:
-        """Return the displacement without rotation with which the remaining distance is smallest."""
+        """Return the displacement of the camera, a translation without rotation, for which x + t is nearest to y."""
         return Displacement(np.eye(3), self.seen - self.place)

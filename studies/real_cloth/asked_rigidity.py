@@ -2,10 +2,10 @@
 
     python -m studies.real_cloth.asked_rigidity --data DATA --out runs/real-cloth [--write-docs]
 
-The fabrics are the fabrics of the test "drape". The model is the model that this test compares with its goals. All
-rigidities of a fabric are multiplied by a factor. The hysteresis of the fabric is not changed. The factor that gives
-the measured drape coefficient is found by interpolation. This factor helps to explain the error of a prediction. It is
-not used in predictions.
+The fabrics are the fabrics of the test "drape". The model of the fabrics is the one that this test compares with its
+goals. All rigidities of a fabric are multiplied by a factor. The hysteresis of the fabric is not changed. The factor
+that gives the measured drape coefficient is found by interpolation. This factor helps to explain the error of a
+prediction. It is not used in predictions.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from studies.real_cloth.drape import Draped
 from studies.real_cloth.matsudaira import DrapeModel, Matsudaira, MeasuredDrape, judged, models
 
 FACTORS = (0.35, 0.5, 0.7, 0.85, 1.0, 1.3)
-"""Factors by which the measured rigidity is multiplied."""
+"""Factors by which the measured bending rigidity of a fabric is multiplied."""
 SIMULATOR = "native"
 Row = dict[str, str]
 
 
 def swept(each: MeasuredDrape, model: DrapeModel, bench: Bench) -> list[Draped]:
-    """Simulate the drape of a fabric with each factor in `FACTORS`."""
+    """Simulate the drape of a fabric whose bending rigidity is multiplied by each factor in `FACTORS`."""
     groups = [
         drape.experiments(
             f"{each.fabric.name}, {factor:g} times as stiff",
@@ -46,9 +46,9 @@ def swept(each: MeasuredDrape, model: DrapeModel, bench: Bench) -> list[Draped]:
 
 
 def asked(coefficient: float, drapes: Sequence[Draped]) -> str:
-    """Return the factor of the rigidity with which a drape coefficient is reached, as text.
+    """Return the factor of the bending rigidity for which the simulated drape has a given drape coefficient, as text.
 
-    If no factor in the range is right, the text has a bound of the factor.
+    If the factor is outside the range of the simulations, the text has a bound, such as "below 0.35".
     """
     means = np.maximum.accumulate([drawn.mean for drawn in drapes])
     if coefficient < means[0]:
@@ -59,7 +59,7 @@ def asked(coefficient: float, drapes: Sequence[Draped]) -> str:
 
 
 def row(each: MeasuredDrape, drapes: Sequence[Draped]) -> Row:
-    """Return the line of the table for a fabric."""
+    """Return the line of the table for a fabric: its drape for each factor, and the factor that fits."""
     means = {f"{factor:g} B": f"{drawn.mean:.1f}" for factor, drawn in zip(FACTORS, drapes, strict=True)}
     return {
         "fabric": f"{each.fabric.name} {each.fabric.kind}",
@@ -70,7 +70,7 @@ def row(each: MeasuredDrape, drapes: Sequence[Draped]) -> Row:
 
 
 def main() -> None:
-    """Parse the command line, simulate the drapes, and print or write the table."""
+    """Parse the command line, simulate the drapes, and print the table or write it into the docs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)

@@ -1,7 +1,8 @@
-"""Simulates each experiment with real cloth once, and keeps its reading in a folder.
+"""Simulates each experiment with real cloth once, and keeps the values that were read from it in a folder.
 
-The file name of a reading is a digest of the scene, of the kind of reading and of the simulator's source code. If the
-simulator's code changes, the experiment is therefore simulated again. An interrupted run can be resumed.
+The values are called a reading. Its file name is a digest of the scene, of the kind of reading and of the simulator's
+source code. If the simulator's code changes, the experiment is therefore simulated again. An interrupted run can be
+resumed.
 """
 
 from __future__ import annotations
@@ -23,7 +24,10 @@ from tatamu.simulators.many import executor_of
 from tatamu.simulators.source import source_digest
 
 Values = dict[str, Any]
-"""The values of a reading. If the simulation failed, the key `failed` has the error message."""
+"""Values that were read from a simulation.
+
+If the simulation failed, the key `failed` has the error message.
+"""
 
 
 @dataclass(frozen=True)
@@ -33,22 +37,22 @@ class Experiment:
     label: str
     scene: Scene
     what: str
-    """Name of the kind of reading."""
+    """Name of the kind of values that are read from the simulation."""
     read: Callable[[Rollout], Values]
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A simulator, and the folder in which its readings are kept."""
+    """A simulator of experiments, and the folder in which the values that were read from them are kept."""
 
     simulator: str
     folder: Path
     seeds: int = 3
-    """Number of repeats of a drape, each with another random unevenness of the cloth."""
+    """Number of repeats of each simulated drape. Each repeat has another random unevenness of the cloth."""
     executor: Executor | None = None
     """Executor on which experiments are simulated and read; None to use a thread per processor in this process."""
     tick: Callable[[str], None] = lambda label: None
-    """Function that is called after each reading with the label of the experiment."""
+    """Function that is called with the label of each experiment when its values are known."""
 
     @property
     def version(self) -> str:
@@ -56,9 +60,10 @@ class Bench:
         return source_digest()
 
     def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
-        """Return the readings of experiments, in the same order. Experiments without a kept reading are simulated.
+        """Return the values that are read from each experiment, in the order of the experiments.
 
-        Several experiments run at a time. Each new reading is kept as soon as it is known.
+        Experiments whose values are not kept yet are simulated. Several experiments run at a time. New values are kept
+        as soon as they are known.
         """
         places = [self.folder / f"{self._key(each)}.json" for each in experiments]
         lacking = {place: each for place, each in zip(places, experiments, strict=True) if not place.exists()}

@@ -28,7 +28,9 @@ class Columns:
 
     @classmethod
     def load(cls, path: Path, needed: Sequence[str]) -> Columns:
-        """Read a table from a .csv or .csv.gz file; `needed` are the columns that the file must have.
+        """Read a table from a .csv or .csv.gz file.
+
+        The file must have the columns `needed`.
 
         Raises:
             InputError: If the file cannot be read, has no rows or lacks a column.

@@ -30,12 +30,15 @@ LAWS += [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((0.5, 15.0), (
 
 The first set is from the fit to the swing. The following sets have more and more quadratic drag."""
 FREE = (0.4, 2.0, 4.0)
-"""Added mass, quadratic drag and turning drag at the start of a fit."""
+"""Added mass, quadratic drag and turning drag with which the fit of the effects of air starts."""
 Row = dict[str, str]
 
 
 def faded(recordings: list[Recording], signals: list[np.ndarray]) -> list[np.ndarray]:
-    """Return the amplitudes [m] and decrements of the free swings in each recording, shape (k, 2) for k swings."""
+    """Return the amplitudes [m] and decrements of the cloth's free swings in each recording.
+
+    A recording with k free swings has an array of shape (k, 2).
+    """
     found = [free_swings(recording, signal) for recording, signal in zip(recordings, signals, strict=True)]
     return [
         np.array([(one.amplitude, one.decrement) for one in each if np.isfinite(one.decrement)]).reshape(-1, 2)
@@ -55,7 +58,7 @@ def _row(
 
 
 def measured(recordings: list[Recording]) -> Row:
-    """Return the table's row of measured decrements, with their scatter."""
+    """Return the table's row of decrements that were measured, with their scatter."""
     each = faded(recordings, [recording.swing for recording in recordings])
     random = np.random.default_rng(0)
     lines = []
@@ -69,7 +72,10 @@ def measured(recordings: list[Recording]) -> Row:
 
 
 def predicted(recordings: list[Recording], air: AirLaw) -> Row:
-    """Return the table's row of decrements that a stiff plate has with these coefficients of air."""
+    """Return the table's row of decrements of a stiff plate that swings in air.
+
+    `air` has the added mass and the drag of air.
+    """
     signals = [plate_swing(recording, air, SIDE) for recording in recordings]
     off = [float(np.sqrt(np.nanmean((s - r.swing) ** 2))) for s, r in zip(signals, recordings, strict=True)]
     fitted, others = (
@@ -82,7 +88,7 @@ def predicted(recordings: list[Recording], air: AirLaw) -> Row:
 
 
 def main() -> None:
-    """Parse the command line, and print or write the table."""
+    """Parse the command line, and print the table of decrements or write it into the docs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")

@@ -1,4 +1,4 @@
-"""Simulates a drape several times, with different random unevenness of the cloth."""
+"""Simulates the drape of a fabric several times, with different random unevenness of the cloth."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tatamu.rollout import Rollout
 from tatamu.simulators import capabilities
 
 EARLIER = 5
-"""Number of frames (half a second) between an earlier shape and the reading.
+"""Number of frames (half a second) between two shapes of the hanging cloth: an earlier shape and the last shape.
 
 The difference between both shapes shows whether the cloth still moves.
 """
@@ -27,23 +27,26 @@ TURN = np.linspace(0.0, 2.0 * np.pi, 181)
 
 @dataclass(frozen=True)
 class Size:
-    """The size of a drapemeter, in which a round specimen of cloth hangs over a round plate: both radii [m]."""
+    """The size of a drapemeter, an instrument in which a round specimen of cloth hangs over a smaller round plate.
+
+    The fields are the radii of both [m].
+    """
 
     specimen: float
     plate: float
 
     @property
     def name(self) -> str:
-        """Diameters of specimen and plate in millimetres, as text."""
+        """Diameters of the drapemeter's specimen and plate in millimetres, as text."""
         return f"{2e3 * self.specimen:.0f}/{2e3 * self.plate:.0f} mm"
 
     @property
     def ring(self) -> float:
-        """Area of the cloth outside the plate [m^2]."""
+        """Area of the flat specimen outside the plate [m^2]."""
         return float(np.pi * (self.specimen**2 - self.plate**2))
 
     def coefficient(self, outline: PlanOutline) -> float:
-        """Return the drape coefficient of an outline [%]."""
+        """Return the drape coefficient of a specimen with this outline from above [%]."""
         return 100.0 * outline.drape_coefficient(self.specimen, self.plate)
 
 
@@ -54,12 +57,12 @@ class Draped:
     size: Size
     outlines: Sequence[PlanOutline]
     moving: float
-    """Largest change of a drape coefficient during the last half second [percentage points]."""
+    """Largest change of a drape coefficient during the last half second of a simulation [percentage points]."""
     failures: Sequence[str] = ()
 
     @classmethod
     def of(cls, values: Sequence[Values], size: Size) -> Draped:
-        """Return the drape from the readings of its repeats."""
+        """Make the results of a drape from the values that were read from its repeats."""
         good = [each for each in values if "failed" not in each]
         moved = [abs(each["area"] - each["area_before"]) / size.ring for each in good]
         outlines = [PlanOutline(np.array(each["radii"])) for each in good]
@@ -73,22 +76,22 @@ class Draped:
 
     @property
     def mean(self) -> float:
-        """Mean drape coefficient [%]."""
+        """Mean drape coefficient over the repeats [%]."""
         return self._mean(list(self.coefficients))
 
     @property
     def nodes(self) -> float:
-        """Mean number of nodes, which are the folds of the hem."""
+        """Mean number of nodes, which are the folds of the hanging hem, over the repeats."""
         return self._mean([outline.nodes for outline in self.outlines])
 
     @property
     def amplitude(self) -> float:
-        """Mean amplitude of the hem's waves [m]."""
+        """Mean amplitude of the waves of the hanging hem, over the repeats [m]."""
         return self._mean([outline.amplitude for outline in self.outlines])
 
     @property
     def wavelength(self) -> float:
-        """Mean wavelength of the hem's waves [m]."""
+        """Mean wavelength of the waves of the hanging hem, over the repeats [m]."""
         return self._mean([outline.wavelength for outline in self.outlines])
 
     @property
@@ -97,33 +100,33 @@ class Draped:
         return float(self.coefficients.std()) if self.outlines else float("nan")
 
     def harmonic(self, order: int) -> float:
-        """Return the mean amplitude of a harmonic of the hem [m]."""
+        """Return the mean amplitude of a harmonic of the hem's waves over the repeats [m]."""
         return self._mean([outline.harmonic(order) for outline in self.outlines])
 
     @staticmethod
     def _mean(values: Sequence[float]) -> float:
-        """Return the mean, or NaN if every repeat failed."""
+        """Return the mean of values of all repeats, or NaN if every repeat failed."""
         return float(np.mean(values)) if values else float("nan")
 
     @property
     def counted(self) -> str:
-        """Numbers of nodes of all repeats, as text."""
+        """Number of nodes, which are the folds of the hem, in each repeat, as text."""
         return ", ".join(str(outline.nodes) for outline in self.outlines) or "none came to an end"
 
 
 class Needing(Protocol):
-    """The interface of models that need certain capabilities of a simulator."""
+    """The interface of models of cloth that need certain capabilities of a simulator."""
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Names of the capabilities that a simulator must have for this model."""
+        """Names of the capabilities that a simulator must have to simulate this model of cloth."""
 
 
 Model = TypeVar("Model", bound=Needing)
 
 
 def known_to(simulator: str, models: Sequence[Model]) -> list[Model]:
-    """Return the models that a simulator can simulate."""
+    """Return those of the given models of cloth that a simulator can simulate."""
     able = capabilities(simulator)
     return [model for model in models if all(getattr(able, name, False) for name in model.needs)]
 
@@ -148,7 +151,10 @@ def _experiment(name: str, meter: Drapemeter, material: Material, size: Size) ->
 
 
 def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str = "", colour: str = "plot") -> Sketch:
-    """Return a drawing of outlines from above, with the circles of the flat specimen and of the plate."""
+    """Return a drawing of draped specimens from above.
+
+    It has their outlines, and circles of the flat specimen and of the plate.
+    """
     circle = np.column_stack([np.cos(TURN), np.sin(TURN)])
     drawing = Drawing.around(1.02 * size.specimen * circle, 210.0, 210.0, margin=6.0)
     drawing.line(size.specimen * circle, "muted", 1.0, dash=4.0)

@@ -27,12 +27,11 @@ It is the median of the ten fabrics of Wang, O'Brien and Ramamoorthi 2011 at the
 tester KES-FB1, this value is 0.6 gf/cm/degree.
 """
 WARP, WEFT, TWIST = 1.265, 0.735, 1.62
-"""Bending rigidities along the warp and along the weft, and rigidity against twist.
+"""Bending rigidities of a typical fabric along the warp and along the weft, and its rigidity against twist.
 
-All three are divided by the mean of the rigidities along warp and weft.
-
-The values are medians of the 618 fabrics of Feng et al. 2022. In these fabrics, the rigidity of the stiffer direction
-is 1.72 times the rigidity of the softer direction. The rigidity of strips at 45 degrees is 0.90 times the mean.
+All three are divided by the mean of the rigidities along warp and weft. The values are medians of the 618 fabrics of
+Feng et al. 2022. In these fabrics, the rigidity of the stiffer direction is 1.72 times the rigidity of the softer
+direction. The rigidity of strips at 45 degrees is 0.90 times the mean.
 """
 
 FRICTION = 22.0
@@ -40,7 +39,10 @@ FRICTION = 22.0
 is the bending rigidity. The ratio is the median of the four fabrics of Matsudaira et al. 2015."""
 
 WAVINESS = 1e-3
-"""Amplitude of the waves in cloth that is not quite flat [m]. It is assumed, because no measurement is known."""
+"""Amplitude of the waves in simulated cloth that is not quite flat [m].
+
+It is assumed, because no measurement is known.
+"""
 
 
 @dataclass(frozen=True)
@@ -50,11 +52,11 @@ class Fabric:
     name: str
     kind: str
     density: float
-    """Areal density [kg/m^2]."""
+    """Areal density of the fabric [kg/m^2]."""
     bending: float
-    """Bending rigidity B, as a mean of warp and weft [N m]."""
+    """Bending rigidity B of the fabric, as a mean of warp and weft [N m]."""
     hysteresis: float = 0.0
-    """Width of the bending hysteresis 2HB [N]."""
+    """Width 2HB of the fabric's hysteresis: difference in moment per width between bending and unbending [N]."""
     thickness: float = 4e-4
     """Thickness of the fabric [m]."""
 

@@ -13,15 +13,21 @@ from studies.real_cloth.recording import Recording
 from tatamu.instruments.oscillation import FreeSwing, swings
 
 STILL = 0.05
-"""Speed of the bar below which the cloth counts as swinging freely [m/s]."""
+"""Largest speed of the bar that holds a cloth [m/s].
+
+If the bar moves faster, the cloth does not count as swinging freely.
+"""
 LEAST = 0.004
-"""Least size of an extreme of a swing [m]. Smaller extremes count as noise."""
+"""Smallest distance from rest at which a cloth may turn back in a swing [m].
+
+Smaller movements count as noise.
+"""
 AMPLITUDES = (0.02, 0.04, 0.06)
-"""Amplitudes, from peak to peak, at which decrements are compared [m]."""
+"""Amplitudes of a swinging cloth, from peak to peak, at which decrements are compared [m]."""
 
 
 def free_swings(recording: Recording, swing: np.ndarray) -> list[FreeSwing]:
-    """Return the periods of a swing during which the bar is still.
+    """Return the periods of a cloth's swing during which the bar that holds the cloth is still.
 
     The argument `swing` has a value for each frame of the recording [m].
     """
@@ -34,7 +40,10 @@ def free_swings(recording: Recording, swing: np.ndarray) -> list[FreeSwing]:
 
 
 def free_motion(signals: Sequence[np.ndarray], measured: Sequence[Recording]) -> tuple[float, np.ndarray, int]:
-    """Return the median period of free swings [s], their decrements at `AMPLITUDES`, and the number of periods."""
+    """Return the period of the free swings of a cloth as a median [s], their decrements, and the number of periods.
+
+    The decrements are at `AMPLITUDES`.
+    """
     found = [each for recording, swing in zip(measured, signals, strict=True) for each in free_swings(recording, swing)]
     fading = [each for each in found if np.isfinite(each.decrement)]
     if len(fading) < 3:
@@ -44,7 +53,7 @@ def free_motion(signals: Sequence[np.ndarray], measured: Sequence[Recording]) ->
 
 
 def decrement_line(fading: np.ndarray) -> np.ndarray:
-    """Return the decrements at `AMPLITUDES`, from a straight line of decrement over amplitude.
+    """Return the decrements of a swing at `AMPLITUDES`, from a straight line of decrement over amplitude.
 
     The line is fitted to the measured amplitudes [m] and decrements of k periods, shape (k, 2).
     """

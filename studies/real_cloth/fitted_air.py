@@ -1,4 +1,4 @@
-"""Fits the effects of air, drag and added mass, to swings of a cloth.
+"""Fits the effects of air on a cloth, which are drag and added mass, to swings of the cloth.
 
 The areal density of the cloth is unknown, so only the effects divided by this density can be found. There are several
 laws of air (formulas for the added mass and the drag of air), with one or more fitted numbers.
@@ -18,19 +18,31 @@ from studies.real_cloth.sheet import SIDE
 from tatamu.plate_in_air import rectangle_added_mass, steady_drag, turning_drag
 
 START = (0.5, 1.0, 6.0)
-"""Added mass, linear drag and quadratic drag at the start of a fit, divided by the density of the cloth."""
+"""Added mass, linear drag and quadratic drag with which the fit of the effects of air starts.
+
+They are divided by the areal density of the cloth.
+"""
 START_TURNING = (0.5, 0.3, 4.0)
-"""Added mass, linear drag and turning drag at the start of a fit, divided by the density of the cloth."""
+"""Added mass, linear drag and turning drag with which the fit of the effects of air starts.
+
+They are divided by the areal density of the cloth.
+"""
 START_SIZE = (0.3,)
-"""Density of the cloth at the start of a fit in which the density is the only fitted number [kg/m^2]."""
+"""Areal density of the cloth with which a fit starts [kg/m^2].
+
+The density is the only number that is fitted.
+"""
 STEP = 0.1
-"""Step for numerical derivatives in a fit, as a fraction of the starting value."""
+"""Step for numerical derivatives in the fit of the effects of air, as a fraction of a number's starting value."""
 EVALUATIONS = 3
-"""Largest number of evaluations of the residuals' derivatives in a fit."""
+"""Largest number of evaluations of the residuals' derivatives in the fit of the effects of air."""
 RECTANGLE = rectangle_added_mass(SIDE, SIDE)
-"""Mass of air per area that moves with a plate of the cloth's size (added mass) [kg/m^2]."""
+"""Added mass of a plate of the cloth's size: the mass of air that moves with it, per area [kg/m^2]."""
 TYPICAL = 0.01
-"""Size above which a residual counts less than its square [m]. Large residuals may be outliers of the camera."""
+"""Largest residual that counts with its square in the fit to the swings [m].
+
+Larger residuals count less, because they may be outliers of the camera.
+"""
 
 
 def fit(
@@ -100,7 +112,7 @@ def turning(numbers: np.ndarray) -> AirLaw:
 
 
 def said(air: AirLaw) -> str:
-    """Return the nonzero coefficients of air (added mass and drag) as text."""
+    """Return those coefficients of air (added mass and drag) that are not zero, as text."""
     parts = {
         f"added mass {air.added_mass:.2f} ρ": air.added_mass,
         f"linear drag {air.linear:.2f} ρ/s": air.linear,

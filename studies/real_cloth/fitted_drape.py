@@ -22,15 +22,18 @@ DENSITY = 0.2
 """Areal density of all simulated fabrics [kg/m^2]. The choice does not matter, because only ratios to the density
 affect a drape."""
 RIGIDITIES = tuple(np.geomspace(7e-7, 4e-5, 7).tolist())
-"""Bending rigidities with which drapes are simulated for a fit [N m]."""
+"""Bending rigidities with which drapes are simulated, so that rigidities can be fitted by interpolation [N m]."""
 SWEPT = 2
-"""Number of repeats of each drape that is simulated for a fit."""
+"""Number of repeats of each drape that is simulated to fit a bending rigidity."""
 TYPICAL = WARP / WEFT
 """Anisotropy of a typical weave: the ratio of the rigidities along warp and weft."""
 ANISOTROPIES = (1.0, TYPICAL, 3.0)
-"""Anisotropies with which drapes are simulated for a fit. In Feng et al. 2022, 18 % of 618 fabrics have 3 or more."""
+"""Ratios of the rigidities along warp and weft with which drapes are simulated for a fit.
+
+In Feng et al. 2022, 18 % of 618 fabrics have a ratio of 3 or more.
+"""
 ELLIPSE = 2
-"""Order of the harmonic of the hem that an anisotropy causes."""
+"""Order of the harmonic of a draped hem that results from different rigidities along warp and weft."""
 
 
 @dataclass(frozen=True)
@@ -39,19 +42,19 @@ class FittedModel:
 
     name: str
     fitted: str
-    """Description of the fitted numbers, and of the measurements to which they are fitted."""
+    """Description of the numbers that are fitted, and of the measurements to which they are fitted."""
     material: Callable[[Fabric, float], Material]
     """Function that returns the material of a fabric with a given anisotropy, the ratio of rigidities along warp and
     weft."""
     anisotropies: Sequence[float] = (TYPICAL,)
-    """Anisotropies with which drapes are simulated for a fit.
+    """Ratios of the rigidities along warp and weft with which drapes are simulated for a fit.
 
     If there is only one value, it is assumed and not fitted.
     """
     waviness: float = 0.0
     """Standard deviation of the height of wavy unstrained cloth [m]; 0 for flat cloth."""
     times: int = 1
-    """Number of repeats of this model, divided by the number of repeats of other models."""
+    """Factor by which this model has more repeats of each drape than other models."""
     needs: tuple[str, ...] = ()
     """Names of the capabilities that a simulator must have for this model."""
     rigidities: Sequence[float] = RIGIDITIES
@@ -59,11 +62,11 @@ class FittedModel:
 
     @property
     def swept(self) -> int:
-        """Number of drapes that are simulated for a fit."""
+        """Number of drapes that are simulated to fit the numbers of this model."""
         return len(self.anisotropies) * len(self.rigidities) * SWEPT
 
     def draped(self, fabrics: Sequence[FittedFabric], size: Size, repeats: int, bench: Bench) -> list[Draped]:
-        """Simulate the drapes of fabrics with their fitted numbers, and return one drape for each fabric."""
+        """Simulate the drapes of fabrics with their fitted numbers, and return a result for each fabric."""
         groups = [
             drape.experiments(
                 f"{each.name}, {self.name}",
@@ -84,23 +87,26 @@ class FittedFabric:
 
     name: str
     bending: float
-    """Bending rigidity B [N m]."""
+    """Bending rigidity B of the fabric [N m]."""
     anisotropy: float
-    """Ratio of the rigidities along warp and weft."""
+    """Ratio of the fabric's rigidities along warp and weft."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Simulated drapes of a model with all combinations of anisotropies and rigidities."""
+    """Simulated drapes of a model of fabrics, for all combinations of given anisotropies and rigidities.
+
+    An anisotropy is the ratio of the rigidities along warp and weft.
+    """
 
     anisotropies: Sequence[float]
     rigidities: Sequence[float]
-    """Bending rigidities [N m]."""
+    """Bending rigidities with which drapes were simulated [N m]."""
     drapes: Sequence[Sequence[Draped]]
 
     @classmethod
     def of(cls, model: FittedModel, size: Size, bench: Bench) -> Sweep:
-        """Simulate the drapes of a model."""
+        """Simulate the drapes of a model of fabrics, for all its anisotropies and bending rigidities."""
         fabrics = [
             FittedFabric(f"B = {1e6 * bending:.2g} µN m", float(bending), anisotropy)
             for anisotropy in model.anisotropies
@@ -112,7 +118,7 @@ class Sweep:
         return cls(model.anisotropies, model.rigidities, groups)
 
     def fitted(self, name: str, coefficient: float, ellipse: float) -> FittedFabric:
-        """Return the fabric whose simulated drape has the measured properties.
+        """Return the fabric whose simulated drape has the measured properties, by interpolation.
 
         The properties are the drape coefficient [%] and, if the anisotropy is fitted, the second harmonic of the hem
         [m].
@@ -125,11 +131,11 @@ class Sweep:
         return FittedFabric(name, bending, float(np.exp(sought)))
 
     def _rigidity(self, coefficient: float, drapes: Sequence[Draped]) -> float:
-        """Return the bending rigidity with which the simulated drapes reach the measured drape coefficient [N m]."""
+        """Return the bending rigidity for which the simulated drape has the measured drape coefficient [N m]."""
         means = np.maximum.accumulate([drawn.mean for drawn in drapes])
         return float(np.exp(np.interp(coefficient, means, np.log(self.rigidities))))
 
     def _ellipse(self, bending: float, drapes: Sequence[Draped]) -> float:
-        """Return the second harmonic of the hem for a bending rigidity [m]."""
+        """Return the amplitude of the hem's second harmonic for a fabric with a given bending rigidity [m]."""
         harmonics = [drawn.harmonic(ELLIPSE) for drawn in drapes]
         return float(np.interp(np.log(bending), np.log(self.rigidities), harmonics))

@@ -30,7 +30,7 @@ from tatamu.presentation.chart import Chart, axis, traces
 FILE = "cusick_outlines.csv.gz"
 SIZE = Size(0.15, 0.09)
 CAPTURED = "cap"
-"""Name of the set of outlines that is used. The other set in the file repeats fabric 1."""
+"""Name of the set of measured outlines that is used. The other set in the file repeats fabric 1."""
 RADII = tuple(f"r{angle:03d}" for angle in range(ANGLES))
 MODELS = (
     FittedModel("isotropic", "B/ρ", lambda fabric, _: fabric.isotropic),
@@ -51,14 +51,17 @@ MODELS = (
     ),
 )
 WITHIN = 1.0
-"""Largest difference between the predicted and the measured mean number of nodes that meets the goal."""
+"""Largest allowed difference between the predicted and the measured mean number of nodes, the folds of the hem.
+
+A fabric with at most this difference meets the goal.
+"""
 MOST = 9
-"""Number of fabrics, of eleven, that must meet the goal."""
+"""Number of fabrics, of eleven, that must meet the goal for the number of nodes."""
 
 
 @dataclass(frozen=True)
 class MeasuredHems:
-    """All measured outlines of a fabric."""
+    """All measured outlines of the drapes of a fabric."""
 
     name: str
     outlines: Sequence[PlanOutline]
@@ -78,7 +81,7 @@ class Leeds(RealTest):
     name = "leeds"
 
     def load(self, data: Path) -> list[MeasuredHems]:
-        """Read the measurements of the test from the folder `data`."""
+        """Read the measured outlines of the drapes of eleven fabrics from the folder `data`."""
         table = Columns.load(data / FILE, ("set", "fabric", *RADII))
         hems: dict[str, list[PlanOutline]] = {}
         for number, row in enumerate(table.rows):
@@ -90,12 +93,12 @@ class Leeds(RealTest):
         return [MeasuredHems(name, hems[name]) for name in sorted(hems, key=lambda name: (len(name), name))]
 
     def simulations(self, measured: list[MeasuredHems], bench: Bench) -> int:
-        """Return the approximate number of simulations that the test needs."""
+        """Return the approximate number of simulations that this test of drapes needs."""
         known = drape.known_to(bench.simulator, self.models)
         return sum(model.swept + model.times * len(measured) * bench.seeds for model in known)
 
     def run(self, measured: list[MeasuredHems], bench: Bench) -> Section:
-        """Simulate the experiments, and return the section with the results."""
+        """Simulate the drapes of all fabrics, and return the section with the results."""
         known = drape.known_to(bench.simulator, self.models)
         predictions = [_predicted(model, measured, bench) for model in known]
         best = predictions[-1]
@@ -132,14 +135,14 @@ class Leeds(RealTest):
 
 @dataclass(frozen=True)
 class PredictedHems:
-    """The hems of all fabrics that a model predicts."""
+    """The hems of draped fabrics that a model predicts."""
 
     model: FittedModel
     fabrics: Sequence[FittedFabric]
     drapes: Sequence[Draped]
 
     def near(self, measured: Sequence[MeasuredHems]) -> int:
-        """Return the number of fabrics for which the predicted number of nodes is near the measured number."""
+        """Return the number of fabrics whose predicted number of nodes (folds of the hem) meets the goal."""
         off = _off(measured, self, lambda drawn: drawn.nodes)
         return int((np.abs(off) <= WITHIN).sum())
 
@@ -169,7 +172,7 @@ def _method(repeats: int, last: FittedModel) -> str:
 
 
 def _off(measured: Sequence[MeasuredHems], predicted: PredictedHems, what: Callable[[Draped], float]) -> np.ndarray:
-    """Return the difference between the predicted and the measured value for each fabric."""
+    """Return the difference between the predicted and the measured value of a property, for each fabric."""
     return np.array([what(drawn) - what(hems.draped()) for hems, drawn in zip(measured, predicted.drapes, strict=True)])
 
 
@@ -191,7 +194,7 @@ def _summary(predicted: PredictedHems, measured: Sequence[MeasuredHems]) -> Line
 
 
 def _nodes(measured: Sequence[MeasuredHems], predictions: Sequence[PredictedHems]) -> list[Line]:
-    """Return a table with the measured number of nodes, and the number that each model predicts.
+    """Return a table with the measured number of nodes (folds of the hem) of each fabric, and each model's prediction.
 
     The amplitude of the hem [mm] is in brackets.
     """

@@ -1,8 +1,8 @@
 """Predicts the drape of four fabrics from their measured bending rigidity, without any fit.
 
-The measurements are by Matsudaira et al. 2015 (J. Textile Eng. 61(6) 69-73, doi 10.4188/jte.61.69). They are the
-rigidity from a KES-FB2 tester, the drape coefficient, and the number of nodes, which are the folds of the hem. The size
-of the specimens is not stated, so both standard sizes are simulated.
+The measurements are by Matsudaira et al. 2015 (Journal of Textile Engineering 61(6) 69-73, doi 10.4188/jte.61.69). They
+are the rigidity from a KES-FB2 tester, the drape coefficient, and the number of nodes, which are the folds of the hem.
+The size of the specimens is not stated, so both standard sizes are simulated.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NUMBERS = (
     "nodes",
 )
 JAPANESE, BRITISH = Size(0.127, 0.0635), Size(0.15, 0.09)
-"""Sizes of drapemeters in the standards JIS L 1096 and BS 5058."""
+"""Sizes of drapemeters, instruments that measure drape, in the standards JIS L 1096 and BS 5058."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,12 @@ MODELS = (
 
 
 def models(simulator: str) -> list[DrapeModel]:
-    """Return the models that a simulator can simulate."""
+    """Return the models of draped fabrics that a simulator can simulate."""
     return drape.known_to(simulator, MODELS)
 
 
 def judged(known: Sequence[DrapeModel]) -> int:
-    """Return the index of the model that is compared with the goals.
+    """Return the index of that model of a draped fabric which is compared with the goals.
 
     It is the last of the models with flat cloth and the size of the Japanese standard.
     """
@@ -74,14 +74,16 @@ def judged(known: Sequence[DrapeModel]) -> int:
 
 
 NEAR, NEARER, MOST_NODES = 8.0, 3.0, 1.0
-"""Largest errors that meet the goals.
+"""Largest errors of predicted drapes that meet the goals.
 
 The errors of all drape coefficients must be at most NEAR [percentage points], and the errors of two of these
 coefficients at most NEARER. The errors of the numbers of nodes must be at most MOST_NODES.
 """
 FEW = 3
-"""Least number of nodes of a fabric that is compared with the goal for nodes. A specimen with fewer nodes does not
-drape, but only bends down on two sides."""
+"""Smallest number of nodes (folds of the hem) of a fabric that is compared with the goal for nodes.
+
+A specimen with fewer nodes does not drape, but only bends down on two sides.
+"""
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class MeasuredDrape:
 
     fabric: Fabric
     coefficient: float
-    """Drape coefficient [%]."""
+    """Measured drape coefficient of the fabric [%]."""
     nodes: int
 
 
@@ -100,16 +102,16 @@ class Matsudaira(RealTest):
     name = "drape"
 
     def load(self, data: Path) -> list[MeasuredDrape]:
-        """Read the measurements of the test from the folder `data`."""
+        """Read the measured rigidities and drapes of four fabrics from the folder `data`."""
         table = Columns.load(data / FILE, ("id", "fabric", *NUMBERS))
         return [_measured(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[MeasuredDrape], bench: Bench) -> int:
-        """Return the approximate number of simulations that the test needs."""
+        """Return the approximate number of simulations that this test of drapes needs."""
         return len(measured) * len(models(bench.simulator)) * bench.seeds
 
     def run(self, measured: list[MeasuredDrape], bench: Bench) -> Section:
-        """Simulate the experiments, and return the section with the results."""
+        """Simulate the drapes of all fabrics, and return the section with the results."""
         known = models(bench.simulator)
         best = judged(known)
         asked = [

@@ -1,7 +1,7 @@
-"""Predicts recordings of a square cloth that a robot swings, by Luque et al.
+"""Predicts how a square cloth moves that a robot swings, and compares with recordings by Luque et al.
 
 Only the size of the cloth is known, and the effects of air depend on its density. Therefore the effects of air divided
-by the density are fitted to six recordings. All other recordings are predicted.
+by the density are fitted to six recordings. The motion in all other recordings is predicted.
 """
 
 from __future__ import annotations
@@ -41,34 +41,40 @@ from tatamu.simulators import capabilities
 
 FILE = "iri_cloth_motion.npz"
 SESSION = "2021_06_23"
-"""Name of the recording session in which the robot's poses were recorded too."""
+"""Name of a session of recordings of a swung cloth, in which the robot's poses were recorded too."""
 LEFT_OUT = ("calibration", "blooper")
-"""Names of recordings that are left out.
+"""Names of recordings of a swung cloth that are left out.
 
 In the recording "calibration", nothing moves. The authors say that the recording "blooper" failed.
 """
 FITTED = ("n13_traj8_1", "n7_traj9_2", "n4_traj8_1", "n7_traj9_3", "n13_traj10_1", "n13_traj11_1")
-"""Names of the recordings to which the effects of air are fitted."""
+"""Names of those recordings of a swung cloth to which the effects of air are fitted."""
 NO_AIR = AirLaw()
 PERIOD, DECREMENT, SWING, NOISE = 0.03, 0.15, 9.0, 1.25
-"""Goals for four errors.
+"""Largest errors of a predicted swing that meet four goals.
 
-Two goals are for relative errors: the error of the period, and the error of the decrement. Two goals are for RMS
-errors: the error of the swing [mm], and the error of all nodes, divided by the camera's noise.
+PERIOD and DECREMENT are relative errors of the period and of the decrement. SWING is the RMS error of the swing [mm].
+NOISE is the RMS error of all nodes, divided by the noise of the camera.
 """
 
 
 @dataclass(frozen=True)
 class Predicted:
-    """The predictions of a model for all recordings."""
+    """A model's predictions for all recordings of a swung cloth."""
 
     name: str
     swings: Sequence[np.ndarray]
-    """Predicted swing at the frames of each recording [m]."""
+    """Predicted swing of the cloth's lower edge at the frames of each recording [m]."""
     free: Sequence[Pairs]
-    """Means over predicted and seen positions of each recording, for all nodes except the held edge."""
+    """Means over pairs of predicted and seen positions of the cloth's nodes, for each recording.
+
+    The pairs are of all nodes except those at the held edge.
+    """
     lower: Sequence[Pairs]
-    """Means over predicted and seen positions of each recording, for the nodes of the lower edge."""
+    """Means over pairs of predicted and seen positions of the cloth's nodes, for each recording.
+
+    The pairs are of the nodes at the lower edge.
+    """
     fitted: str = "nothing"
 
     def camera(self, measured: Sequence[Recording]) -> Displacement:
@@ -83,7 +89,7 @@ class SwungCloth(RealTest):
     name = "motion"
 
     def load(self, data: Path) -> list[Recording]:
-        """Read the measurements of the test from the folder `data`."""
+        """Read the recordings of a cloth that a robot swings from the folder `data`."""
         recordings = load_recordings(data / FILE, SESSION, LEFT_OUT)
         missing = set(FITTED) - {each.name for each in recordings}
         if missing:
@@ -91,11 +97,11 @@ class SwungCloth(RealTest):
         return recordings
 
     def simulations(self, measured: list[Recording], bench: Bench) -> int:
-        """Return the approximate number of simulations that the test needs."""
+        """Return the approximate number of simulations that this test of swings needs."""
         return len(FITTED) * (2 + 1 + len(START)) * EVALUATIONS + 3 * len(measured)
 
     def run(self, measured: list[Recording], bench: Bench) -> Section:
-        """Simulate the experiments, and return the section with the results."""
+        """Simulate the recordings of the swung cloth, and return the section with the results."""
         fitting = [recording for recording in measured if recording.name in FITTED]
 
         def swung(air: AirLaw) -> list[np.ndarray]:
@@ -154,7 +160,10 @@ class SwungCloth(RealTest):
 
 
 def swings_in(air: AirLaw, recordings: Sequence[Recording], bench: Bench) -> list[np.ndarray]:
-    """Simulate recordings with given coefficients of air (added mass and drag), and return their swings [m]."""
+    """Simulate recordings of a swung cloth, and return how far its lower edge swings at each frame [m].
+
+    `air` has the added mass and the drag of air.
+    """
     return _swings(_simulated(recordings, air, bench))
 
 
@@ -184,7 +193,7 @@ def _experiment(recording: Recording, air: AirLaw) -> Experiment:
 
 
 def _swings(values: Sequence[Values]) -> list[np.ndarray]:
-    """Return the swings from the readings of simulations [m]."""
+    """Return the swing in each simulation [m], from the values that were read from the simulations."""
     return [np.array(each["swing"], dtype=float) for each in values]
 
 
@@ -206,9 +215,10 @@ def _plate(
 
 
 def _seen(recording: Recording, nodes: np.ndarray) -> tuple[Pairs, Pairs]:
-    """Return the means over predicted and seen positions: for all nodes without the held edge, and for the lower edge.
+    """Return means over pairs of predicted and seen positions of the cloth's nodes in a recording.
 
-    `Pairs` lists these means.
+    The first result is for all nodes except those at the held edge. The second result is for the nodes at the lower
+    edge.
     """
     places, seen = nodes - recording.middle, recording.nodes - recording.middle
     free, lower = (recording.good[:, rows] for rows in (slice(None, -1), slice(1)))
@@ -220,7 +230,7 @@ def _held_out(measured: Sequence[Recording]) -> list[int]:
 
 
 def _off(prediction: Predicted, measured: Sequence[Recording]) -> list[float]:
-    """Return the RMS error of the swing for each recording that was not used for fitting [m]."""
+    """Return the RMS error of the predicted swing for each recording that was not used for fitting [m]."""
     errors = [prediction.swings[k] - measured[k].swing for k in _held_out(measured)]
     return [float(np.sqrt(np.nanmean(error**2))) for error in errors]
 
@@ -240,7 +250,7 @@ def _line(prediction: Predicted, measured: Sequence[Recording]) -> Line:
 
 
 def _distance(pairs: Sequence[Pairs], measured: Sequence[Recording], by: Displacement = UNMOVED) -> float:
-    """Return the median distance between predicted and seen nodes [m].
+    """Return the median distance between predicted and seen nodes of the cloth [m].
 
     The median is over the recordings that were not used for fitting.
     """

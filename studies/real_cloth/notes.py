@@ -1,4 +1,4 @@
-"""Writes the results of the tests as Markdown and as plain data."""
+"""Writes the results of the tests on real cloth as Markdown and as plain data."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ def markdown(lines: Sequence[Line]) -> str:
 
 
 def text(section: Section) -> str:
-    """Return the result of a test as Markdown: method, tables, the best published number, goal and limits."""
+    """Return the result of a test on real cloth as Markdown.
+
+    It has the method, tables, the best published number, the goal and the limits of the test.
+    """
     parts = [
         section.method,
         *(markdown(table.lines) for table in section.tables),
@@ -29,13 +32,13 @@ def text(section: Section) -> str:
 
 
 def page(sections: Sequence[Section], simulator: str) -> str:
-    """Return a Markdown file with the results of all tests."""
+    """Return a Markdown file with the results of all tests on real cloth."""
     head = f"# Real cloth, simulated by {simulator}\n\nMade by tatamu {__version__} from published measurements.\n"
     return "\n".join([head, *(f"## {section.title}\n\n{text(section)}\n" for section in sections)])
 
 
 def data(sections: Sequence[Section], simulator: str) -> dict[str, Any]:
-    """Return the results of all tests as a dictionary for a JSON file."""
+    """Return the results of all tests on real cloth as a dictionary for a JSON file."""
     return {
         "version": 1,
         "tatamu": __version__,

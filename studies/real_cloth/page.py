@@ -1,4 +1,4 @@
-"""Writes the results of all tests as an HTML page that opens without a network."""
+"""Writes the results of all tests on real cloth as an HTML page that opens without a network."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tatamu.presentation.page import render
 
 
 def page(sections: Sequence[Section], simulator: str) -> str:
-    """Return the page with the results of all tests as HTML."""
+    """Return the page with the results of all tests on real cloth as HTML."""
     return render(
         Path(__file__).with_name("page.html"),
         charts={section.name: list(section.charts) for section in sections},

@@ -28,9 +28,12 @@ from studies.real_cloth.recording import STEP, Recording
 from tatamu.material import GRAVITY
 
 PIECES = 8
-"""Number of pieces into which the plate is divided along its length to sum the drag."""
+"""Number of pieces into which a swinging plate is divided along its length to sum the drag of air."""
 SHORTEST = 1e-6
-"""Least value that is used for the path s since the velocity changed its sign [m]."""
+"""Least value that is used for a path s [m].
+
+It is the path of a point of the swinging plate since its velocity changed its sign.
+"""
 
 
 @dataclass(frozen=True)
@@ -40,15 +43,15 @@ class AirLaw:
     added_mass: float = 0.0
     """Added mass kappa, the mass of air that moves with the cloth [-]."""
     linear: float = 0.0
-    """Linear drag c1 [1/s]."""
+    """Coefficient c1 of the linear drag of air [1/s]."""
     quadratic: float = 0.0
-    """Quadratic drag c2 [1/m]."""
+    """Coefficient c2 of the quadratic drag of air [1/m]."""
     turning: float = 0.0
-    """Turning drag c3, which acts after the velocity has changed its sign [m^(-2/3)]."""
+    """Coefficient c3 of the turning drag of air, which acts after the velocity has changed its sign [m^(-2/3)]."""
 
 
 def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
-    """Return the swing of the plate's lower edge at the f frames of the recording [m], shape (f,).
+    """Return how far the lower edge of a stiff plate swings at the f frames of a recording [m], shape (f,).
 
     Args:
         recording: Recording of the bar that moves the plate.

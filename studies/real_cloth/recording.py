@@ -22,22 +22,24 @@ from scipy.spatial.transform import Rotation, Slerp
 from tatamu.errors import InputError
 
 LAGS = np.arange(0.1, 0.6, 0.02)
-"""Lags of the camera that are tried [s]."""
+"""Lags of the camera behind the robot that are tried [s]."""
 CLOCKS = np.arange(-0.15, 0.151, 0.01)
-"""Corrections of the time of a frame that are tried [s]."""
+"""Corrections of the time of a camera frame that are tried [s]."""
 JITTER = 0.05
-"""Standard deviation of the lag between frames [s]."""
+"""Standard deviation of the camera's lag from frame to frame [s]."""
 CORNER_NOISE = 0.008
-"""Standard deviation of the position of a corner that the camera sees [m]."""
+"""Standard deviation of the position of a corner of the cloth that the camera sees [m]."""
 OUTLIER = 0.04
-"""Largest distance between a node and its median position in five frames [m]. A node at a larger distance is an outlier
-of the camera."""
+"""Largest distance between a node of the cloth and its median position in five frames [m].
+
+A node at a larger distance is an outlier of the camera.
+"""
 SMOOTHING = 0.05
 """Standard deviation of the Gaussian filter that smooths the robot's path [s]."""
 STEP = 0.01
-"""Time step of the smoothed path [s]."""
+"""Time step of the robot's smoothed path [s]."""
 BEFORE = 1.0
-"""Time for which the robot rests before the recording begins [s]."""
+"""Time for which the robot is assumed to rest before the recording begins [s]."""
 
 
 @dataclass(frozen=True)
@@ -46,14 +48,14 @@ class Recording:
 
     name: str
     times: np.ndarray
-    """Times of the f frames on the camera's clock [s], shape (f,)."""
+    """Times of the camera's f frames, on the camera's clock [s], shape (f,)."""
     nodes: np.ndarray
-    """Positions of the n x n nodes at each of f frames [m], shape (f, n, n, 3).
+    """Positions of the cloth's n x n nodes at each of the camera's f frames [m], shape (f, n, n, 3).
 
     Row 0 is the lower edge, and the last row is the held edge. A node that the camera lost is NaN.
     """
     tool_times: np.ndarray
-    """Times of the robot's poses [s], shape (k,), increasing."""
+    """Times at which the k poses of the robot's tool were recorded [s], shape (k,), increasing."""
     tool_positions: np.ndarray
     """Positions of the robot's tool [m], shape (k, 3)."""
     tool_rotations: np.ndarray
@@ -64,7 +66,7 @@ class Recording:
         return Slerp(self.tool_times, Rotation.from_quat(self.tool_rotations))
 
     def pose(self, times: np.ndarray) -> tuple[np.ndarray, Rotation]:
-        """Return the positions and rotations of the tool at times [s].
+        """Return the positions and rotations of the robot's tool at given times [s].
 
         Before its first recorded pose and after its last, the tool is assumed to rest.
         """
@@ -74,7 +76,7 @@ class Recording:
 
     @cached_property
     def grip(self) -> tuple[float, np.ndarray]:
-        """Lag of the camera [s], and positions of both upper corners in the frame of the tool [m], shape (2, 3)."""
+        """Lag of the camera [s], and positions of the cloth's upper corners in the tool's frame [m], shape (2, 3)."""
         corners = self.nodes[:, -1, [0, -1]]
         seen = np.isfinite(corners).all(axis=(1, 2))
         best = (np.inf, 0.0, np.zeros((2, 3)))
@@ -89,7 +91,7 @@ class Recording:
 
     @cached_property
     def clock(self) -> np.ndarray:
-        """Time at which each frame was taken, on the robot's clock [s], shape (f,)."""
+        """Corrected time of each of the camera's f frames, on the robot's clock [s], shape (f,)."""
         lag, _ = self.grip
         costs = []
         for offset in CLOCKS:
@@ -99,13 +101,16 @@ class Recording:
         return np.asarray(self.times - lag + CLOCKS[np.argmin(costs, axis=0)])
 
     def corners(self, times: np.ndarray) -> np.ndarray:
-        """Return the positions of both upper corners at k times [s], according to the robot [m], shape (k, 2, 3)."""
+        """Return the positions of the cloth's two upper corners at k times [s], shape (k, 2, 3).
+
+        They are computed from the robot's poses [m].
+        """
         position, rotation = self.pose(times)
         held = self.grip[1]
         return np.stack([position + rotation.apply(held[k]) for k in (0, 1)], axis=1)
 
     def normal(self, times: np.ndarray) -> np.ndarray:
-        """Return the horizontal unit vector at right angles to the bar at k times [s], shape (k, 3)."""
+        """Return the horizontal unit vector across the bar that holds the cloth, at k times [s], shape (k, 3)."""
         corners = self.corners(times)
         along = corners[:, 1] - corners[:, 0]
         across = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
@@ -113,20 +118,20 @@ class Recording:
 
     @cached_property
     def path(self) -> tuple[np.ndarray, np.ndarray]:
-        """Smoothed path of the bar: times [s], shape (k,), and positions of both corners [m], shape (k, 2, 3)."""
+        """Smoothed path of the bar that holds the cloth: k times [s], and both ends of the bar [m], shape (k, 2, 3)."""
         times = np.arange(self.clock.min() - BEFORE, self.clock.max() + 2 * STEP, STEP)
         return times, gaussian_filter1d(self.corners(times), SMOOTHING / STEP, axis=0, mode="nearest")
 
     @cached_property
     def middle(self) -> np.ndarray:
-        """Middle of the bar at the frames [m], shape (f, 1, 1, 3)."""
+        """Middle of the bar that holds the cloth at the camera's f frames [m], shape (f, 1, 1, 3)."""
         return np.asarray(self.corners(self.clock).mean(axis=1)[:, None, None])
 
     @cached_property
     def good(self) -> np.ndarray:
-        """Whether the camera saw each node correctly at each frame, shape (f, n, n).
+        """Whether the camera saw each node of the cloth correctly at each of f frames, shape (f, n, n).
 
-        Otherwise, it lost or misplaced the node.
+        The value is False if the camera lost or misplaced the node.
         """
         from_bar = self.nodes - self.middle
         padded = np.pad(from_bar, ((2, 2), (0, 0), (0, 0), (0, 0)), mode="edge")
@@ -135,25 +140,32 @@ class Recording:
         return np.asarray(np.linalg.norm(from_bar - usual, axis=3) <= OUTLIER)
 
     def swing_of(self, nodes: np.ndarray) -> np.ndarray:
-        """Return the swing: the horizontal distance between lower and upper edge, at right angles to the bar [m].
+        """Return the swing at the camera's f frames [m], shape (f,).
 
-        The result has a value for each of the f frames, shape (f,).
+        The swing is the horizontal distance between the cloth's lower and upper edge, measured across the bar that
+        holds the cloth.
 
         Args:
-            nodes: Positions of the nodes at all frames [m], shape (f, n, n, 3).
+            nodes: Positions of the cloth's n x n nodes at all frames [m], shape (f, n, n, 3).
         """
         apart = self._edge(nodes, 0) - self._edge(nodes, -1)
         return np.asarray((apart * self.normal(self.clock)).sum(axis=1))
 
     def _edge(self, nodes: np.ndarray, row: int) -> np.ndarray:
-        """Return the mean position of the correctly seen nodes of a row [m], shape (f, 3); NaN without such nodes."""
+        """Return the mean position of a row of the cloth's nodes at the camera's f frames [m], shape (f, 3).
+
+        Only nodes that the camera saw correctly are used. At frames without such nodes, the position is NaN.
+        """
         good = self.good[:, row, :, None]
         count = np.where(good.any(axis=1), good.sum(axis=1), np.nan)
         return np.asarray(np.where(good, nodes[:, row], 0.0).sum(axis=1) / count)
 
     @cached_property
     def swing(self) -> np.ndarray:
-        """Measured swing about the position of rest [m], shape (f,); NaN at frames in which the camera lost an edge."""
+        """Measured horizontal distance of the cloth's lower edge from its position at rest [m], shape (f,).
+
+        It is NaN at frames in which the camera lost the lower or the upper edge.
+        """
         measured = self.swing_of(self.nodes)
         return np.asarray(measured - np.nanmedian(measured))
 
@@ -161,14 +173,14 @@ class Recording:
     def noise(self) -> float:
         """Noise of the camera [m].
 
-        It is the RMS distance between the upper corners as the camera sees them and as the robot holds them.
+        It is the RMS distance between the cloth's upper corners as the camera sees them and as the robot holds them.
         """
         off = np.linalg.norm(self.corners(self.clock) - self.nodes[:, -1, [0, -1]], axis=2)
         return float(np.sqrt(np.mean(off[self.good[:, -1, [0, -1]]] ** 2)))
 
 
 def load_recordings(path: Path, session: str, left_out: tuple[str, ...]) -> list[Recording]:
-    """Read the recordings of a session that have the robot's poses, except the recordings `left_out`.
+    """Read the recordings of a session in which the robot's poses were recorded, except the recordings `left_out`.
 
     Raises:
         InputError: If the file cannot be read, or contains no such recording.

@@ -9,4 +9,4 @@ from studies.real_cloth.test import RealTest
 from studies.real_cloth.towel import Towel
 
 TESTS: dict[str, RealTest] = {test.name: test for test in (Matsudaira(), Leeds(), SwungCloth(), Towel())}
-"""Tests by name."""
+"""Tests on real cloth, by their names."""

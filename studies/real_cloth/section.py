@@ -1,4 +1,4 @@
-"""Defines a section: the result of a test on real cloth, for the notes and for the page."""
+"""Defines a section: the result of a test on real cloth, for docs/notes/real-cloth.md and for an HTML page."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ Line = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Tabulated:
-    """A table of a section."""
+    """A table in the result of a test on real cloth."""
 
     name: str
-    """Name of the table in its marks in the docs, and in the JSON file."""
+    """Name of the table in the JSON file, and in its marks in the docs."""
     lines: Sequence[Line]
     """Lines of the table, which all have the same columns."""
 
 
 @dataclass(frozen=True)
 class Sketch:
-    """A drawing next to the tables."""
+    """A drawing that is shown next to the tables of a test on real cloth."""
 
     title: str
     svg: str
@@ -32,10 +32,10 @@ class Sketch:
 
 @dataclass(frozen=True)
 class Section:
-    """The result of a test: texts, tables, charts and drawings."""
+    """The result of a test on real cloth: texts, tables, charts and drawings."""
 
     name: str
-    """Name of the test in the option `--only`."""
+    """Name of the test on real cloth, which the option `--only` also uses."""
     title: str
     method: str
     """Description of the simulation and its assumptions, in a few sentences."""
@@ -46,7 +46,7 @@ class Section:
     The simulator's result is compared with this number.
     """
     goal: str
-    """Text with the goal, and whether it was reached."""
+    """Text with the goal of the test, and whether it was reached."""
     silent: str
     """Text on the limits of the test, which tells what the test cannot show."""
     charts: Sequence[Chart] = ()
@@ -54,5 +54,5 @@ class Section:
 
 
 def reached(yes: bool) -> str:
-    """Return "reached" or "not reached", for the text on a goal."""
+    """Return the text "reached" or "not reached", which tells whether a goal was reached."""
     return "reached" if yes else "not reached"

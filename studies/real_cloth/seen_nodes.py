@@ -36,21 +36,30 @@ from tatamu.simulators import simulate
 
 SIMULATOR = "native"
 LATENESS = np.arange(-0.1, 0.11, 0.02)
-"""Shifts in time of the predicted motion that are tried [s]."""
+"""Shifts in time of the predicted motion of a cloth that are tried [s]."""
 SHORTEST = 0.9
-"""Smallest height of the cloth that is tried, as a fraction of 0.3 m. The largest height that is tried is 1.1."""
+"""Smallest height of the cloth that is tried, as a fraction of the assumed height of 0.3 m.
+
+The largest height that is tried is 1.1 times the assumed height.
+"""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A recording and its simulation. All positions are relative to the middle of the bar."""
+    """A recording of a swung cloth, and its simulation.
+
+    All positions are relative to the middle of the bar that holds the cloth.
+    """
 
     recording: Recording
     rollout: Rollout
 
     @cached_property
     def seen(self) -> np.ndarray:
-        """Positions of the nodes that the camera saw [m], shape (f, n, n, 3). A lost or misplaced node is NaN."""
+        """Positions of the cloth's n x n nodes that the camera saw at f frames [m], shape (f, n, n, 3).
+
+        A lost or misplaced node is NaN.
+        """
         return np.where(self.recording.good[..., None], self.recording.nodes - self.recording.middle, np.nan)
 
     @property
@@ -60,22 +69,22 @@ class Seen:
 
     @cached_property
     def predicted(self) -> np.ndarray:
-        """Predicted positions of the nodes [m], shape (f, n, n, 3)."""
+        """Predicted positions of the cloth's n x n nodes at the camera's f frames [m], shape (f, n, n, 3)."""
         return self.later(0.0)
 
     def later(self, late: float) -> np.ndarray:
-        """Return the predicted positions of the nodes if the whole motion is later by `late` [s]."""
+        """Return the predicted positions of the cloth's nodes if the whole motion is later by `late` [s]."""
         return Sheet(self.recording).nodes(self.rollout, late) - self.recording.middle
 
     @cached_property
     def axes(self) -> np.ndarray:
-        """Unit vectors across the bar, along the bar and up, at each frame, shape (f, 3, 3)."""
+        """Unit vectors at each of f frames, shape (f, 3, 3): across the bar that holds the cloth, along it, and up."""
         across = self.recording.normal(self.recording.clock)
         up = np.tile([0.0, 0.0, 1.0], (len(across), 1))
         return np.stack([across, np.cross(across, up), up], axis=1)
 
     def pairs(self, height: float = 1.0) -> Pairs:
-        """Return the means over predicted and seen positions, for all nodes except the held edge.
+        """Return means over pairs of predicted and seen positions of the cloth's nodes, except nodes at the held edge.
 
         The predicted positions are multiplied by `height`, the tried height of the cloth divided by its assumed height.
         """
@@ -92,19 +101,24 @@ The recording has f frames, and the camera's grid has n x n nodes.
 
 
 def displaced(by: Displacement, height: float = 1.0) -> Change:
-    """Return a correction for a displaced camera, with predicted positions multiplied by `height`."""
+    """Return a correction of predicted nodes for a camera that is displaced.
+
+    The predicted positions are also multiplied by `height`, the tried height of the cloth divided by its assumed
+    height.
+    """
     return lambda each: height * each.predicted @ by.rotation.T + by.translation - each.seen
 
 
 def unmoved(each: Seen) -> np.ndarray:
-    """Return the errors of a recording's nodes without a correction."""
+    """Return the errors of the predicted nodes of a recording without a correction."""
     return each.predicted - each.seen
 
 
 def by_grid(fitting: list[Seen]) -> tuple[str, Change]:
-    """Return a correction for a displaced camera, with a separate displacement for each size of the camera's grid.
+    """Return a correction of predicted nodes for a displaced camera.
 
-    The first result is a text with these displacements.
+    The displacement is different for each size of the camera's grid of nodes. The first result is a text with these
+    displacements.
     """
     sizes = sorted({each.size for each in fitting})
     found = {size: Pairs.mean([each.pairs() for each in fitting if each.size == size]).displacement() for size in sizes}
@@ -112,18 +126,21 @@ def by_grid(fitting: list[Seen]) -> tuple[str, Change]:
 
 
 def by_itself(each: Seen) -> np.ndarray:
-    """Return the errors of a recording's nodes after the best displacement of the camera for this recording."""
+    """Return the errors of a recording's predicted nodes after the best displacement of the camera.
+
+    The displacement is fitted to this recording only.
+    """
     return displaced(each.pairs().displacement())(each)
 
 
 def per_node(each: Seen) -> np.ndarray:
-    """Return the errors of a recording's nodes, without the mean error of each node over all frames."""
+    """Return the errors of a recording's predicted nodes, minus the mean error of each node over all frames."""
     off = unmoved(each)
     return np.asarray(off - np.nanmean(off, axis=0))
 
 
 def per_frame(each: Seen) -> np.ndarray:
-    """Return the errors of a recording's nodes, without the mean error of each frame over all nodes.
+    """Return the errors of a recording's predicted nodes, minus the mean error of all nodes in each frame.
 
     The remaining errors are errors of the cloth's shape.
     """
@@ -132,18 +149,24 @@ def per_frame(each: Seen) -> np.ndarray:
 
 
 def later(each: Seen) -> np.ndarray:
-    """Return the errors of a recording's nodes after the best shift in time for this recording."""
+    """Return the errors of a recording's predicted nodes after the best shift in time.
+
+    The shift is fitted to this recording only.
+    """
     errors = [each.later(float(late)) - each.seen for late in LATENESS]
     return min(errors, key=lambda off: float(rms(off[:, :-1])))
 
 
 def rms(off: np.ndarray) -> float:
-    """Return the RMS of errors of shape (.., 3) [m]. Errors that are NaN are left out."""
+    """Return the root mean square (RMS) length of error vectors, shape (.., 3) [m]. Vectors with NaN are left out."""
     return float(np.sqrt(np.nanmean((off**2).sum(axis=-1))))
 
 
 def row(name: str, numbers: str, change: Change, held_out: list[Seen]) -> dict[str, str]:
-    """Return the table's row of a correction, with medians over the recordings that were not used for fitting."""
+    """Return the table's row of a correction, with the errors of nodes that remain.
+
+    The errors are medians over the recordings that were not used for fitting.
+    """
     found = []
     for each in held_out:
         off = change(each)
@@ -164,7 +187,7 @@ def row(name: str, numbers: str, change: Change, held_out: list[Seen]) -> dict[s
 
 
 def table(measured: list[Seen]) -> list[dict[str, str]]:
-    """Return the table with a row for each correction."""
+    """Return the table of the errors of nodes, with a row for each correction."""
     fitting = [each for each in measured if each.recording.name in FITTED]
     sizes = ", ".join(str(size) for size in sorted({each.size for each in fitting}))
     others = [each for each in measured if each.recording.name not in FITTED]
@@ -199,7 +222,7 @@ def table(measured: list[Seen]) -> list[dict[str, str]]:
 
 
 def narrower(measured: list[Seen]) -> str:
-    """Return a sentence that tells how much narrower the lower edge is than the held edge.
+    """Return a sentence that tells how much narrower the lower edge of the cloth is than the held edge.
 
     The sentence has two values: the value that the camera saw, and the predicted value.
     """
@@ -213,13 +236,13 @@ def _both(measured: list[Seen]) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def _narrower(nodes: np.ndarray) -> float:
-    """Return the difference between the widths of the held edge and of the lower edge, as a median over frames [m]."""
+    """Return how much narrower the lower edge of the cloth is than the held edge, as a median over frames [m]."""
     width = np.linalg.norm(nodes[:, :, -1] - nodes[:, :, 0], axis=2)
     return float(np.nanmedian(width[:, -1] - width[:, 0]))
 
 
 def main() -> None:
-    """Parse the command line, and print or write the table."""
+    """Parse the command line, and print the table of errors or write it into the docs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)

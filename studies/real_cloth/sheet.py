@@ -16,9 +16,9 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 
 SIDE = 0.3
-"""Side of the cloth [m]."""
+"""Side of the square cloth that a robot swings [m]."""
 SPACING = 0.02
-"""Edge length ("spacing") of the mesh [m]."""
+"""Edge length ("spacing") of the mesh of the simulated cloth [m]."""
 DENSITY = 0.2
 """Assumed areal density of the cloth [kg/m^2]. The choice does not matter, because only ratios to the density affect
 the motion."""
@@ -27,12 +27,12 @@ STRETCH, BENDING = 200.0, 2e-5
 FRAMES = 50.0
 """Number of frames per second of the simulation."""
 KNOT = 2
-"""Number of steps of the recorded path between two points of the hand's path in the simulation."""
+"""Number of time steps of the recorded path between two points of the path that the simulated hand follows."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """The simulated cloth of a recording."""
+    """A sheet of simulated cloth that moves as in a recording."""
 
     recording: Recording
 
@@ -40,13 +40,14 @@ class Sheet:
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """Vertices of the sheet's mesh, shape (n, 2), and its triangles.
 
-        A vertex is given along the bar and down, as fractions of the sheet's side.
+        The coordinates of a vertex are its distance along the bar and its distance down, as fractions of the sheet's
+        side.
         """
         flat, faces = staggered_rectangle(SIDE, SIDE, SPACING)
         return np.column_stack([flat[:, 1] / SIDE + 0.5, 0.5 - flat[:, 0] / SIDE]), faces
 
     def scene(self, air: AirLaw) -> Scene:
-        """Return a scene in which the sheet first hangs at rest, and then the bar moves as in the recording."""
+        """Return a scene in which the sheet first hangs at rest from a bar. Then the bar moves as in the recording."""
         times, corners = self.recording.path
         parts, faces = self.mesh
         held = np.flatnonzero(parts[:, 1] < 1e-9)
@@ -67,9 +68,9 @@ class Sheet:
         )
 
     def nodes(self, rollout: Rollout, late: float = 0.0) -> np.ndarray:
-        """Return the simulated positions of the camera's nodes at all frames [m], shape (f, n, n, 3).
+        """Return the simulated positions of those points that the camera sees as nodes [m], shape (f, n, n, 3).
 
-        The simulated motion is delayed by `late` [s]. There are f frames and n x n nodes.
+        The simulated motion is delayed by `late` [s]. There are f frames, and the camera's grid has n x n nodes.
         """
         moment = self.recording.clock - self.recording.path[0][0] - late
         frame = np.clip(moment * FRAMES, 0.0, len(rollout.times) - 1.001)

@@ -18,7 +18,9 @@ Loaded = list[tuple[RealTest, Any]]
 
 
 def load(data: Path, only: Sequence[str] = ()) -> Loaded:
-    """Return the tests named in `only`, each with its measurements; all tests if `only` is empty.
+    """Return the tests on real cloth that are named in `only`, each with its measurements.
+
+    If `only` is empty, all tests are returned.
 
     Raises:
         InputError: If the folder, a test or a file does not exist, or a file is wrong.
@@ -32,7 +34,7 @@ def load(data: Path, only: Sequence[str] = ()) -> Loaded:
 
 
 def run(tests: Loaded, bench: Bench, done: Callable[[Section], None] = lambda section: None) -> list[Section]:
-    """Run tests one after the other.
+    """Run tests on real cloth one after the other.
 
     Args:
         tests: Tests with their measurements, from `load`.
@@ -47,5 +49,5 @@ def run(tests: Loaded, bench: Bench, done: Callable[[Section], None] = lambda se
 
 
 def simulations(tests: Loaded, bench: Bench) -> int:
-    """Return the approximate number of simulations of all tests."""
+    """Return the approximate number of simulations that some tests on real cloth need together."""
     return sum(test.simulations(measured, bench) for test, measured in tests)

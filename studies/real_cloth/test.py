@@ -1,4 +1,7 @@
-"""Defines the interface of a test on real cloth, which reads measurements and makes a section with the result."""
+"""Defines the interface of a test on real cloth.
+
+A test reads measurements, simulates the experiment, and makes a section with the result.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ class RealTest(ABC):
     """Base class of all tests on real cloth."""
 
     name: ClassVar[str]
-    """Name of the test in the option `--only`."""
+    """Name of the test, which the option `--only` uses."""
 
     @abstractmethod
     def load(self, data: Path) -> Any:
@@ -30,4 +33,4 @@ class RealTest(ABC):
 
     @abstractmethod
     def run(self, measured: Any, bench: Bench) -> Section:
-        """Simulate the experiments, compare the predictions with the measurements, and return the result."""
+        """Simulate the experiments of the test, and return a comparison of the predictions with the measurements."""

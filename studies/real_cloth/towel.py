@@ -30,21 +30,21 @@ FILE = "garcia_camacho_2020_towel.csv"
 SIZE = (0.5, 1.0)
 """Width and length of the robots' towel [m]."""
 TRIALS = 30
-"""Number of trials of each study."""
+"""Number of trials in the search for each fold of the towel."""
 WORLDS = 30
-"""Number of disturbed simulations for each objective.
+"""Number of disturbed simulations of the folds that were learned with an objective.
 
-Each seed of the objective gets an equal number of simulations. In a disturbed simulation, all disturbances have random
-values.
+All seeds of the objective together have this number, in equal parts. In a disturbed simulation, all disturbances have
+random values.
 """
 
 
 @dataclass(frozen=True)
 class RobotFold:
-    """A trial of the robots."""
+    """A trial in which the robots of the publication folded a real towel."""
 
     area_error: float
-    """Area error E_f [%]; NaN if the trial failed."""
+    """Area error E_f of the robots' fold [%]; NaN if the trial failed."""
 
 
 class Towel(RealTest):
@@ -53,16 +53,16 @@ class Towel(RealTest):
     name = "towel"
 
     def load(self, data: Path) -> list[RobotFold]:
-        """Read the measurements of the test from the folder `data`."""
+        """Read the areas of the robots' towel before and after each fold from the folder `data`."""
         table = Columns.load(data / FILE, ("success", "area_before_cm2", "area_after_cm2"))
         return [_robot_fold(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[RobotFold], bench: Bench) -> int:
-        """Return the approximate number of simulations that the test needs."""
+        """Return the approximate number of simulations that this test of the towel needs."""
         return (bench.seeds + 1) * TRIALS + 2 * WORLDS
 
     def run(self, measured: list[RobotFold], bench: Bench) -> Section:
-        """Simulate the experiments, and return the section with the results."""
+        """Learn folds of a towel, and return the section that compares them with the robots' folds."""
         theirs = [each.area_error for each in measured if np.isfinite(each.area_error)]
         robots = _line("two TIAGo arms, real towel", len(measured), theirs)
         still = _tried("C of one world", None, bench.seeds, bench)
@@ -107,13 +107,13 @@ def _robot_fold(table: Columns, row: int) -> RobotFold:
 
 @dataclass(frozen=True)
 class Tried:
-    """The folds that were learned with an objective, for all seeds."""
+    """The folds of a towel that were learned with one objective and several random seeds."""
 
     objective: str
     calm: list[float]
-    """Area error E_f of each fold without disturbances [%]."""
+    """Area error E_f of each learned fold in a simulation without disturbances [%]."""
     disturbed: list[tuple[float, bool]]
-    """Area error E_f in each disturbed simulation of each fold [%], and whether the fold succeeded."""
+    """Area error E_f of a learned fold in each disturbed simulation [%], and whether the fold succeeded."""
 
     @property
     def held(self) -> list[float]:
@@ -122,12 +122,15 @@ class Tried:
 
     @property
     def groups(self) -> dict[str, list[float]]:
-        """Area errors E_f of the groups that the chart shows, by the name of the group [%]."""
+        """Area errors E_f of two groups of simulations, by the name of the group in the chart [%].
+
+        The groups are simulations without disturbances, and with disturbances.
+        """
         return {f"{self.objective}, undisturbed": self.calm, f"{self.objective}, disturbed": self.held}
 
     @property
     def lines(self) -> list[Line]:
-        """Two lines of the table, without disturbances and with disturbances."""
+        """Two lines of the table of area errors: simulations without disturbances, and with disturbances."""
         return [
             _line(f"learned by {self.objective}, undisturbed", len(self.calm), self.calm),
             _line("the same, disturbed", len(self.disturbed), self.held),
@@ -143,7 +146,7 @@ def _tried(objective: str, quantile: float | None, seeds: int, bench: Bench) -> 
 
 
 def _learn(task: Task, seed: int, quantile: float | None, bench: Bench) -> Result:
-    """Run or resume a study, and return its result."""
+    """Run or resume a study that learns a fold of the towel, and return its result."""
     how = "calm" if quantile is None else f"q{100 * quantile:g}"
     disturbances = "none" if quantile is None else "default"
     options = LearnOptions(trials=TRIALS, seed=seed, baselines=False, disturbances=disturbances, quantile=quantile)
@@ -162,15 +165,15 @@ def _learn(task: Task, seed: int, quantile: float | None, bench: Bench) -> Resul
 
 
 def _area_error(result: Result) -> float:
-    """Return the area error E_f of the best fold of a study [%]; NaN if it failed."""
+    """Return the area error E_f of the best fold that a study learned [%]; NaN if this fold failed."""
     score = result.best.score
     return float("nan") if score is None else score.area_error
 
 
 def _disturbed(task: Task, result: Result, seed: int, count: int, bench: Bench) -> list[tuple[float, bool]]:
-    """Return the area error E_f [%] of a learned fold in `count` disturbed simulations, and whether it succeeds.
+    """Return the results of a learned fold in `count` disturbed simulations.
 
-    The values are kept in the folder of the fold.
+    A result is the area error E_f [%], and whether the fold succeeds. The results are kept in the folder of the fold.
     """
     assert result.folder is not None
     kept = result.folder / f"disturbed-{count}.json"
@@ -195,7 +198,10 @@ def _ended_in(task: Task, parameters: dict[str, int | float], world: World) -> t
 
 
 def _mean(errors: list[float]) -> float:
-    """Return the mean of errors. The result is NaN if there are no errors, because NaN meets no goal."""
+    """Return the mean of area errors.
+
+    The result is NaN if there are no errors, because NaN meets no goal.
+    """
     return float(np.mean(errors)) if errors else float("nan")
 
 

@@ -26,7 +26,10 @@ from threadpoolctl import threadpool_limits
 
 
 def run(out: Path, seeds: int, pair_seeds: int) -> None:
-    """Run the missing studies, seed by seed. Studies of the towel come first, because they are fast and important."""
+    """Run those studies of all searches that are missing, seed by seed.
+
+    Studies of the towel come first, because they are fast and important.
+    """
     settings = {name: Setting(name, coarse, out / "rollouts") for name, coarse in GARMENTS.items()}
     studies = Studies(out)
     softer = tuple(name for name, coarse in GARMENTS.items() if coarse.softer != 1.0)
@@ -55,7 +58,10 @@ def run(out: Path, seeds: int, pair_seeds: int) -> None:
 
 
 def show(out: Path, seeds: int, pair_seeds: int, write: bool) -> None:
-    """Print all tables. If `write` is true, also write them into the docs."""
+    """Print all tables that compare the searches.
+
+    If `write` is true, also write them into the docs.
+    """
     studies = Studies(out)
     texts = {f"search: {garment}": table(studies, garment, seeds) for garment in GARMENTS}
     texts["search: answers"] = answers(studies, seeds)

@@ -7,13 +7,15 @@ from pathlib import Path
 import numpy as np
 
 WIDTH, HEIGHT = 11.0, 3.9
-"""Size of the drawing [in]."""
+"""Size of the chart of all searches [in]."""
 COLOURS = (*(f"C{number}" for number in range(10)), "black")
 """Colours of the searches: the ten colours of matplotlib, and black."""
 
 
 def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:
-    """Draw the medians over the seeds, in a panel for each garment.
+    """Draw the lowest objective so far of each search, with a panel for each garment.
+
+    The curves are medians over the random seeds.
 
     Args:
         courses: Lowest objectives so far of each study, by garment and search. Studies may differ in length.

@@ -1,4 +1,4 @@
-"""Runs the studies that are compared, and keeps them in files."""
+"""Runs studies with the searches that are compared, and keeps the studies in files."""
 
 from __future__ import annotations
 
@@ -22,13 +22,16 @@ class Course:
     distances: list[float]
 
     def best(self, count: int) -> tuple[float, float]:
-        """Return the lowest objective of the first `count` trials, and the mean vertex distance of this best trial."""
+        """Return the lowest objective among the first `count` trials.
+
+        The second result is the mean vertex distance [m] of the trial with this objective.
+        """
         place = int(np.argmin(self.objectives[:count]))
         return self.objectives[place], self.distances[place]
 
 
 class Studies:
-    """The studies in a folder."""
+    """The finished studies of all searches, which are kept in a folder."""
 
     def __init__(self, out: Path) -> None:
         """Open the folder of the studies, and create it if it does not exist."""
@@ -51,7 +54,7 @@ class Studies:
         write_text(self._path(setting.name, method, seed), json.dumps(records))
 
     def course(self, garment: str, method: str, seed: int) -> Course | None:
-        """Return the course of a study; None if the study does not exist."""
+        """Return the course of a finished study; None if the study does not exist."""
         path = self._path(garment, method, seed)
         if not path.exists():
             return None
@@ -59,7 +62,10 @@ class Studies:
         return Course([each["objective"] for each in records], [each["distance"] for each in records])
 
     def courses(self, garment: str, method: str, count: int, seeds: int = 100) -> list[Course]:
-        """Return the courses of a method's studies that have at least `count` trials, for the first `seeds` seeds."""
+        """Return the courses of the studies of a search method that have at least `count` trials.
+
+        Only the first `seeds` random seeds are used.
+        """
         found = [self.course(garment, method, seed) for seed in range(seeds)]
         return [each for each in found if each is not None and len(each.objectives) >= count]
 

@@ -1,4 +1,4 @@
-"""Defines the searches that are compared, by name."""
+"""Defines the search methods that are compared, by name."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from tatamu.search.lm import LMSearch
 from tatamu.search.optuna_search import OptunaSearch, RandomSearch, TPESearch
 
 FEW, MANY = 50, 134
-"""Number of simulations in most searches, and in searches that need more simulations."""
+"""Number of trials that most search methods get, and number for methods that need more trials."""
 FAR = 2.0
-"""Factor that defines bad trials in `logarithms`.
+"""Factor that decides which trials the function `logarithms` treats as bad.
 
-The excess of a trial is C / span - 1. Trials count as bad if their excess is above this factor times the lowest excess,
-and above 1.
+The excess of a trial is C / span - 1. A trial is bad if its excess is above 1, and also above this factor times the
+lowest excess of all trials.
 """
 
 Proposing = Callable[[Setting, int, int, Sequence[tuple[Any, Simulated]]], tuple[Any, Manipulation]]
@@ -37,20 +37,20 @@ returns the parameters of the trial and the manipulation, the motion of the hand
 
 @dataclass(frozen=True)
 class Method:
-    """A search method, with the number of its simulations."""
+    """A search method, with the number of trials that it gets."""
 
     title: str
     propose: Proposing
     trials: int = FEW
-    """Largest number of simulations."""
+    """Largest number of trials of a study with this method."""
     seeds: int | None = None
-    """Number of seeds; None for the number that the user gives."""
+    """Number of random seeds of this method; None for the number that the user gives."""
     needs: tuple[str, ...] = field(default=())
-    """Python modules that the method needs. If a module is missing, the method is left out."""
+    """Names of Python modules that the search method needs. If a module is missing, the method is left out."""
 
     @property
     def possible(self) -> bool:
-        """Whether all modules that the method needs are installed."""
+        """Whether all modules that the search method needs are installed."""
         return all(importlib.util.find_spec(module) for module in self.needs)
 
 
@@ -58,7 +58,7 @@ class GPSamplerSearch(OptunaSearch):
     """A search with Optuna's Gaussian process, the GPSampler."""
 
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return a sampler, which is used for one proposal."""
+        """Return an Optuna sampler, which is used for one proposal of a trial."""
         return GPSampler(seed=seed, n_startup_trials=1, deterministic_objective=True)
 
 
@@ -68,7 +68,7 @@ def by_search(
 ) -> Proposing:
     """Return a function that proposes trials with a search of tatamu.
 
-    For each proposal, the search is made again and gets all earlier trials.
+    For each proposal, a new search is made, and all earlier trials are given to it.
 
     Args:
         make: Function that makes the search from a setting and a seed.
@@ -93,7 +93,7 @@ def by_search(
 
 
 def logarithms(setting: Setting, objectives: Sequence[float]) -> list[float]:
-    """Return log(C / span - 1) for each objective C. All bad trials get the same value.
+    """Return log(C / span - 1) for the objective C of each trial. All bad trials get the same value.
 
     The span is the horizontal distance that a hand moves. Optuna's GPSampler was given these values when it was
     tatamu's default search.
@@ -104,7 +104,7 @@ def logarithms(setting: Setting, objectives: Sequence[float]) -> list[float]:
 
 
 def sobol(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
-    """Propose a trial: the next point of a scrambled Sobol' sequence."""
+    """Propose a trial: the next point of a scrambled Sobol' sequence in the search space."""
     space = setting.spaces["integer"]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about 134, which is no power of two
@@ -144,7 +144,10 @@ def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tup
 
 
 def after_low_curves(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
-    """Propose a trial: first the low curves, then proposals of the Gaussian process. There is no random trial."""
+    """Propose a trial of a search that starts with low curves of the hands, without a random trial.
+
+    After the low curves, the Gaussian process proposes the trials.
+    """
     curves = low_curves(setting.fold)
     if number >= len(curves):
         return _gp(setting, seed, number, before)
@@ -192,8 +195,8 @@ METHODS: dict[str, Method] = {
 }
 """Search methods by name, in the order of the tables."""
 CORE = ("ours", "plain", "random")
-"""Names of the methods that docs/notes/search.md compares first."""
+"""Names of the search methods that docs/notes/search.md compares first."""
 OURS = ("ours", "low", "gp")
 """Names of the variants of tatamu's own search."""
 PAIR = ("gp", "gpsampler")
-"""Names of two methods that are compared over more seeds."""
+"""Names of two search methods that are compared over more random seeds."""

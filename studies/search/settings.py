@@ -1,4 +1,4 @@
-"""Simulates folds of garments on coarse meshes, and keeps the simulations."""
+"""Simulates folds of garments on coarse meshes, and keeps the results of the simulations."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from tatamu.folding.score import residuals, vertex_distances
 
 
 class Coarse(NamedTuple):
-    """A garment on a coarse mesh. A simulation of its fold takes a fraction of a second."""
+    """A garment on a coarse mesh, so a simulation of its fold takes only a fraction of a second."""
 
     garment: str
     fold: str
     spacing: float
-    """Edge length ("spacing") of the mesh [m]."""
+    """Edge length ("spacing") of the coarse mesh [m]."""
     softer: float = 1.0
     """Factor by which the cloth is easier to stretch than the garment's usual cloth.
 
@@ -43,21 +43,21 @@ GARMENTS = {
 
 @dataclass(frozen=True)
 class Simulated:
-    """The result of a simulation."""
+    """The result of the simulation of a fold."""
 
     objective: float
-    """Objective C, Eq. (10)."""
+    """Objective C of the simulated fold, Eq. (10)."""
     errors: np.ndarray | None
-    """Vertex errors e_i, Eq. (12) [m], shape (n,); None if the trial failed."""
+    """Vertex errors e_i of the simulated fold, Eq. (12) [m], shape (n,); None if the trial failed."""
 
     @property
     def distance(self) -> float:
-        """Mean vertex distance [m]; infinite if the trial failed."""
+        """Mean distance of the vertices from their targets [m]; infinite if the trial failed."""
         return float("inf") if self.errors is None else float(self.errors.mean())
 
     @property
     def residuals(self) -> np.ndarray | None:
-        """Vector whose sum of squares is alpha D, shape (n,); None if the trial failed.
+        """Vector for a least-squares search, whose sum of squares is alpha D, shape (n,); None if the trial failed.
 
         D is the shape distance of Eq. (11), and alpha is its weight in the objective. The vertex errors have single
         precision.
@@ -66,15 +66,15 @@ class Simulated:
 
 
 class Setting:
-    """A garment to fold, and the simulations that are kept for it."""
+    """A garment to fold, and the results of the simulations that are kept for it."""
 
     def __init__(self, name: str, chosen: Coarse, folder: Path) -> None:
-        """Open the kept simulations of a garment.
+        """Load the kept results of the simulations of a garment.
 
         Args:
             name: Name of the garment in tables and files.
             chosen: Garment, fold and mesh.
-            folder: Folder in which simulations are kept.
+            folder: Folder in which the results are kept.
         """
         self.name = name
         garment = coarsened(make_garment(chosen.garment, spacing=chosen.spacing), 1.0, chosen.softer)
@@ -95,11 +95,17 @@ class Setting:
 
     @cached_property
     def spaces(self) -> dict[Grasps, Space]:
-        """Search spaces by the type of the grasp parameters: whole numbers, or continuous numbers rounded down."""
+        """Search spaces of the fold, by the type of the parameters that choose the grasps.
+
+        These parameters are whole numbers, or continuous numbers that are rounded down.
+        """
         return {"integer": search_space(self.fold, "integer"), "continuous": search_space(self.fold, "continuous")}
 
     def simulated(self, manipulation: Manipulation) -> Simulated:
-        """Return the result of a manipulation. It is only simulated if its result is not kept yet."""
+        """Return the result of a manipulation, a motion of the hands.
+
+        The manipulation is only simulated if its result is not kept yet.
+        """
         assert manipulation.control_points is not None
         key = _digest(np.array(manipulation.grasps), *manipulation.control_points)
         if key not in self._known:

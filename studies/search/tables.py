@@ -1,4 +1,4 @@
-"""Makes the tables that compare the searches, and the data of the chart."""
+"""Makes the tables that compare the searches, and the data of the chart of all searches."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from studies.search.methods import FEW, MANY, METHODS, OURS, PAIR
 from studies.search.settings import GARMENTS
 
 COUNTS = (1, 5, 10, 25, 50, 134)
-"""Numbers of simulations after which the searches are compared."""
+"""Numbers of trials after which the searches are compared."""
 
 
 def table(studies: Studies, garment: str, seeds: int) -> list[dict[str, str]]:
-    """Return a table with a row for each search method: the median and the worst result over all kept seeds."""
+    """Return a table with a row for each search method: the median and the worst result over all random seeds."""
     rows = []
     for name, method in METHODS.items():
         counts = {count: studies.courses(garment, name, count, seeds) for count in COUNTS}
@@ -36,7 +36,7 @@ def _seeds(counts: Mapping[int, Sequence[Course]]) -> str:
 
 
 def _spread(values: Sequence[float], digits: str) -> str:
-    """Return the median and the largest value as text."""
+    """Return the median and the largest of some values as text."""
     if not values:
         return "-"
     if len(values) == 1:
@@ -45,7 +45,10 @@ def _spread(values: Sequence[float], digits: str) -> str:
 
 
 def pair_table(studies: Studies, seeds: int) -> list[dict[str, str]]:
-    """Return a table that compares tatamu's Gaussian process and Optuna's GPSampler, over seeds that both have."""
+    """Return a table that compares tatamu's Gaussian process with Optuna's GPSampler.
+
+    The table uses the random seeds for which studies of both exist.
+    """
     rows = []
     for garment in GARMENTS:
         both = [
@@ -65,10 +68,10 @@ def pair_table(studies: Studies, seeds: int) -> list[dict[str, str]]:
 
 
 def answers(studies: Studies, seeds: int) -> list[dict[str, str]]:
-    """Return a table that shows how soon tatamu's search is as good as other searches.
+    """Return a table that shows after how many trials tatamu's search is as good as other searches.
 
-    The reference is the median of another search after `FEW` trials. The table has the number of trials after which the
-    median of tatamu's search reaches this reference.
+    The reference is the lowest objective that another search has found after `FEW` trials, as a median over random
+    seeds. The table has the number of trials after which the median of tatamu's search reaches this reference.
     """
     rows = []
     for garment in GARMENTS:
@@ -90,7 +93,10 @@ def answers(studies: Studies, seeds: int) -> list[dict[str, str]]:
 
 
 def courses_of(studies: Studies, seeds: int) -> dict[str, dict[str, list[list[float]]]]:
-    """Return the data of the chart: the lowest objectives so far of every study, by garment and method's title."""
+    """Return the data of the chart: the lowest objective so far at every trial of every study.
+
+    The data are grouped by garment and by the title of the search method.
+    """
     return {
         garment: {
             method.title: [

@@ -1,4 +1,4 @@
-"""Advice on the measurements: which readings are insufficient, what would be sufficient, and what to repeat."""
+"""Advice on the measurements: which readings are insufficient, which would suffice, and which should be repeated."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tatamu.calibration.result import Calibration
 from tatamu.calibration.test import millimetres
 
 MORE = 3
-"""Number of further repeats that the advice assumes."""
+"""Number of additional repeats of a reading that the user is advised to make."""
 
 
 def _named(**described: str) -> list[str]:
-    """Return the names of the tests whose attributes have these values."""
+    """Return the names of the calibration tests whose class attributes have the given values."""
     return [name for name, test in TESTS.items() if all(getattr(test, key) == said for key, said in described.items())]
 
 
@@ -29,11 +29,11 @@ NAMES = {
     "disagreement": f"{' and '.join(_named(parameter='bending_rigidity'))}, which disagree",
     **{reading: words for test in TESTS.values() for reading, words in test.words.items()},
 }
-"""Names in words of all readings and other causes that contribute to the uncertainty."""
+"""Names in words of everything that contributes to the uncertainty: readings, and causes such as the search."""
 
 
 def advice_on(calibration: Calibration) -> list[str]:
-    """Return the advice as sentences, the most important sentence first."""
+    """Return the advice on a calibration as sentences, the most important sentence first."""
     advice = [text for fit in calibration.fits for text in _of_fit(calibration, fit)]
     advice += _disagreement(calibration) + _remarks(calibration) + _unused(calibration) + _restless(calibration)
     repeated = best_repeat(calibration)
@@ -65,7 +65,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
 
 
 def _shown(fit: Fit, value: float) -> str:
-    """Return a value in the unit of a fit's reading as text."""
+    """Return a value as text, in the unit with which pages show the reading of this fit."""
     if fit.unit == "m":
         return millimetres(value)
     factor, unit = SHOWN.get(fit.unit, (1.0, fit.unit))
@@ -73,7 +73,10 @@ def _shown(fit: Fit, value: float) -> str:
 
 
 def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
-    """Return a note on a test that the simulator cannot reproduce, if another test determines its parameter."""
+    """Return a note on a test whose reading the simulator cannot reproduce.
+
+    Another test determines the parameter instead.
+    """
     others = [each.test for each in calibration.fits if each.parameter == fit.parameter and each is not fit]
     symbol = SYMBOLS[fit.parameter]
     return [
@@ -101,7 +104,7 @@ def _remarks(calibration: Calibration) -> list[str]:
 
 
 def _unused(calibration: Calibration) -> list[str]:
-    """Return notes on tests that were made but are not used."""
+    """Return notes on tests that were made but are not used, each with the reason."""
     setup = calibration.setup
     reasons = {name: setup.unused(test, calibration.simulator) for name, test in setup.tests.items()}
     return [f"{name}: not used, {why}." for name, why in reasons.items() if why]
@@ -119,11 +122,10 @@ def _restless(calibration: Calibration) -> list[str]:
 
 
 def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, float]]] | None:
-    """Return the reading to repeat, and the relative uncertainties before and after more repeats.
+    """Return the reading to repeat, and the relative uncertainties of parameters before and after its repeats.
 
-    The number of further repeats is `MORE`. Each parameter has a relative variance. Repeats of the best reading lower
-    the sum of these variances the most. The result is None if the readings determine no parameter, or if repeats do not
-    help.
+    The number of additional repeats is `MORE`. The repeats of the returned reading lower the sum of the parameters'
+    relative variances the most. The result is None if the readings determine no parameter, or if repeats do not help.
     """
     rows = [PLACE[name] for name in calibration.known]
     variance = np.diag(calibration.covariance)[rows]

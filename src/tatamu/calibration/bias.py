@@ -5,14 +5,14 @@ This test is not in the paper. Woven cloth is stiff along its yarns, and stretch
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
-(docs/theory/membrane.md). Here Y and Y_weft are the stretch stiffnesses along the two yarns [N/m], nu is Poisson's
-ratio, and G is the shear stiffness [N/m]. The term 1 / G is the largest.
+The derivation is in docs/theory/membrane.md. Here Y and Y_weft are the stretch stiffnesses along the two yarns [N/m],
+nu is Poisson's ratio, and G is the shear stiffness [N/m]. The term 1 / G is the largest.
 
 A strip of length L and areal density rho becomes longer by rho g L^2 / 2 Y(45) when it hangs. This formula ignores that
 the strip's clamped end cannot become narrower. The strip is therefore simulated.
 
-A whole cloth hung by a corner would need no cutting. But such a cloth falls into random folds, which move its lowest
-corner by one or two millimetres. Its elongation also depends on the width of the grip.
+A whole cloth that hangs by a corner would not have to be cut. But such a cloth falls into random folds, which move its
+lowest corner by one or two millimetres. The elongation of such a cloth also depends on the width of the grip.
 """
 
 from __future__ import annotations
@@ -47,15 +47,16 @@ from tatamu.simulators import capabilities
 from tatamu.topology import Topology
 
 COLUMNS = 6
-"""Number of columns of the mesh."""
+"""Number of mesh cells across the simulated strip."""
 SLIMMEST, WIDEST = 0.02, 0.34
-"""Smallest and largest ratio of a strip's width to its length."""
+"""Smallest and largest allowed ratio of a strip's width to its length."""
 RELAXATIONS = 14.0
-"""Duration of the scene, in units of 1 / rate, where rate is the frequency of its slowest motion."""
+"""Duration of the simulation, multiplied by the frequency of the strip's slowest motion [-]."""
 ASIDE = 1.1
-"""Ratio of a second value of the parameter to the value that was found.
+"""Factor by which the shear stiffness is multiplied for a second simulation.
 
-The readings at both values give the slope.
+This simulation is made if the search ends after one simulation. The two readings give the slope of the reading over the
+stiffness.
 """
 UNKNOWN = 1.0
 """Standard uncertainty of ln Y if the elongation test only bounds the stretch stiffness Y."""
@@ -69,7 +70,7 @@ class BiasReadings(TestEntry):
     L1: Lengths
     """Distance from the grip straight down to the end of the hanging strip [m]."""
     L2: Lengths
-    """Distance between the same two points of the lying strip [m]."""
+    """Distance from the grip to the end of the strip when it lies flat [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -170,11 +171,11 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         return float(-rollout.positions[frame, end, 2].mean()) - self.length
 
     def guess(self, longer: float, material: Material) -> float:
-        """Return the shear stiffness of a strip with this elongation whose yarns do not stretch [N/m]."""
+        """Return the shear stiffness [N/m] of a strip whose elongation is `longer` [m], if its yarns do not stretch."""
         return material.areal_density * GRAVITY * self.length**2 / (8.0 * longer)
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         hung, lying = (readings[name] for name in ("bias_L1", "bias_L2"))
         longer = hung.value - lying.value
         error = float(np.hypot(hung.uncertainty, lying.uncertainty))
@@ -199,11 +200,11 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         return material.model_copy(update={self.parameter: found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the shear stiffness G; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the shear stiffness G to `changes`; see `LaterTest.propagate`.
 
-        The elongation e depends on Y / rho and G / rho. Here Y is the stretch stiffness, G the shear stiffness, and rho
-        the areal density. The elongation is about proportional to rho. With s = -de/dln G, a change of the parameters
-        changes e by
+        The elongation e depends on Y / rho and G / rho, with the stretch stiffness Y, the shear stiffness G and the
+        areal density rho. The elongation is about proportional to rho. With s = -de/dln G, a change of the three
+        parameters changes e by
 
             e dln rho - s dln G - (e - s) dln Y
         """

@@ -37,7 +37,7 @@ from tatamu.simulators import named
 LIGHTEST, HEAVIEST = 0.02, 5.0
 """Smallest and largest areal density of a fabric [kg/m^2]."""
 Groups = dict[str, list[Target]]
-"""Tests that determine each parameter, by the name of the parameter."""
+"""For each parameter, by its name: the targets, which are the readings of the tests that determine it."""
 
 
 def calibrate(
@@ -52,8 +52,8 @@ def calibrate(
     Args:
         measurements: Readings of the garment.
         simulator: Name of the simulator.
-        spacing: Mesh spacing of the tests [m]. If None, the mesh is so fine that its spacing does not matter in
-            `native`.
+        spacing: Mesh spacing of the tests [m]. If None, the mesh is so fine that its spacing does not matter in the
+            simulator `native`.
         tick: Function that is called before each simulation with the name of its test.
         options: Accuracy of the matches, and durations.
 
@@ -107,7 +107,7 @@ class ElasticMatch:
         return _telling(self.groups.get(parameter, []), self.matches)
 
     def fits(self, laboratory: Laboratory, group: list[Target]) -> list[Fit]:
-        """Return the fits of the tests of one parameter, simulated with the material that was found."""
+        """Return the result of each test of one parameter, with readings simulated with the material that was found."""
         if len(group) == 1:
             found = self.matches[group[0].test.name]
             return [group[0].fit(found, found.reading)]
@@ -118,7 +118,7 @@ class ElasticMatch:
 
 
 def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.ndarray | None:
-    """Return the shape of a test at rest, with the material that was found."""
+    """Return the positions of a test's cloth at rest [m], shape (n, 3), simulated with this material."""
     name = target.test.name
     if laboratory.shape(name, material) is None:
         laboratory.reading(target.test, material)
@@ -126,7 +126,10 @@ def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.nda
 
 
 def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
-    """Return the material before the first simulation. Measured parameters have the values of textbook formulas."""
+    """Return the material with which the search starts.
+
+    Textbook formulas give the values of the measured parameters.
+    """
     density = readings["mass"].value / setup.area
     if not LIGHTEST <= density <= HEAVIEST:
         raise InputError(
@@ -141,7 +144,7 @@ def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
 
 
 def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> ElasticMatch:
-    """Match the tests in turn, until no parameter changes."""
+    """Find stretch stiffness, bending rigidity and friction of bending in turn, and repeat this until none changes."""
     matches: dict[str, Match] = {}
     passes = 0
     before: Material | None = None
@@ -156,7 +159,7 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
                 earlier = matches.get(target.test.name)
                 start = earlier.parameter if earlier else getattr(material, parameter)
                 found = target.matched(laboratory, material, start)
-                alike = not rubs or len(found.samples) < 2  # otherwise, earlier samples belong to another curve
+                alike = not rubs or len(found.samples) < 2  # otherwise, samples of earlier passes lie on another curve
                 matches[target.test.name] = found.after(earlier.samples if earlier and alike else ())
             some = _telling(group, matches) or group[-1:]
             value = _mean(some, [matches[target.test.name].parameter for target in some])
@@ -165,17 +168,20 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
 
 
 def _mean(group: list[Target], values: list[float]) -> float:
-    """Return the weighted geometric mean of the values that several tests give for a parameter; see `weights`."""
+    """Return the weighted geometric mean of the values that several tests give for a parameter.
+
+    The function `weights` gives the weights.
+    """
     return values[0] if len(values) == 1 else float(np.exp(weights(group) @ np.log(values)))
 
 
 def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
-    """Return the tests of a group that determine the parameter. Tests that only give a bound are left out."""
+    """Return the tests of one parameter that determine its value. Tests that only give a bound are left out."""
     return [target for target in group if target.bound_by(matches[target.test.name]) is None]
 
 
 def _moved(material: Material, before: Material, groups: Groups, agreement: float) -> bool:
-    """Return whether a pass changed the logarithm of a parameter by more than `agreement`."""
+    """Return whether the last pass over the tests changed the logarithm of a parameter by more than `agreement`."""
     ratios = [getattr(material, parameter) / getattr(before, parameter) for parameter in groups]
     return any(abs(np.log(ratio)) > agreement for ratio in ratios)
 

@@ -1,16 +1,17 @@
 """Test *crease*: the angle of a fold that remains in pressed cloth determines the friction of bending.
 
 This test is not in the paper. A band of cloth is the hinge of two light boards, like the spine of a book. The hinge is
-closed under a weight and released. It then keeps the curvature k at which the friction of bending HB [N] balances the
-bending moment B k, where B is the bending rigidity [N m] (docs/theory/hysteresis.md). The curvature is the same along
-the whole band. The remaining angle is therefore about
+closed under a weight and released. The hinge then keeps a curvature k. At this curvature, the friction of bending HB
+[N] balances the bending moment B k (docs/theory/hysteresis.md). B is the bending rigidity [N m]. The curvature is the
+same along the whole band. With the length `gap` of the band, the remaining angle is therefore about
 
     HB / B * gap
 
-if this angle is much smaller than the half turn by which the hinge was closed.
+This formula is valid if the angle is much smaller than the half turn by which the hinge was closed.
 
-Without boards, cloth would also bend outside its crease while it opens. How much it bends would depend on how it is
-released. The hinge stands upright, so its weight does not turn it, and the simulation has no gravity.
+Without boards, cloth would also bend outside its crease while it opens. The amount of this bending would depend on the
+way in which the cloth is released. The hinge stands upright, so its weight does not turn it, and the simulation has no
+gravity.
 """
 
 from __future__ import annotations
@@ -41,33 +42,42 @@ from tatamu.settling import settling
 from tatamu.simulators import capabilities
 
 ARM = 0.03
-"""Distance of a point from the hinge [m]. The simulation must reproduce the arc of this point, instead of the angle."""
-CELLS = 12
-"""Number of triangle rows between the held rows.
+"""Radius of the arc by which the remaining angle is expressed as a length [m].
 
-Cloth also bends at the held rows, by half a row on either side. The gap therefore consists of 13 rows.
+The simulation must reproduce this arc, because the readings of elastic tests are lengths.
+"""
+CELLS = 12
+"""Number of mesh rows between the two held ends of the simulated band.
+
+The cloth also bends over half a row next to each held end. The length of the band therefore corresponds to 13 rows.
 """
 HELD_ROWS = 2
 COLUMNS = 6
 THIN = 0.25
-"""Largest thickness of the simulated band, as a fraction of a row's width. Layers of such a thin band do not touch."""
-FIRST_MODE = 3.52
-"""Angular frequency of a clamped strip of length L, divided by sqrt(B / rho) / L^2.
+"""Largest thickness of the simulated band, as a fraction of the width of a mesh row.
 
-B is the bending rigidity [N m] and rho the areal density [kg/m^2].
+Layers of such a thin band do not touch.
+"""
+FIRST_MODE = 3.52
+"""Lowest angular frequency of a strip that is clamped at one end, in units of sqrt(B / rho) / L^2.
+
+B is the bending rigidity [N m], rho the areal density [kg/m^2], and L the length of the strip [m].
 """
 PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
 """Three times in units of 1 / omega: when the hinge is closed, when it is released, and when it is at rest.
 
-omega is the lowest angular frequency of the strip.
+omega is the lowest angular frequency of the simulated band, which is the hinge.
 """
 WIDEST = 120.0
-"""Largest angle that determines the friction [degrees].
+"""Largest remaining angle of the hinge that determines the friction of bending [degrees].
 
-A larger angle only gives a bound of the friction, because the closed fold was hardly sharper than the released fold.
+A larger angle only gives a bound of the friction, because the fold hardly opened when it was released.
 """
 LEAST_GAP = 1.5
-"""Smallest length of the band, in thicknesses of both boards. A shorter band could not go around the boards."""
+"""Smallest allowed length of the band, divided by the thickness of both boards together.
+
+A shorter band could not go around the boards.
+"""
 
 
 class CreaseReadings(TestEntry):
@@ -99,14 +109,17 @@ class CreaseReadings(TestEntry):
 
 @dataclass(frozen=True)
 class PressedCrease(ElasticTest):
-    """The test of a hinge of cloth that was closed."""
+    """The test of a hinge of cloth that is closed under a weight and released."""
 
     gap: float
-    """Length of the band [m]."""
+    """Length of the band of cloth between the two boards [m]."""
     apart: float
     """Distance between the band's ends while the hinge is closed [m]."""
     usual: float
-    """Bending length of the garment's usual fabric [m]. The search starts with this length."""
+    """Bending length of the garment's material before the calibration [m].
+
+    The first guess of the friction of bending follows from this length.
+    """
 
     name = "crease"
     title = "Crease: friction of bending HB"
@@ -147,18 +160,21 @@ Crease it (optional): shows how much of a fold remains.                         
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the unfolded band [m], shape (n, 3), and its triangles. The length of the band is along x."""
+        """Mesh of the unfolded band: points [m], shape (n, 3), and triangles. The length of the band is along x."""
         row = self.gap / (CELLS + 1)
         edge = row / ROW
         return staggered_rectangle(COLUMNS * edge, (CELLS + 2 * HELD_ROWS) * row, edge)
 
     @cached_property
     def _rows(self) -> np.ndarray:
-        """Number of each vertex's row, shape (n,)."""
+        """Index of the mesh row to which each of the n vertices belongs, shape (n,)."""
         return np.asarray(np.unique(self.mesh[0][:, 0].round(9), return_inverse=True)[1])
 
     def _folded(self) -> np.ndarray:
-        """Return the positions of the folded band: a half circle between two horizontal ends [m], shape (n, 3)."""
+        """Return the positions of the n vertices of the folded band [m], shape (n, 3).
+
+        The band is a half circle between two level ends.
+        """
         flat, _ = self.mesh
         links = CELLS + 2 * HELD_ROWS
         row = np.ptp(flat[:, 0]) / links
@@ -167,7 +183,7 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.column_stack([x[self._rows], flat[:, 1], z[self._rows]])
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test. The band is closed by its ends, then one of the ends is released."""
+        """Return the scene of this test. Both ends of the band are brought together, then one end is released."""
         flat, faces = self.mesh
         folded = self._folded()
         last = int(self._rows.max())
@@ -193,32 +209,32 @@ Crease it (optional): shows how much of a fold remains.                         
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the arc of the simulated angle, at the distance `ARM` from the hinge [m]."""
+        """Return the remaining angle of the simulated hinge as an arc with the radius `ARM` [m]."""
         return ARM * self.angle_of(rollout.positions[frame])
 
     def angle_of(self, positions: np.ndarray) -> float:
-        """Return the angle by which the last row is bent [rad].
+        """Return the remaining angle of the hinge [rad], from the positions of all n vertices [m], shape (n, 3).
 
-        `positions` has the positions of all n vertices [m], shape (n, 3).
+        The angle is the direction of the band's free end, relative to the flat band.
         """
         before, end = self.side(positions)[-2:]
         along, up = end - before
         return float(np.arctan2(up, along))
 
     def side(self, positions: np.ndarray) -> np.ndarray:
-        """Return the band as seen from the side: the mean of each row [m], shape (rows, 2)."""
+        """Return the band as seen from the side: the mean position of each mesh row [m], shape (rows, 2)."""
         return np.array([positions[self._rows == row][:, [0, 2]].mean(axis=0) for row in range(self._rows.max() + 1)])
 
     def guess(self, arc: float, material: Material) -> float:
-        """Return the friction of bending for this arc, by a formula [N].
+        """Return an estimate of the friction of bending HB [N] from the arc of the remaining angle [m].
 
-        The angle of the arc is about HB / B * gap. The bending rigidity B follows from the bending length of the
-        garment's usual fabric.
+        The angle is about HB / B * gap, with the bending rigidity B and the length `gap` of the band. B follows from
+        the bending length of the garment's material before the calibration.
         """
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         arc = readings["angle"]
         widest = ARM * np.radians(WIDEST)
         return Target(

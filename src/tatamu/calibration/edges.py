@@ -1,4 +1,4 @@
-"""The named edges of a garment, by which it is held."""
+"""The named edges by which a garment is held."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tatamu.garments import Garment
 
 
 def named_edge(garment: Garment, name: str) -> np.ndarray:
-    """Return the path of vertices along a named edge of the garment.
+    """Return the indices of the vertices along a named edge of the garment, in order.
 
     Raises:
         InputError: If the garment has no such edge.
@@ -20,7 +20,9 @@ def named_edge(garment: Garment, name: str) -> np.ndarray:
 
 
 def longest_edge(garment: Garment) -> str:
-    """Return the name of the longest open edge, or of the longest edge if no edge is open.
+    """Return the name of the longest edge at an opening of the garment, such as a hem.
+
+    If no edge is at an opening, return the name of the longest edge.
 
     Raises:
         InputError: If the garment has no named edges.

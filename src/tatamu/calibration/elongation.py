@@ -37,29 +37,33 @@ from tatamu.settling import settling
 from tatamu.topology import Topology, areas
 
 RELAXATIONS = 14.0
-"""Duration of the scene, in units of 1 / rate, where rate is the frequency of its slowest motion.
+"""Duration of the simulation, multiplied by the frequency of the garment's slowest motion [-].
 
 After this time, the slowest motion has decayed to e^-14.
 """
 LAYERS_APART = 2.0
-"""Initial distance of hanging layers, in thicknesses.
+"""Initial distance between the layers of the hanging garment, divided by the thickness of the cloth.
 
 If the layers were closer, contact would push them apart while the grip holds them.
 """
 SAME_END = 2e-3
-"""Largest distance of the end's vertices from its farthest vertex [m]."""
+"""Height of the garment's lower end [m].
+
+The vertices that are less than this height above the lowest vertex belong to the lower end.
+"""
 
 OTHER_GARMENT = 0.25
-"""Largest difference between L2 and the garment's length, as a fraction of this length.
+"""Largest accepted difference between the measured lying length L2 and the length of the simulated garment.
 
-A larger difference means that another garment was measured, or that it hung from another edge.
+The difference is a fraction of the simulated length. A larger difference means that another garment was measured, or
+that it hung from another edge.
 """
 HUNG_BY = {
     "towel": ["bottom"],
     "tshirt": ["left_shoulder", "right_shoulder"],
     "trousers": ["waist"],
 }
-"""Edges by which these garments hang. Other garments hang by their longest edge."""
+"""Edges by which each of these garments hangs, by its name. Other garments hang by their longest edge."""
 
 
 class Grasp(Record):
@@ -81,7 +85,7 @@ class ElongationReadings(TestEntry):
     L1: Lengths
     """Distance from the grip straight down to the lowest end of the hanging garment [m]."""
     L2: Lengths
-    """Distance between the same two points of the lying garment [m]."""
+    """Distance from the grip to the same end when the garment lies flat [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -109,7 +113,7 @@ class ElongationReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Elongation(ElasticTest):
-    """The hanging test of one garment."""
+    """The test of how much longer a garment is when it hangs than when it lies."""
 
     garment: Garment
     grasps: Sequence[Grasp]
@@ -156,7 +160,7 @@ L2 = []                  # lying
 
     @cached_property
     def held(self) -> list[np.ndarray]:
-        """Vertices that each grip holds."""
+        """Indices of the vertices that each grip holds."""
         held = [held_vertices(self.garment, grasp) for grasp in self.grasps]
         if len(np.unique(np.concatenate(held))) < sum(map(len, held)):
             raise InputError("elongation.grasps: two of them hold the same cloth; give each its own place or one wider")
@@ -166,7 +170,8 @@ L2 = []                  # lying
     def plan(self) -> np.ndarray:
         """Positions of the n vertices of the unstrained garment [m], shape (n, 2).
 
-        The coordinates are the distance to the side, along the grips, and the distance down from the grips.
+        The first coordinate is the distance to the side, along the grips. The second is the distance down from the
+        grips.
         """
         flat = self.garment.cloth().rest[:, :2]
         gripped = flat[np.concatenate(self.held)]
@@ -190,7 +195,7 @@ L2 = []                  # lying
     def guess(self, elongation: float, material: Material) -> float:
         """Return the stretch stiffness of a hanging strip with this elongation e: rho g L^2 / 2 e [N/m].
 
-        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length.
+        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length of the strip.
         """
         return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 
@@ -214,7 +219,7 @@ L2 = []                  # lying
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         longer, error = self.measured(readings)
         return Target(
             test=self,
@@ -269,7 +274,7 @@ L2 = []                  # lying
 
 
 def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
-    """Return the vertices that a grip holds, in all layers.
+    """Return the indices of the vertices that a grip holds, in all layers of the garment.
 
     Raises:
         InputError: If the garment has no such edge.

@@ -13,17 +13,17 @@ from tatamu.records import Record
 
 
 class Errors(Record):
-    """Standard deviations of a single reading.
+    """Standard deviations of single readings, one for each kind of reading.
 
     Each standard deviation includes all causes of error: the marks of the ruler, the eye, and the motion of the cloth.
     """
 
     length: Error = 0.001
-    """Standard deviation of every length except H_s [m]."""
+    """Standard deviation of every length except H_s, the height of the board's lifted end in the friction test [m]."""
     mass: Error = 0.001
     """Standard deviation of the mass [kg]."""
     H_s: Error = 0.005
-    """Standard deviation of the height H_s of the board's lifted end [m]."""
+    """Standard deviation of H_s, the height of the board's lifted end in the friction test [m]."""
     time: Annotated[float, Field(ge=1e-3, le=10.0)] = 0.3
     """Standard deviation of the time of ten swings, by a stopwatch [s]."""
     swings: Annotated[float, Field(ge=1e-2, le=10.0)] = 0.3

@@ -15,7 +15,7 @@ from tatamu.material import Material
 
 @dataclass(frozen=True)
 class Estimate:
-    """A material for one simulator, the fits that determined it, and the uncertainties of its parameters."""
+    """A material for one simulator, the results of the tests, and the uncertainties of the material's parameters."""
 
     material: Material
     simulator: str
@@ -28,7 +28,7 @@ class Estimate:
     logarithm if the reading changes by one standard uncertainty.
     """
     readings: Mapping[str, Reading]
-    """Readings by their names in the file."""
+    """Readings from the measurements file, by their names."""
     assumed: tuple[str, ...]
     """Fields of the material that no reading determines."""
     shapes: Mapping[str, np.ndarray | None]
@@ -36,7 +36,7 @@ class Estimate:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance of the logarithms of the k `PARAMETERS`, shape (k, k)."""
+        """Covariance matrix of the logarithms of the k parameters in `PARAMETERS`, shape (k, k)."""
         parts = np.array([np.zeros(len(PARAMETERS)), *self.contributions.values()])
         return np.asarray(parts.T @ parts)
 
@@ -68,13 +68,13 @@ class Estimate:
         return np.asarray(part / np.outer(scale, scale))
 
     def bounding(self, parameter: str) -> Fit | None:
-        """Return the fit that only bounds a parameter.
+        """Return the result of the test that bounds a parameter, if no test determines its value.
 
-        It is None if a test determines the parameter, or no test gives a bound.
+        None if a test determines the parameter, or no test gives a bound.
         """
         fits = [fit for fit in self.fits if fit.parameter == parameter]
         return fits[-1] if fits and all(fit.bound for fit in fits) else None
 
     def fit(self, test: str) -> Fit | None:
-        """Return the fit of a test; None if the test was not made."""
+        """Return the result of a test; None if the test was not made."""
         return next((fit for fit in self.fits if fit.test == test), None)

@@ -7,8 +7,8 @@ the amplitude A is given by
 
     1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
 
-(docs/theory/air.md). Cloth held by two corners is not a plate, so this formula is only approximate. The cloth is
-therefore simulated. q_n is adjusted until the simulated cloth makes the counted number of swings.
+The derivation is in docs/theory/air.md. Cloth held by two corners is not a plate, so this formula is only approximate.
+The cloth is therefore simulated. q_n is adjusted until the simulated cloth makes the counted number of swings.
 """
 
 from __future__ import annotations
@@ -39,24 +39,30 @@ from tatamu.scene import Scene
 from tatamu.simulators import capabilities
 
 MORE = 1.3
-"""Ratio of the simulated time to the counted time."""
+"""Factor from the counted number of swings to the number of simulated swings.
+
+Two further swings are added to the product.
+"""
 MOST = 200.0
-"""Largest simulated number of swings. Cloth that swings longer counts as cloth that does not fade."""
+"""Largest number of swings that the simulated reading can have.
+
+If the swings fade more slowly, or not at all, the reading is this number.
+"""
 WITHIN = 5e-3
-"""Largest difference between the simulated and the counted number of swings, as a fraction."""
+"""Largest accepted difference between the simulated and the counted number of swings, as a fraction."""
 
 
 class FadingReadings(TestEntry):
-    """Readings of a cloth that is held by two corners, released from the side, and swings until it fades."""
+    """Readings of a cloth that is held by two corners and released from the side, until its swings have faded."""
 
     edge: str
     """Name of the edge whose two ends are held."""
     aside: Lengths
-    """Distance by which the far edge is pulled aside before its release [m]."""
+    """Distance by which the edge opposite to the held edge is pulled aside before its release [m]."""
     to: Length
-    """Limit at which counting ends [m]: the far edge swings less than this distance to the side."""
+    """Amplitude of the free edge, to one side, at which the counting of swings ends [m]."""
     count: Annotated[tuple[Annotated[float, Field(gt=0.0, le=100.0)], ...], Field(min_length=1)]
-    """Number of swings, there and back, until the limit is reached. Half swings are counted too."""
+    """Number of swings, there and back, until the amplitude is less than `to`. Half swings are counted too."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -72,10 +78,10 @@ class FadingReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Fading(SwungTest):
-    """The test of swings that fade."""
+    """The test that counts the swings of a hanging cloth until they have faded."""
 
     to: float
-    """Limit at which counting ends: distance of the far edge to the side [m]."""
+    """Amplitude of the free edge, to one side, at which the counting of swings ends [m]."""
     counted: float
     """Number of swings that were counted. The simulation lasts a little longer."""
 
@@ -124,7 +130,7 @@ Count its swings (optional): for cloth that hands move fast.                   [
         return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), MORE * self.counted + 2.0)
 
     def reading(self, rollout: Rollout) -> float:
-        """Return the number of swings until the amplitude is less than `to`, interpolated between swings [-]."""
+        """Return the number of swings until the amplitude is less than `to` [-], interpolated between swings."""
         signal = self.swinging.signal(rollout)
         found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))
         numbers = np.array([0.0, *(0.75 + 0.5 * k for k in range(len(found)))])
@@ -137,7 +143,7 @@ Count its swings (optional): for cloth that hands move fast.                   [
     def guess(self, count: float, material: Material) -> float:
         """Return the quadratic drag of a plate that fades in `count` swings [kg/m^3].
 
-        It follows from the formula at the top of the module.
+        The drag follows from the formula at the top of the module.
         """
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside
         heavy = material.areal_density + material.air_added_mass
@@ -150,10 +156,11 @@ Count its swings (optional): for cloth that hands move fast.                   [
         return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the drag q_n; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the drag q_n to `changes`; see `LaterTest.propagate`.
 
-        The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n, where n is the number of swings. To estimate the
-        uncertainty, the areal density rho and the added mass m_a are assumed to be equally large.
+        The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n. Here n is the number of swings, `aside` the first
+        amplitude and `to` the last amplitude. To estimate the uncertainty, the areal density rho and the added mass m_a
+        are assumed to be equally large.
         """
         density, air = (PLACE[name] for name in ("areal_density", "air_added_mass"))
         for change in changes.values():

@@ -1,4 +1,4 @@
-"""The result of matching one test."""
+"""The result of one calibration test."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Fit:
     measured: float
     """The measured reading, in `unit`."""
     uncertainty: float
-    """Standard uncertainty of the reading."""
+    """Standard uncertainty of the measured reading, in `unit`."""
     aim: float
     """Value of the reading that the simulation had to reproduce.
 
@@ -27,28 +27,30 @@ class Fit:
     """The simulated reading, with the parameter that was found."""
     unit: str
     bound: str | None
-    """None if the test determines the parameter; "at least" or "at most" if it only bounds the parameter."""
+    """Bound of the parameter, "at least" or "at most"; None if the test determines the value of the parameter."""
     samples: tuple[tuple[float, float], ...]
     """Values of the parameter that were simulated, each with its reading.
 
-    In a search by bisection, each value has a speed instead.
+    In the friction test, each value has the simulated speed of a sheet [m/s] instead of a reading.
     """
     alone: float | None = None
-    """Value of the parameter that follows from this test without other tests; None if only this test determined it.
+    """Value of the parameter that follows from this test without other tests.
 
     A value is given if several tests determine the parameter. It is also given if the test only bounds the parameter,
-    and the value that was assumed before satisfies this bound.
+    and the value that was assumed before satisfies this bound. Otherwise it is None, because the material's value is
+    from this test only.
     """
     resolution: float | None = None
-    """Standard uncertainty of the parameter's logarithm that is due to the last interval of a bisection; None if the
-    parameter was not found by bisection.
+    """Standard uncertainty of the parameter's logarithm due to the width of the last interval of a bisection.
+
+    None if the parameter was found without bisection.
     """
 
     @property
     def slope(self) -> float | None:
-        """Change of the reading with the parameter's logarithm; None if there are fewer than two samples.
+        """Derivative of the simulated reading by the parameter's logarithm; None if there are fewer than two samples.
 
-        The slope is fitted to the three samples whose readings are nearest to the aim.
+        The derivative is fitted to the three samples whose readings are nearest to `aim`.
         """
         nearest = sorted(self.samples, key=lambda sample: abs(sample[1] - self.aim))[:3]
         if len(nearest) < 2:

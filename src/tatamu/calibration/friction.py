@@ -2,8 +2,8 @@
 
 The simulated table has the slope theta = asin(H_s / L_t). H_s is the height of the board's lifted end, and L_t is the
 length of the board. The coefficient of friction is found by bisection, between a value at which a simulated sheet stays
-and a value at which it slides. The search starts from the textbook's answer tan(theta), and the result is compared with
-it.
+and a value at which it slides. The search starts from the textbook's coefficient tan(theta). The result is compared
+with this coefficient.
 
 Sliding does not depend on the shape of the sheet, so a small sheet of the same material is simulated.
 """
@@ -37,20 +37,28 @@ from tatamu.scene import Cloth, Scene, Table
 SIZE, SPACING = (0.10, 0.20), 0.02
 """Width, length and mesh spacing of the simulated sheet [m]."""
 DURATION = 0.8
-"""Duration of a scene [s]."""
+"""Simulated time of a sheet on the tilted table [s]."""
 SLIDING = 5e-3
-"""Mean speed over the last quarter of the scene above which the sheet counts as sliding [m/s].
+"""Largest mean speed of a sheet that counts as at rest [m/s]. A faster sheet counts as sliding.
 
-A sheet reaches this speed if its coefficient is 1.5e-3 below tan(theta).
+The mean is over the last quarter of the simulated time. A sheet reaches this speed if its coefficient of friction is
+1.5e-3 below tan(theta), where theta is the slope of the table.
 """
 FIRST = 0.02
-"""The first two coefficients of the search are tan(theta) times 1 plus and 1 minus this fraction."""
+"""Relative difference between tan(theta) and the first coefficients of the search.
+
+The search starts with a coefficient that is larger than tan(theta) by this fraction, and one that is smaller. Here
+theta is the slope of the table.
+"""
 RESOLUTION = 2e-3
-"""Width of the interval of coefficients at which the search ends."""
+"""Largest width of the last interval of a bisection of the coefficient of friction [-]."""
 LARGEST = 3.0
-"""Largest coefficient that is tried."""
+"""Largest coefficient of friction that is tried in the search."""
 EFFECTIVE = 0.02
-"""Relative difference from tan(theta) above which a coefficient is reported as an effective value."""
+"""Largest relative difference between the coefficient that was found and tan(theta).
+
+If the difference is larger, the coefficient is reported as an effective value. Here theta is the slope of the table.
+"""
 
 
 class FrictionReadings(TestEntry):
@@ -123,7 +131,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
 
     @property
     def textbook(self) -> float:
-        """Coefficient of friction by the textbook: tan(theta)."""
+        """Coefficient of friction by the textbook: tan(theta), where theta is the slope of the board."""
         return float(np.tan(self.angle))
 
     def scene(self, material: Material) -> Scene:
@@ -149,7 +157,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         return float(distance / (rollout.times[-1] - rollout.times[late]))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search for the coefficient of friction on the simulated board."""
+        """Search for the coefficient of friction with which a sheet starts to slide on the measured slope."""
 
         def speed(coefficient: float) -> float:
             scene = self.scene(material.model_copy(update={"friction_table": coefficient}))
@@ -174,9 +182,10 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         return material.model_copy(update={"friction_table": found.coefficient}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the coefficient; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the coefficient of friction to `changes`; see `LaterTest.propagate`.
 
-        The coefficient is mu = tan(theta), with sin(theta) = H_s / L_t.
+        The coefficient is mu = tan(theta), where theta is the slope of the board. The slope follows from sin(theta) =
+        H_s / L_t, with the height H_s of the lifted end and the length L_t of the board.
         """
         board = readings["L_t"]
         height = readings["H_s"]
@@ -186,7 +195,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         changes["L_t"][PLACE[self.parameter]] = -per_height * np.sin(self.angle) * board.uncertainty
 
     def record(self) -> dict[str, float]:
-        """Return tan(theta) for the material's file; see `CalibrationTest.record`."""
+        """Return the textbook's coefficient tan(theta) for the material's file; see `CalibrationTest.record`."""
         return {"tan_theta": self.textbook}
 
     def sentence(self, fit: Fit) -> str:
@@ -204,7 +213,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         return [f"friction: {estimate.simulator} {does}; tan(theta) is taken, which it cannot follow."]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return a note if the coefficient differs from the textbook's coefficient."""
+        """Return a note if the coefficient that was found differs from tan(theta), the textbook's coefficient."""
         off = estimate.material.friction_table / self.textbook - 1.0
         if abs(off) < EFFECTIVE:
             return []
@@ -214,7 +223,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the board, the cloth on the board, and the lengths to read. The shape is not needed."""
+        """Draw the board, the cloth on the board, and the lengths to read. The argument `shape` is not used."""
         board = 0.6
         foot = np.zeros(2)
         top = board * np.array([np.cos(self.angle), np.sin(self.angle)])
@@ -235,7 +244,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
 
 @dataclass(frozen=True)
 class Sliding:
-    """The coefficient of friction at which a sheet starts to slide."""
+    """The result of the search for the coefficient of friction at which a sheet starts to slide."""
 
     slides: float
     """Largest coefficient at which the sheet slid."""

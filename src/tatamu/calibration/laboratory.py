@@ -1,4 +1,7 @@
-"""A laboratory for the simulated tests. It runs scenes until they have come to rest, and stores their readings."""
+"""A laboratory for the simulated tests.
+
+A test is simulated until its cloth has come to rest, and its reading is stored.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +24,11 @@ class LengthTest(Protocol):
 
     @property
     def name(self) -> str:
-        """Name of the test, unique in a laboratory."""
+        """Name of the test, by which a laboratory stores its readings."""
         ...
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of the test with a material."""
+        """Return the scene of the test, which is the input of its simulation, for a material."""
         ...
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
@@ -45,7 +48,7 @@ class Laboratory:
     failure: str = ""
     """Error message of the last simulation that failed."""
     unsettled: float = 0.0
-    """Largest change of a reading over the last quarter of its scene, among the readings that were accepted [m]."""
+    """Largest change of any accepted reading over the last quarter of its simulation [m]."""
     _known: dict[tuple[str, str], float] = field(default_factory=dict)
     _shapes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
     _durations: dict[str, float] = field(default_factory=dict)
@@ -57,7 +60,7 @@ class Laboratory:
         return simulate(scene, self.simulator)
 
     def reading(self, test: LengthTest, material: Material) -> float:
-        """Return the reading of a test [m]. It is infinite if the cloth is too soft for the simulator."""
+        """Return the simulated reading of a test [m]. It is infinite if the cloth is too soft for the simulator."""
         key = test.name, material.model_dump_json()
         if key not in self._known:
             try:
@@ -72,13 +75,13 @@ class Laboratory:
         return self._shapes.get((test, material.model_dump_json()))
 
     def shapes(self, test: str) -> list[np.ndarray]:
-        """Return the positions of a test's cloth at rest [m], shape (n, 3), for all materials that were tried."""
+        """For each material that was tried, return the positions of a test's cloth at rest [m], shape (n, 3)."""
         return [shape for (name, _), shape in self._shapes.items() if name == test]
 
     def _settled(self, test: LengthTest, scene: Scene) -> tuple[float, np.ndarray]:
-        """Simulate until the reading no longer changes, and return the reading and the final positions.
+        """Simulate until the reading of a test no longer changes, and return the reading and the final positions.
 
-        The next simulation of the same test starts with the same duration.
+        The duration that was needed is stored. The next simulation of the same test starts with this duration.
         """
         options = self.options
         factor = self._durations.get(test.name, 1.0)

@@ -39,22 +39,25 @@ from tatamu.settling import settling
 HEIGHT, LIFT = 0.906, 1.1
 """Factors in the height of the loop's top above the table: 0.906 l_b + 1.1 thickness.
 
-l_b is the bending length. The height was computed with a heavy chain (`heavy_strip.chain`).
+l_b is the bending length of the cloth. The height was computed with a chain that bends under its own weight
+(`heavy_strip.chain`).
 """
 LIES = 4.0
 """Length of cloth on either side of the crease, divided by the height of the loop [-].
 
-In a computation with a heavy chain (`heavy_strip.chain`), 3.85 heights give the same loop as an infinite length.
+In a computation with a chain that bends under its own weight (`heavy_strip.chain`), a length of 3.85 heights gives the
+same loop as an infinite length.
 """
 CELL = 0.2
 """Edge length of the mesh divided by the height of the loop."""
 COLUMNS = 6
 HELD_ROWS = 2
 LAYS = 0.3
-"""Fraction of the scene's duration in which the upper end is laid down."""
+"""Duration of the motion that lays the strip's upper end on its lower end, as a fraction of the simulated time."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
-"""Largest height of a fold [m]. A higher fold would belong to cardboard, not to cloth."""
+"""Largest height of a fold [m]. A higher fold is refused, because only cardboard, and no cloth, would fold like
+this."""
 
 
 class LoopReadings(TestEntry):
@@ -126,7 +129,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
 
     @property
     def bending_length(self) -> float:
-        """Bending length l_b of an ideal strip with this loop [m]."""
+        """Bending length l_b of an ideal strip whose loop has the measured height [m]."""
         return max(self.height - LIFT * self.thickness, 0.1 * self.height) / HEIGHT
 
     @property
@@ -196,7 +199,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
         return material.areal_density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         height = readings["height"]
         layers = 2.0 * self.thickness
         return Target(

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 FIRST_FACTOR = 1.25
-"""Ratio between the first two values that are tried."""
+"""Ratio between the first two values of the parameter that are tried."""
 LONGEST_STEP = 2.0
-"""Largest step of the parameter's logarithm."""
+"""Largest step of the search, as a change of the parameter's logarithm."""
 MOST = 16
 """Largest number of simulations in one search."""
 
@@ -22,7 +22,7 @@ class Match:
     parameter: float
     reading: float
     reached: bool
-    """Whether the simulated reading equals the measured reading.
+    """Whether the simulated reading equals the measured reading, within the tolerance of the search.
 
     If not, the parameter with the nearest reading is kept.
     """
@@ -43,10 +43,13 @@ def match(
     straight: Callable[[float], float],
     rising: bool = False,
 ) -> Match:
-    """Search for a parameter by a safeguarded secant method. The reading must depend monotonically on the parameter.
+    """Search for a parameter by a secant method whose steps stay between bounds of the solution.
+
+    The reading must depend monotonically on the parameter.
 
     Args:
-        reading: Function that simulates the reading for a parameter; infinite if the cloth is too soft to simulate.
+        reading: Function that simulates the reading for a parameter. It returns infinity if the cloth is too soft to
+            simulate.
         target: Measured reading.
         start: First value of the parameter.
         limits: Smallest and largest value of the parameter.
@@ -92,7 +95,7 @@ def _next(
 ) -> float:
     """Return the next value of the parameter's logarithm, inside the bracket from `low` to `high`.
 
-    It follows from the secant through the two samples whose readings are nearest to the target.
+    The next value follows from the secant through the two samples whose readings are nearest to the target.
     """
     last = list(seen)[-1]
     finite = sorted((each for each in seen if np.isfinite(seen[each])), key=lambda each: abs(seen[each] - target))

@@ -4,7 +4,7 @@
     [TEST]        its readings                    a table for each test that was made: the modules of `registry`
     [errors]      length, mass, H_s               standard deviation of one reading
 
-A reading is a number or a list of repeats. SI units: metres and kilograms.
+A reading is a number or a list of repeats. All numbers are in SI units, such as metres and kilograms.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""The page of a calibration, which opens offline. It shows the material, the fits, and the reading to repeat."""
+"""The page of a calibration, which opens offline.
+
+It shows the material, the results of the tests, and the reading to repeat.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,9 @@ from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, n
 from tatamu.presentation.page import render
 
 ROOM = 1.6
-"""Factor of the margin around a chart's points.
+"""Factor by which a logarithmic axis extends beyond the points of a chart, on both sides.
 
-With this margin, a logarithmic axis always has at least one labelled value.
+With this factor, the axis always has at least one labelled value.
 """
 
 
@@ -35,14 +38,14 @@ class ShownFit:
     sentence: str
     symbol: str
     relation: str
-    """Sign or word between the symbol and the value: "=" or "is"."""
+    """Sign or word between the parameter's symbol and its value: "=" or "is"."""
     value: str
     spread: str
     picture: Markup
 
 
 def page(calibration: Calibration) -> str:
-    """Return the whole page as HTML."""
+    """Return the page of a calibration as HTML."""
     charts = {fit.test: [Chart("", _chart(calibration, fit))] for fit in calibration.fits}
     return render(
         "calibration/page.html",
@@ -75,7 +78,7 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
-    """Return a parameter's value, with its unit, and its uncertainty as text."""
+    """Return two texts: a parameter's value with its unit, and the uncertainty of this value."""
     factor = KNOWN[parameter].shown_factor
     unit = KNOWN[parameter].shown_unit or UNITS[parameter]
 
@@ -140,7 +143,7 @@ def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) ->
 
 
 def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
-    """Return a chart of the speed over the coefficient of friction. The speed is zero if the sheet stays."""
+    """Return a chart of the simulated sheet's speed over the coefficient of friction. The speed is zero if it stays."""
     dots = []
     for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
         points = [sample for sample in fit.samples if (sample[1] > SLIDING) == slides]
@@ -169,8 +172,8 @@ def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
 def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]:
     """Return the rows of the uncertainty table.
 
-    A row has the name of a reading, its value, and its uncertainty. Then follows the part of each parameter's variance
-    that the reading causes, as a fraction.
+    A row has the name of a reading, its value, and its uncertainty. The row also has, for each parameter, the fraction
+    of the parameter's variance that the reading causes.
     """
     known = [PLACE[name] for name in calibration.known]
     if not known:
@@ -184,7 +187,7 @@ def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]
 
 
 def _read(reading: Reading | None) -> tuple[str, str]:
-    """Return a reading and its uncertainty as text; both are empty if there is no reading."""
+    """Return two texts: a reading, and its uncertainty. Both are empty if there is no reading."""
     if reading is None:
         return "", ""
     factor, unit = SHOWN[reading.unit]

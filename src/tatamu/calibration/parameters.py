@@ -16,9 +16,9 @@ class Parameter:
     words: str
     """Name of the parameter in words."""
     shown_unit: str = ""
-    """Unit on pages; empty for `unit`."""
+    """Unit with which pages show the parameter; empty if this unit is `unit`."""
     shown_factor: float = 1.0
-    """Factor from `unit` to the unit on pages."""
+    """Factor from a value in `unit` to the value that pages show."""
 
     @property
     def label(self) -> str:
@@ -40,13 +40,13 @@ KNOWN = {
         Parameter("bending_hysteresis", "HB", "N", "friction of bending", "mN", 1e3),
     )
 }
-"""Parameters by the names of their fields."""
+"""Parameters by the names of their fields in a material."""
 PARAMETERS = tuple(KNOWN)
-"""Names of the parameters, in the order of the rows and columns of every matrix."""
+"""Names of the parameters, in the order of the rows and columns of every covariance matrix."""
 UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
 SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
 PLACE = {name: number for number, name in enumerate(PARAMETERS)}
-"""Index of each parameter's row and column in every matrix."""
+"""Index of each parameter's row and column in every covariance matrix, by the name of the parameter."""
 LIMITS = {
     "shear_stiffness": (1.0, 1e4),
     "stretch_stiffness": (1.0, 1e5),

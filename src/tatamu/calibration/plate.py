@@ -1,16 +1,16 @@
 """Test *plate*: the drape of a disc of cloth over a round plate determines the bending rigidity.
 
 This test is not in the paper. A disc of cloth hangs over a smaller plate, in folds, and is seen from above. The drape
-coefficient
+coefficient is
 
     DC = (A_outline - A_plate) / (A_disc - A_plate)
 
-compares three areas, all seen from above: the area in the cloth's outline, the plate, and the flat disc. The simulation
-must reproduce the radius of the circle that has the same area as the outline.
+It compares three areas, all seen from above: the area in the cloth's outline, the plate, and the flat disc. The
+simulation must reproduce the radius of the circle that has the same area as the outline.
 
 The coefficient grows with the bending length l_b divided by the overhang a, the width of the cloth outside the plate.
-It is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was fitted to
-simulations in which the disc was 1.7 or 2 times as wide as the plate. The stretch stiffness was 300 N/m.
+The relation is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was
+fitted to simulations in which the disc was 1.7 or 2 times as wide as the plate, and the stretch stiffness was 300 N/m.
 
 The positions of the folds are random. Therefore two discs are simulated side by side, and the mean of their results is
 used. The differences between the two discs, in all simulations, are counted in the uncertainty.
@@ -46,10 +46,8 @@ from tatamu.scene import Cloth, Gripper, Scene
 HALF, POWER = 0.2545, 2.95
 """The two numbers in the formula at the top of the module.
 
-The first number is the bending length divided by the overhang at DC = 1/2. The second number is the exponent of this
-ratio.
-
-DC is the drape coefficient.
+The first number is the ratio of bending length to overhang at which the drape coefficient is 1/2. The second number is
+the exponent of this ratio.
 """
 DISCS = 2
 """Number of discs that are simulated side by side."""
@@ -60,15 +58,21 @@ CELL = 0.45
 FINEST, COARSEST = 0.06, 0.2
 """Smallest and largest edge length of the mesh divided by the overhang."""
 ANGLES = 180
-"""Number of points of an outline, at equal angles."""
+"""Number of points of a disc's outline, at equal angles around the centre of the plate."""
 SETTLING = 4.0
-"""Time from the rise of the plate to the reading [s]."""
+"""Time from the end of the plate's rise to the reading [s]."""
 LIMPEST, STIFFEST = 0.08, 0.93
 """Smallest and largest drape coefficient that determines the bending rigidity. Other coefficients only give a bound."""
 STEP = 0.4
-"""Step of a parameter's logarithm for differences. It is large, so that the differences exceed the random scatter."""
+"""Step of a parameter's logarithm for numerical derivatives of the reading.
+
+The step is large, so that the differences of readings exceed their random scatter.
+"""
 FOLDS = 2
-"""Difference between the counted and the simulated number of folds above which the difference is reported."""
+"""Largest accepted difference between the counted and the simulated number of folds.
+
+The user is told about a larger difference.
+"""
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -95,11 +99,14 @@ class PlateReadings(TestEntry):
     plate: Length
     """Diameter of the plate [m]."""
     drape_coefficient: Coefficients
-    """Drape coefficient [-]."""
+    """Drape coefficient [-].
+
+    It is the area of the cloth outside the plate, seen from above, divided by this area of the flat disc.
+    """
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
     """Number of folds at the edge of the cloth.
 
-    It is compared with the simulated number, but does not determine a parameter.
+    The number is compared with the simulated number, but does not determine a parameter.
     """
 
     @model_validator(mode="after")
@@ -129,7 +136,7 @@ class Plate(ElasticTest):
     plate: float
     """Radius of the plate [m]."""
     coefficient: float
-    """The measured drape coefficient, for which the mesh is chosen."""
+    """The measured drape coefficient. It determines the edge length of the mesh."""
     folds: float | None = None
     """Mean number of folds that were counted; None if folds were not counted."""
     spacing: float | None = None
@@ -178,7 +185,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
     @cached_property
     def discs(self) -> list[Drapemeter]:
-        """The simulated discs."""
+        """The simulated discs of cloth, each on its plate."""
         cell = CELL * self.overhang * length_share(self.coefficient)
         edge = self.spacing or float(np.clip(cell, FINEST * self.overhang, COARSEST * self.overhang))
         return [Drapemeter(self.disc, self.plate, edge, DISCS * self.seed + number) for number in range(DISCS)]
@@ -209,11 +216,11 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
     @cached_property
     def _starts(self) -> list[int]:
-        """Number of the first vertex of each disc. The last item is the number of all vertices."""
+        """Index of the first vertex of each disc, and finally the number of all vertices."""
         return [0, *np.cumsum([len(disc.mesh[0]) for disc in self.discs]).tolist()]
 
     def outlines(self, positions: np.ndarray) -> list[PlanOutline]:
-        """Return the outline of each disc, from the positions of all n vertices [m], shape (n, 3)."""
+        """Return each disc's outline as seen from above, from the positions of all n vertices [m], shape (n, 3)."""
         return [
             PlanOutline.of(
                 positions[self._starts[number] : self._starts[number + 1]],
@@ -230,7 +237,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return float(np.sqrt(np.mean(areas) / np.pi))
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Return the uncertainty due to chance; see `ElasticTest.chance`."""
+        """Return the uncertainty due to the random positions of folds; see `ElasticTest.chance`."""
         radii = np.sqrt([[outline.area / np.pi for outline in self.outlines(shape)] for shape in shapes])
         return float(np.sqrt(radii.var(axis=1, ddof=1).mean() / DISCS))
 
@@ -243,7 +250,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return material.areal_density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         hem = readings["hem"]
         low, high = (self.coefficient_of(hem.value + sign * hem.uncertainty) for sign in (-1.0, 1.0))
         return Target(
@@ -306,7 +313,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 def length_share(coefficient: float) -> float:
     """Return the bending length divided by the overhang, for a drape coefficient.
 
-    It follows from the formula at the top of the module.
+    The result follows from the formula at the top of the module.
     """
     inside = float(np.clip(coefficient, 0.01, 0.99))
     return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))

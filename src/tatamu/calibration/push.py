@@ -10,8 +10,8 @@ The friction per area is mu rho g. The pressure in the cloth therefore grows eve
 this pressure shortens the cloth. Here mu is the coefficient of friction, rho the areal density, g the acceleration of
 gravity, and L the length of the cloth.
 
-The factor c is the fraction of the stretch stiffness Y that resists compression. It represents wrinkles that are too
-small for a coarse mesh.
+The factor c is the fraction of the stretch stiffness Y that resists compression. A factor below 1 represents wrinkles
+that are too small for a coarse mesh.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from tatamu.simulators import capabilities
 CELL, COLUMNS = 0.02, 4
 """Edge length of the strip's mesh [m], and the number of cells across the strip."""
 ROWS = 12
-"""Smallest number of rows of the strip."""
+"""Smallest number of rows of the strip's mesh."""
 SPEED = 0.02
 """Mean speed of the ruler [m/s].
 
@@ -191,12 +191,15 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return along > along.max() - 1e-9
 
     def guess(self, moved: float, material: Material) -> float:
-        """Return the compression factor c for this motion of the far edge, by the formula at the top of the module."""
+        """Return the compression factor c with which the far edge moves by the distance `moved` [m].
+
+        The factor follows from the formula at the top of the module.
+        """
         weight = material.friction_table * material.areal_density * GRAVITY
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         pushed = readings["pushed"]
         moved = readings["moved"]
         error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
@@ -212,10 +215,11 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         )
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search for the factor c of the stretch stiffness that resists compression.
+        """Search for the factor c, the fraction of the stretch stiffness that resists compression.
 
         If the reading gives only a lower bound of c, and the material already satisfies this bound, the material is
-        kept. A sheet that slides as a whole gives only a lower bound, because it does not show when it would wrinkle.
+        kept. A sheet that slides as a whole gives only a lower bound, because its motion does not show at which c it
+        would wrinkle.
         """
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))
@@ -224,9 +228,10 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the factor c; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the factor c to `changes`; see `LaterTest.propagate`.
 
-        The factor is c = mu rho g L^2 / 2 Y (s - p); the module explains the symbols.
+        The factor is c = mu rho g L^2 / 2 Y (s - p), with the coefficient of friction mu, the areal density rho, the
+        acceleration of gravity g, the length L and the stretch stiffness Y. The ruler moves by s, the far edge by p.
         """
         shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
         own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}
@@ -254,7 +259,7 @@ Push it (optional): shows whether the cloth wrinkles or slides when hands push i
         return []
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip after the push, as seen from the side, and the former positions of its ends."""
+        """Draw the strip after the push, as seen from the side, and the positions of its ends before the push."""
         if shape is None:
             return ""
         side = strip_profile(self.mesh[0][:, 0], shape)

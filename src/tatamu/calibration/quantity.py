@@ -63,10 +63,10 @@ def _length(value: Any) -> float:
 
 Lengths = Annotated[tuple[float, ...], BeforeValidator(_lengths)]
 Distances = Annotated[tuple[float, ...], BeforeValidator(_distances)]
-"""Lengths that may be 0."""
+"""Type of a measured distance: one or more repeats [m], each of which may be 0."""
 Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
 Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
 Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
-"""Angles that a protractor can measure [degrees]: 0 to 180."""
+"""Type of a measured angle: one or more repeats [degrees], each from 0 to 180."""
 Length = Annotated[float, BeforeValidator(_length)]
 Error = Annotated[float, Field(ge=1e-6, le=0.1)]

@@ -21,13 +21,13 @@ class Calibration(Estimate):
 
     setup: Setup
     passes: int
-    """Number of passes over the tests at rest until their parameters no longer changed."""
+    """Number of passes over the tests whose readings are lengths of cloth at rest, until no parameter changed."""
     simulations: int
     unsettled: float
-    """Largest change of a reading over the last quarter of its scene [m]."""
+    """Largest change of any accepted reading over the last quarter of its simulation [m]."""
 
     def to_toml(self) -> dict[str, Any]:
-        """Return the contents of MATERIAL.toml. Simulators use its table `[material]`."""
+        """Return the contents of the material's file, MATERIAL.toml. Simulators use its table `[material]`."""
         records = [item for test in self.setup.tests.values() for item in test.record().items()]
         return {
             "material": self.material.model_dump(),
@@ -63,7 +63,7 @@ class Calibration(Estimate):
         }
 
     def save(self, path: Path) -> None:
-        """Write MATERIAL.toml atomically."""
+        """Write the material's file, MATERIAL.toml, atomically."""
         head = (
             f"# A cloth as the simulator {self.simulator} needs it; other simulators need another file. SI units.\n\n"
         )
@@ -71,5 +71,5 @@ class Calibration(Estimate):
 
 
 def rounded(value: float, digits: int = 3) -> float:
-    """Round a number to this number of significant digits."""
+    """Round a number to `digits` significant digits."""
     return float(f"{value:.{digits}g}")

@@ -1,11 +1,11 @@
 """Test *sag* (paper, section IV-C): how far cloth in front of a straight grip hangs down.
 
-The grip is horizontal and parallel to the edge of the cloth. It is as wide as the cloth in front of it, so this cloth
-is a strip that is clamped at one end. The sag of the strip depends only on its ratio of bending rigidity to weight.
-Cloth behind the grip has no effect.
+The grip is horizontal and parallel to the edge of the cloth. The grip is as wide as the cloth in front of it, so this
+cloth is a strip that is clamped at one end. The ratio of sag to length depends only on the length of the strip and its
+ratio of bending rigidity to weight. Cloth behind the grip has no effect.
 
-A mesh also bends between its held rows. Its foremost held row is therefore half a cell outside the grip, in front of it
-(docs/reference/checks.md, `clamp`).
+A mesh also bends behind its foremost held row, over half a cell. This row is therefore half a cell in front of the
+grip, so that the bending starts at the front of the grip (docs/reference/checks.md, `clamp`).
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ CELLS = 12
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
-"""Number of columns of the mesh: first the default number, then the number if the mesh spacing is given.
+"""Two numbers of columns of the mesh. The first is the default. The second is used if the mesh spacing is given.
 
 Some simulators give vertices at the border the same mass as inner vertices. A strip with few columns would then weigh
 more than the same part of the garment.
 """
 THIN = 0.25
-"""Largest ratio of the strip's thickness to the shortest edge of its mesh."""
+"""Largest thickness of the simulated strip, divided by the shortest edge of its mesh."""
 RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
 """Ratios of weight to bending rigidity that a ruler can distinguish: Gamma = rho g d^3 / B.
@@ -60,22 +60,28 @@ rho is the areal density, g the acceleration of gravity, d the free length, and 
 """
 
 STIFFEST, LIMPEST = 0.02, 0.96
-"""Smallest and largest ratio of sag to free length that determines the bending rigidity.
+"""Smallest and largest ratio of sag to free length that determines the bending rigidity. The free length is the length
+of the cloth in front of the grip.
 
 Other ratios only bound the rigidity.
 """
 SHORTEST_EDGE = 1.5
-"""Smallest length of the edge, in free lengths. On a shorter edge, the ends would hang differently from the middle."""
+"""Smallest ratio of the edge's length to the free length, which is the length of the cloth in front of the grip. On a
+shorter edge, the ends would hang differently from the middle."""
 BEST = 1.8
-"""Ratio of free length to bending length that is proposed. With it, the sag is about half of the free length."""
+"""Ratio of free length to bending length that is proposed to the user.
+
+The free length is the length of cloth in front of the grip. With this ratio, the sag is about half of the free length.
+"""
 SHORTEST = 0.025
-"""Smallest free length that can be measured with a ruler with millimetre marks, while two other rulers hold the cloth
-[m].
+"""Smallest length of cloth in front of the grip that can be measured [m].
+
+The cloth is held between two rulers, and measured with a ruler with millimetre marks.
 """
 STEP = 0.005
-"""Step of the free lengths that are proposed [m]."""
+"""Step of the free lengths that are proposed to the user [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
-"""Edges at which these garments sag. Other garments sag at their longest edge."""
+"""Edge at which each of these garments sags, by its name. Other garments sag at their longest edge."""
 
 
 class SagReadings(TestEntry):
@@ -194,7 +200,10 @@ sag = []                 # from the grip vertically down to the edge
         )
 
     def _thin(self, material: Material) -> float:
-        """Return a thickness at which neighbouring triangles do not touch. The strip touches nothing else."""
+        """Return a thickness of the simulated strip with which its neighbouring triangles do not touch.
+
+        The thickness has no other effect, because the strip touches nothing else.
+        """
         vertices, faces, _ = self.mesh
         shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
         return min(material.thickness, THIN * shortest)
@@ -211,11 +220,14 @@ sag = []                 # from the grip vertically down to the edge
         return material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
 
     def guess(self, sag: float, material: Material) -> float:
-        """Return the bending rigidity of an ideal strip with this sag, by the heavy elastica [N m]."""
+        """Return the bending rigidity of an ideal strip with this sag [N m], by the heavy elastica.
+
+        The heavy elastica is the theory of a thin strip that bends under its own weight.
+        """
         return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
 
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading; see `RestTest.target`."""
+        """Return what the simulated reading must reach; see `RestTest.target`."""
         sag = readings["sag"]
         length = readings["free_length"]
         free = self.free_length
@@ -282,7 +294,10 @@ sag = []                 # from the grip vertically down to the edge
 
 
 def _longer_or_loop(length: float, estimate: Estimate) -> str:
-    """Propose a better free length, or the loop test if that length is too short to be held."""
+    """Return a sentence that proposes a better free length, which is the length of cloth in front of the grip.
+
+    If the better length is too short to be held, the sentence proposes the loop test.
+    """
     better = BEST * length
     if better >= SHORTEST:
         expected = 1e3 * better * tip(BEST**3)[1]
@@ -298,7 +313,7 @@ def _longer_or_loop(length: float, estimate: Estimate) -> str:
 
 
 def sag_bound(sag: Reading, free_length: float) -> str | None:
-    """Return whether a sag only bounds the bending rigidity; None if the sag determines the rigidity.
+    """Return the kind of bound if a sag only bounds the bending rigidity; None if the sag determines the rigidity.
 
     Cloth that hangs straight down gives "at most". Cloth that stands out horizontally gives "at least".
     """

@@ -14,18 +14,18 @@ from tatamu.material import Material, load_material
 from tatamu.topology import areas
 
 SPACING = 0.02
-"""Mesh spacing of the hanging garment [m]."""
+"""Default mesh spacing of the hanging garment [m]."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """The tests that were made, on the garment that was measured."""
+    """The simulated copies of a measured garment and of the tests that were made on it."""
 
     specimen: Specimen
     tests: Mapping[str, CalibrationTest]
     """Tests by their names, in the order of the registry."""
     assumed: tuple[str, ...] = ()
-    """Fields of the material that the measurements file could contain but does not."""
+    """Fields of the material that the measurements file may state, but does not state."""
 
     @property
     def garment(self) -> Garment:
@@ -45,7 +45,7 @@ class Setup:
     def usable(self, simulator: str) -> list[CalibrationTest]:
         """Return the tests that are used with a simulator.
 
-        The simulator must be able to do the test, and no other test may replace it.
+        A test is used if the simulator can do this test, and no other test replaces it.
         """
         return [test for test in self.tests.values() if self.unused(test, simulator) is None]
 

@@ -4,7 +4,7 @@ This test is not in the paper. A plate of length L that hangs by its edge swings
 
     T = 2 pi sqrt(2 L (rho + m_a) / (3 g rho))
 
-where rho is the areal density and g the acceleration of gravity. The added mass m_a is the mass per area of the air
+Here rho is the areal density, and g the acceleration of gravity. The added mass m_a is the mass per area of the air
 that moves with the plate along its normal (docs/theory/air.md). This air adds inertia but no weight.
 
 Cloth held by two corners is not a plate, so this formula is only approximate. The cloth is therefore simulated. m_a is
@@ -50,13 +50,13 @@ SIMULATED = 4
 PINCH = 0.03
 """Width of each of the two grips [m]."""
 FARTHEST = 0.7
-"""Largest distance to the side at the release, as a fraction of the cloth's length."""
+"""Largest distance by which the cloth is pulled aside before its release, as a fraction of the cloth's length."""
 FRAMES = 60.0
-"""Frames per second [1/s]."""
+"""Number of frames per second of the simulated scene [1/s]."""
 LEAST = 0.004
-"""Smallest swing that counts, as a fraction of the first swing."""
+"""Smallest amplitude of a swing that counts, as a fraction of the distance by which the cloth is pulled aside."""
 WITHIN = 2e-3
-"""Largest difference between the simulated and the measured period, as a fraction."""
+"""Largest accepted difference between the simulated and the measured period, as a fraction."""
 DRAG = 0.7
 """Quadratic drag that is assumed if the material has none [kg/m^3].
 
@@ -65,12 +65,12 @@ Air that adds mass to a cloth also slows it down.
 
 
 class SwingReadings(TestEntry):
-    """Readings of a cloth that is held by two corners, released from the side, and swings."""
+    """Readings of a cloth that is held by two corners and released from the side, and makes ten swings."""
 
     edge: str
     """Name of the edge whose two ends are held."""
     aside: Lengths
-    """Distance by which the far edge is pulled aside before its release [m]."""
+    """Distance by which the edge opposite to the held edge is pulled aside before its release [m]."""
     ten_swings: Times
     """Time of ten swings, each there and back [s]."""
 
@@ -93,11 +93,11 @@ class Swinging:
     garment: Garment
     edge: str
     aside: float
-    """Distance by which the far edge is pulled aside [m]."""
+    """Distance by which the edge opposite to the held edge is pulled aside [m]."""
 
     @cached_property
     def hung(self) -> Elongation:
-        """The same garment, hanging still."""
+        """Test of the same garment, hanging still from the same two grips."""
         return Elongation(self.garment, tuple(Grasp(edge=self.edge, at=at, width=PINCH) for at in (0.0, 1.0)))
 
     def check(self, test: str) -> None:
@@ -113,9 +113,10 @@ class Swinging:
             )
 
     def scene(self, material: Material, periods: float) -> Scene:
-        """Return a scene in which the cloth swings for about this number of periods of a plate.
+        """Return a scene in which the cloth swings.
 
-        At the start, the cloth is a plane that is pulled aside.
+        The duration of the scene is about `periods` times the period of a rigid plate. At the start, the cloth is a
+        plane that is pulled aside.
         """
         scene = self.hung.scene(material)
         angle = np.arcsin(self.aside / self.hung.length)
@@ -135,7 +136,7 @@ class Swinging:
         )
 
     def signal(self, rollout: Rollout) -> np.ndarray:
-        """Return the distance of the far edge to the side in each frame [m], shape (f,)."""
+        """Return the displacement of the cloth's free edge to the side in each of f frames [m], shape (f,)."""
         return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
 
     def drawing(self) -> str:
@@ -172,14 +173,14 @@ class SwungTest(LaterTest):
 
     @abstractmethod
     def guess(self, reading: float, material: Material) -> float:
-        """Return the parameter of a plate that has this reading."""
+        """Return the parameter with which a rigid plate has this reading."""
 
     def matched(
         self, laboratory: Laboratory, material: Material, measured: Reading, within: float
     ) -> tuple[Match, Fit]:
-        """Return the parameter that reproduces the reading, and its fit.
+        """Return the outcome of the search for the parameter that reproduces the reading, and the result of the test.
 
-        `within` is the relative accuracy of the match.
+        `within` is the relative accuracy of the search.
         """
 
         def reading(value: float) -> float:
@@ -210,13 +211,13 @@ class SwungTest(LaterTest):
         return found, fit
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the reading; see `CalibrationTest.drawing`."""
+        """Draw the cloth at its release and hanging; see `CalibrationTest.drawing`."""
         return self.swinging.drawing()
 
 
 @dataclass(frozen=True)
 class TenSwings(SwungTest):
-    """The test of ten swings."""
+    """The test that times ten swings of a cloth that is held by two corners."""
 
     drag: float | None
     """Quadratic drag that is assumed [kg/m^3]; None for the drag of the material."""
@@ -282,9 +283,9 @@ Swing it (optional): for cloth that hands move fast.                         [sw
         return material.model_copy(update={self.parameter: found.parameter}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add this test's changes of the added mass m_a; see `LaterTest.propagate`.
+        """Add the effects of uncertain readings on the added mass m_a to `changes`; see `LaterTest.propagate`.
 
-        The period depends on m_a / rho, where rho is the areal density.
+        The period of the swings depends on m_a / rho, where rho is the areal density.
         """
         density = PLACE["areal_density"]
         by_time = 1.0 / fit.slope if fit.slope else self.per_time(readings)
@@ -293,9 +294,9 @@ Swing it (optional): for cloth that hands move fast.                         [sw
             change[PLACE[self.parameter]] += change[density]
 
     def per_time(self, readings: Readings) -> float:
-        """Return the derivative of ln m_a by the time T_10 of ten swings, by the plate's formula [1/s].
+        """Return the derivative of ln m_a by the time T_10 of ten swings [1/s], from the formula for a plate.
 
-        It is 2 (rho + m_a) / (m_a T_10), where m_a is the added mass and rho the areal density.
+        The derivative is 2 (rho + m_a) / (m_a T_10), where m_a is the added mass and rho the areal density.
         """
         seconds = readings["ten_swings"].value
         length = self.swinging.hung.length

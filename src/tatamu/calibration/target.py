@@ -1,4 +1,4 @@
-"""The values that simulated readings must reach. Some of them only give a bound of a parameter."""
+"""The values that simulated readings must reach. Some of these values only give a bound of a parameter."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from tatamu.errors import SimulationError
 from tatamu.material import Material
 
 UNKNOWN = 1.0
-"""Standard uncertainty of a parameter's logarithm if a reading determines only its magnitude."""
+"""Standard uncertainty of a parameter's logarithm if a reading determines only the order of magnitude of the
+parameter."""
 Guess = Callable[[float, Material], float]
-"""Textbook formula: a function from a reading and a material to the parameter.
+"""Textbook formula: a function that computes the parameter from a reading and a material.
 
-The material gives all other parameters.
+The formula takes all other parameters from the material.
 """
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
-"""A cloth with which relative spreads are computed.
+"""Cloth with which relative uncertainties are computed by textbook formulas.
 
-A relative spread is the same for every cloth, because the textbook formulas are proportional to the cloth's density.
+The relative uncertainties are the same for every cloth, because the formulas are proportional to its density.
 """
 
 
@@ -40,9 +41,7 @@ class Target:
     uncertainty: float
     """Standard uncertainty of the reading [m]."""
     bound: str | None
-    """Kind of bound, "at least" or "at most", if the reading only bounds the parameter; None if it determines the
-    parameter.
-    """
+    """Bound of the parameter, "at least" or "at most"; None if the reading determines the value of the parameter."""
     guess: Guess
     """Textbook formula for the parameter."""
     straight: Callable[[float], float]
@@ -70,11 +69,11 @@ class Target:
         return self.measured + towards * self.uncertainty
 
     def start(self, material: Material) -> float:
-        """Return the parameter by the textbook formula, within its limits. The search starts with this value."""
+        """Return the parameter by the textbook formula, within `limits`. The search starts with this value."""
         return float(np.clip(self.guess(max(self.aim, 1e-5), material), *self.limits))
 
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
-        """Search for the parameter at which the simulator gives the aim.
+        """Search for the parameter at which the simulated reading equals `aim`.
 
         All other parameters have the values in `material`.
 
@@ -102,7 +101,10 @@ class Target:
         return "at most" if (found.reading < self.aim) != self.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
-        """Return the fit of a match. `shared` is true if other tests also determined the parameter."""
+        """Return the result of the test from the result of the search.
+
+        `shared` is true if other tests also determined the parameter.
+        """
         return Fit(
             test=self.test.name,
             parameter=self.parameter,
@@ -120,8 +122,8 @@ class Target:
 def textbook_spread(guess: Guess, reading: Reading) -> float:
     """Return the standard uncertainty of a parameter's logarithm, from the uncertainty of a reading.
 
-    It is computed with the textbook formula. If the reading is smaller than its uncertainty, the parameter is assumed
-    to be uncertain by a factor of e.
+    The result is computed with the textbook formula. If the reading is smaller than its uncertainty, the parameter is
+    assumed to be uncertain by a factor of e.
     """
     if not reading.value > reading.uncertainty:
         return UNKNOWN
@@ -145,7 +147,7 @@ def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
 def weights(group: list[Target]) -> np.ndarray:
     """Return the weights of the k tests of one parameter, shape (k,).
 
-    They are the inverse squares of the tests' spreads. Their sum is 1.
+    The weights are proportional to the inverse squares of the tests' uncertainties, `Target.spread`. Their sum is 1.
     """
     inverse = np.array([target.spread**-2.0 for target in group])
     return np.asarray(inverse / inverse.sum())

@@ -4,15 +4,16 @@ Each test is one module. It contains:
 
 - the test's table in the measurements file (a `TestEntry`), and its readings
 - its scene
-- the parameter that it determines, with its uncertainty
-- its advice and its drawing
+- the parameter that the test determines, with the uncertainty of this parameter
+- its advice to the user, and its drawing
 
-`registry` lists the tests; all other code uses that list. There are two kinds of tests, which find their parameters in
-different ways:
+`registry` lists the tests, and all other code uses this list. There are two kinds of tests, which find their parameters
+in different ways:
 
 - `ElasticTest`: a length at rest that determines the stretch stiffness, the bending rigidity or the friction of
   bending. The parameters of all these tests are found together, because each reading depends on all three parameters.
-- `LaterTest`: finds its parameter when those three parameters are known, in the order of the registry.
+- `LaterTest`: a test that finds its parameter when these three parameters are known. Later tests are made in the order
+  of the registry.
 """
 
 from __future__ import annotations
@@ -36,11 +37,15 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 
 POOR = 0.25
-"""Relative standard uncertainty above which a reading is reported as insufficient."""
+"""Largest relative standard uncertainty of a parameter.
+
+If it is larger, the user is told that the readings are insufficient.
+"""
 Readings = Mapping[str, Reading]
 """Readings by their names."""
 Changes = dict[str, np.ndarray]
-"""Change of each parameter's logarithm for one standard uncertainty of a reading, by the name of the reading.
+"""For each reading, by its name: the changes of all parameters' logarithms if the reading changes by one standard
+uncertainty.
 
 The parameters are in the order of `PARAMETERS`.
 """
@@ -71,23 +76,24 @@ class CalibrationTest(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Tests whose results this test needs."""
     needs_because: ClassVar[str] = ""
-    """Reason why this test needs other tests. In a sentence, this text follows the word "as"."""
+    """Reason why this test needs other tests. Messages put this text after the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
-    """Tests that replace this test, because a material cannot have this test's parameter together with their
-    parameters.
+    """Tests that replace this test.
+
+    A material cannot have the parameter of this test together with the parameter of one of these tests.
     """
     yields_because: ClassVar[str] = ""
-    """Reason why other tests replace this test. In a sentence, this text follows the word "as"."""
+    """Reason why other tests replace this test. Messages put this text after the word "as"."""
     instructions: ClassVar[str]
     """Instructions for measuring. `$NAME` stands for the number of the test NAME in the guide."""
     read: ClassVar[str]
-    """The reading in one or two words."""
+    """Name of the reading in one or two words."""
     words: ClassVar[Mapping[str, str]]
     """Name of each reading in the advice."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
     """Kind of result of each simulation.
 
-    "reading" is a length [m], "speed" is a speed [m/s]. The speed is 0 if the cloth does not move.
+    "reading" is the simulated reading, "speed" is the speed of the cloth [m/s].
     """
 
     @classmethod
@@ -117,7 +123,10 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the reading as SVG, from positions at rest (n, 3) [m]; empty if required positions are missing."""
+        """Return a drawing of the test as SVG, from the positions of its cloth at rest [m], shape (n, 3).
+
+        The drawing is empty if the test needs the positions but they are missing.
+        """
 
     @property
     def textbook(self) -> float | None:
@@ -141,10 +150,10 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice on the fit of this test."""
+        """Return sentences of advice to the user on the result of this test."""
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences on the fit of this test that follow all advice."""
+        """Return remarks on the result of this test as sentences. They are printed after all advice."""
         return []
 
 
@@ -157,23 +166,24 @@ class RestTest(CalibrationTest):
 
     @abstractmethod
     def target(self, readings: Readings) -> Target:
-        """Return the target of the simulated reading."""
+        """Return what the simulation must reproduce: the measured reading, and whether it only bounds the parameter."""
 
 
 class ElasticTest(RestTest):
     """A test whose length at rest depends on stretch stiffness and bending, and determines one of these parameters."""
 
     reads: ClassVar[Mapping[str, float]]
-    """Names of the readings whose weighted sum is the length, each with its factor."""
+    """Names of readings, each with a factor. The sum of these readings times their factors is the measured length."""
     weighs: ClassVar[bool] = True
     """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
-    """Name of the reading with which all lengths of the test scale; None if no reading has this effect."""
+    """Name of the reading to which all lengths of the simulated test are proportional; None if no reading has this
+    effect."""
     step: ClassVar[float] = 0.1
-    """Step of a parameter's logarithm for differences of the length."""
+    """Step of a parameter's logarithm for numerical derivatives of the length."""
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Return the standard uncertainty of the simulated length that is due to the random positions of folds [m].
+        """Return the standard uncertainty of the simulated length due to the random positions of folds [m].
 
         Args:
             shapes: Positions at rest [m], shape (n, 3), for all materials that were tried.
@@ -195,18 +205,18 @@ class LaterTest(CalibrationTest):
 
     @abstractmethod
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Return the material with the parameter that the test found, and the fit."""
+        """Return the material with the parameter that the test found, and the result of the test."""
 
     @abstractmethod
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the changes of this test's parameter to `changes`.
+        """Add the effects of uncertain readings on this test's parameter to `changes`.
 
-        A change is caused by one standard uncertainty of a reading.
+        An effect is the change of the parameter's logarithm if a reading changes by one standard uncertainty.
 
         Args:
-            changes: Changes by reading. The entries of this test's parameter are still zero.
+            changes: Effects of each reading on all parameters. The entries of this test's parameter are still zero.
             readings: Readings by their names.
-            fit: Fit of the test.
+            fit: Result of the test.
         """
 
 

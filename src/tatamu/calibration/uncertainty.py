@@ -22,7 +22,10 @@ from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 from tatamu.errors import TatamuError
 
 AGREES = 2.0
-"""Largest difference between tests of one parameter, in standard uncertainties, at which they count as agreeing."""
+"""Largest scatter of the results of tests that agree on one parameter, in standard uncertainties.
+
+If the scatter is larger, the tests disagree.
+"""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 """Parameters on which lengths at rest depend."""
 
@@ -38,20 +41,20 @@ class Slopes:
 
     @property
     def density(self) -> float:
-        """Derivative df/dln rho of the reading by the logarithm of the areal density."""
+        """Derivative df/dln rho of the reading f by the logarithm of the areal density rho."""
         return -(self.stretch + self.bending + self.friction)
 
     @property
     def size(self) -> float:
-        """Derivative df/dln L of the reading by the logarithm of the size, with everything else fixed."""
+        """Derivative df/dln L of the reading f by the logarithm of the garment's size L, with everything else fixed."""
         return self.reading - self.stretch - 3.0 * self.bending - 2.0 * self.friction
 
 
 def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) -> Slopes:
-    """Return the slopes of a reading, which is a function of the logarithms of two or three parameters.
+    """Return the derivatives of a reading, which is a function of the logarithms of two or three parameters.
 
-    The parameters are the stretch stiffness, the bending rigidity and, optionally, the friction of bending. The slopes
-    are central differences with this step. If the simulator fails at one of the two values, the difference is
+    The parameters are the stretch stiffness, the bending rigidity and, optionally, the friction of bending. The
+    derivatives are central differences with the given step. If the simulator fails on one side, the difference is
     one-sided.
     """
     here = reading(*at)
@@ -86,7 +89,7 @@ class Sensitivity:
 
     @property
     def along(self) -> tuple[float, float, float]:
-        """Slopes in the order of `ELASTIC`."""
+        """Derivatives of the reading by the logarithms of the parameters in `ELASTIC`, in this order."""
         return self.slopes.stretch, self.slopes.bending, self.slopes.friction
 
 
@@ -98,7 +101,7 @@ def contributions(
     Args:
         readings: Readings by their names.
         elastic: Sensitivities of the tests that determine a parameter in `ELASTIC`.
-        later: Tests of other parameters with their fits, in the order in which they were made.
+        later: Tests of other parameters with their results, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     places = [PLACE[parameter] for parameter in ELASTIC]
@@ -135,12 +138,12 @@ def disagreement(values: list[float], spreads: list[float]) -> float:
 
 
 def _share(reading: Reading) -> float:
-    """Return the error as a fraction of the reading; 0 if the reading is 0."""
+    """Return the uncertainty of a reading as a fraction of the reading; 0 if the reading is 0."""
     return reading.uncertainty / reading.value if reading.value else 0.0
 
 
 def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> float:
-    """Return the change of a test's simulated reading [m] that the error of one measured reading causes.
+    """Return the change of a test's simulated reading [m] that the uncertainty of one measured reading causes.
 
     `density` is the change of ln rho, the logarithm of the areal density.
     """
@@ -151,9 +154,9 @@ def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> fl
 
 
 def _elastic(tests: Sequence[Sensitivity], moved: Sequence[float]) -> np.ndarray:
-    """Return the changes of three logarithms that change the simulated readings by these amounts [m], shape (3,).
+    """Return the changes of ln Y, ln B and ln HB that change the simulated readings by `moved` [m], shape (3,).
 
-    They are the logarithms of stretch stiffness, bending rigidity and friction of bending.
+    Y is the stretch stiffness, B the bending rigidity, and HB the friction of bending.
     """
     matrix = np.eye(len(ELASTIC))
     wanted = np.zeros(len(ELASTIC))

@@ -1,6 +1,7 @@
-"""The command line `tatamu`. Each module defines a command, and adds it to `app`.
+"""The command line `tatamu`.
 
-A command parses its arguments, calls the library and prints the result.
+The modules of this package define the commands, and add them to the application `app`. A command parses its arguments,
+calls the library and prints the result.
 """
 
 from __future__ import annotations

@@ -10,7 +10,10 @@ from tatamu.version import __version__
 
 
 class Interrupted(Exception):
-    """Raised if Ctrl-C ended a command. Its text tells what is kept, and how to resume the command."""
+    """Raised if the user ended a command with Ctrl-C.
+
+    The text of this exception tells which results are saved, and how to resume the command.
+    """
 
 
 app = typer.Typer(

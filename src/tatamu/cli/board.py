@@ -1,4 +1,7 @@
-"""The command `tatamu board`, which makes a board to print. The board gives photographs their scale."""
+"""The command `tatamu board`, which makes a board to print.
+
+The board lies next to the cloth in photographs, and gives them their scale.
+"""
 
 from __future__ import annotations
 

@@ -69,7 +69,10 @@ def calibrate(
 
 @contextmanager
 def progress() -> Iterator[Callable[[str], None]]:
-    """Yield a callback that prints which test is simulated, and the number of simulations so far."""
+    """Yield a callback that prints the progress of a calibration.
+
+    It prints the names of the simulated tests, and how often each test was simulated so far.
+    """
     from rich.console import Console
 
     console = Console(stderr=True)

@@ -1,4 +1,7 @@
-"""Options of commands that can use other processes, and can keep their studies in a shared database."""
+"""The options `--scheduler` and `--storage` of several commands.
+
+They run trials in other processes, and keep studies in a shared database.
+"""
 
 from __future__ import annotations
 
@@ -25,15 +28,18 @@ StorageOption = Annotated[
 ]
 
 MOST_AT_A_TIME = 256
-"""Largest number of studies at a time. Each study takes a thread, which proposes trials and waits for their results."""
+"""Largest number of studies that run at the same time.
+
+Each study takes a thread, which proposes trials and waits for their results.
+"""
 CALLS_PER_THREAD = 2
-"""Number of trials that are sent to each thread of the workers: one trial runs, and one waits."""
+"""Number of trials that each thread of the worker processes receives at a time: one trial runs, and one waits."""
 
 
 def at_a_time(executor: Executor | None, pending: int) -> int:
-    """Return the number of studies that must run at a time to keep all workers busy; 1 without workers.
+    """Return how many studies must run at the same time to keep all worker processes busy; 1 without workers.
 
-    Each study has `pending` trials at a time.
+    Each study evaluates `pending` trials at the same time.
     """
     threads = getattr(executor, "threads", None)
     if threads is None:

@@ -105,7 +105,7 @@ def _processes(count: int) -> Iterator[Executor]:
 
 
 def _end_with_parent() -> None:
-    """Let this process end when its parent process ends, even if the parent is killed."""
+    """Arrange that this process ends when its parent process ends, even if the parent is killed."""
     parent = multiprocessing.parent_process()
     assert parent is not None
 

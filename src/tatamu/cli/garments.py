@@ -1,4 +1,4 @@
-"""The command `tatamu garments`, which lists the garments that have a name."""
+"""The command `tatamu garments`, which lists the garments that have a name, such as "towel"."""
 
 from __future__ import annotations
 

@@ -19,9 +19,11 @@ from tatamu.options import TaskRequest
 
 
 def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
-    """Return values for options that the user did not give, if the option `--after` names observed folds.
+    """Return values for options of `tatamu learn` that the user did not give.
 
-    The values are the options of the last of these folds, but with fewer trials.
+    The option `--after` names folds that were learned before, and observed on a real robot. The values are the options
+    with which the last of these folds was learned, but with fewer trials. If the user gave a garment too, only the
+    number of trials is returned. Without `--after`, no value is returned.
     """
     runs = own["after"] or []
     if not runs:
@@ -96,7 +98,7 @@ def _learn(
 ) -> None:
     """Learn a fold, and print the result.
 
-    Opened connections are added to `connections`, and are closed later together with it.
+    Connections to a database are added to `connections`. They are closed when the caller closes `connections`.
     """
     from tatamu.cli.progress import LearningDisplay, starting
 

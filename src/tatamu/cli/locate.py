@@ -111,7 +111,9 @@ def locate(
 
 
 def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
-    """Read the pixels of corners from texts NAME=X,Y. The result has the pixel of each corner by name, shape (2,).
+    """Read the pixels of a garment's corners from texts NAME=X,Y.
+
+    The result has the pixel of each corner, shape (2,), by the name of the corner.
 
     Raises:
         InputError: If a text has another form, or a name is given twice.

@@ -94,7 +94,7 @@ def _disturbances(folder: ResultFolder) -> Disturbances:
 
 
 def _load(given: str) -> Disturbances:
-    """Return the disturbances that the user gave as a name or a file."""
+    """Return the disturbances that the user gave, either by name or as a file."""
     from tatamu.disturbances import load_disturbances
 
     found = load_disturbances(given)

@@ -68,12 +68,17 @@ def materials(
 
 
 COLUMNS = ("ρ g/m²", "Y N/m", "B µN m", "l_b cm", "μ table", "t mm")
-"""Headings of the table's columns: areal density, stretch stiffness, bending rigidity, bending length, friction on the
-table, and thickness."""
+"""Headings of the columns in the table of materials.
+
+They are areal density, stretch stiffness, bending rigidity, bending length, friction on the table, and thickness.
+"""
 
 
 def _lines(presets: list[Preset]) -> Iterator[str]:
-    """Yield the lines of the table. Each preset takes two lines, because its title must fit on a narrow terminal."""
+    """Yield the printed lines of the table of materials.
+
+    Each material takes two lines, because its title must fit on a narrow terminal.
+    """
     yield f"{'preset':28}" + "".join(f"{head:>8}" for head in COLUMNS)
     for each in presets:
         m = each.material
@@ -90,7 +95,7 @@ def _rounded(number: float) -> str:
 
 
 def described(preset: Preset) -> str:
-    """Return all fields of a preset as text, one field per line."""
+    """Return all fields of a preset (a material that comes with tatamu) as text, one field per line."""
     from tatamu.material import UNSAID
 
     lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]

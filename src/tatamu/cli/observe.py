@@ -1,6 +1,7 @@
-"""The commands `tatamu observe`, which records measurements of a real fold, and `tatamu correct`.
+"""The commands `tatamu observe` and `tatamu correct`.
 
-The second command corrects the next fold against the errors that were inferred from the measurements.
+The first command records measurements of a real fold, and infers the errors of hands, table and cloth. The second
+command corrects the next fold against these errors.
 """
 
 from __future__ import annotations
@@ -147,7 +148,10 @@ def _from_photo(
     failed: bool,
     turned_in: list[str],
 ) -> tuple[Observation, FoldReading]:
-    """Read the measurements from a photograph. If a picture is requested, draw what was found."""
+    """Read the measurements of a real fold from a photograph.
+
+    If the user wants a picture, draw the corners that were found on the photograph.
+    """
     from tatamu.cli.locate import parse_corners
     from tatamu.files import check_targets
     from tatamu.observation.photo import read_photo
@@ -217,7 +221,7 @@ def correct(
 
 
 def _observed(folder: Path, observation: Observation | None, scheduler: str | None) -> Observed:
-    """Evaluate an observation, and print the progress on the console."""
+    """Infer errors from an observation of a real fold, and print the progress on the console."""
     from rich.console import Console
 
     from tatamu.cli.progress import prepare
@@ -261,7 +265,7 @@ def _refuse(wrong: bool, message: str) -> None:
 
 
 def _pair(name: str, text: str) -> tuple[float, float]:
-    """Read two numbers in millimetres from a text, and return them in metres."""
+    """Read two numbers in millimetres from a text such as "12,-3", and return them in metres."""
     numbers = re.fullmatch(r"\s*([-+]?\d+(?:\.\d*)?)\s*,\s*([-+]?\d+(?:\.\d*)?)\s*", text)
     if numbers is None:
         raise InputError(f"--{name}: must be two numbers in millimetres, such as 12,-3, given {text!r}")

@@ -16,7 +16,7 @@ from tatamu.records import Record
 
 PLAIN = (bool, int, float)
 CONTEXT = "context"
-"""Name of the parameter with typer's context, which tells which options the user gave."""
+"""Name of a command's parameter that receives typer's context. The context tells which options the user gave."""
 
 
 Defaults = Callable[[Mapping[str, Any], bool], Mapping[str, Any]]
@@ -90,7 +90,10 @@ def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parame
 
 
 def _kinds(annotation: Any) -> list[Any]:
-    """Return the types of a union, without None and without the annotations that pydantic adds."""
+    """Return the types that a field allows, such as `int` and `str` for `int | str | None`.
+
+    The type of None and the annotations that pydantic adds are left out.
+    """
     if get_origin(annotation) is Annotated:
         return _kinds(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):
@@ -99,13 +102,16 @@ def _kinds(annotation: Any) -> list[Any]:
 
 
 def _plain_type(field: FieldInfo) -> type:
-    """Return the type of a field if it is bool, int or float, otherwise str. `parse` converts these texts later."""
+    """Return the type with which typer reads an option: the field's type if it is bool, int or float, otherwise str.
+
+    `parse` later converts the texts to the other types.
+    """
     kinds = _kinds(field.annotation)
     return kinds[0] if len(kinds) == 1 and kinds[0] in PLAIN else str
 
 
 def parse(record: type[Record], given: Mapping[str, Any]) -> Any:
-    """Make a record from the options of a command. Texts are converted to the types of the fields.
+    """Make a record from the values of a command's options. Texts are converted to the types of the fields.
 
     Raises:
         InputError: If a value is wrong. The message names the option.

@@ -1,6 +1,6 @@
 """Reads pixels from options of `tatamu outline` and `tatamu measure`, and draws outlines on photos.
 
-The pixels and a length determine the scale of the photo.
+The options give a length in metres, and pixels of the photo that are this length apart. They determine the scale.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from tatamu.garments.photo import Photo, homography
 from tatamu.size import parse_size
 
 FARTHEST = 1e6
-"""Largest coordinate of a pixel that the user may give."""
+"""Largest coordinate of a pixel that is accepted in an option."""
 
 
 def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
-    """Return the matrix that converts pixels to metres, shape (3, 3), from the options that give the scale."""
+    """Return the matrix that converts pixels of a photo to metres, shape (3, 3), from the options that give a scale."""
     if sheet is not None:
         return homography(corners_of(sheet), *parse_size(sheet.split()[-1], "sheet"))
     if ruler is not None:
@@ -66,7 +66,7 @@ def _number(option: str, text: str) -> float:
 
 
 def drawn_over(photo: Photo, openings: Mapping[str, np.ndarray]) -> bytes:
-    """Draw the outline and its openings on the photo, and return the bytes of a JPEG file."""
+    """Draw the outline of a garment and its openings on the photo, and return the bytes of a JPEG file."""
     from PIL import Image, ImageDraw
 
     image = Image.fromarray(photo.pixels)

@@ -82,7 +82,7 @@ def plans(
 
 
 def _print(proposal: Proposal, best: bool) -> None:
-    """Print a plan, its steps, and the parts of the garment that no hand carries."""
+    """Print a fold plan, its steps, and the parts of the garment that no hand carries."""
     plan = proposal.plan
     print(f"{plan.name}{' (the best)' if best else ''}")
     for number, step in enumerate(plan.steps, start=1):

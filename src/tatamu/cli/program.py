@@ -1,4 +1,7 @@
-"""Runs a command line, and handles its failures: an exit code, and one line on standard error for each failure."""
+"""Runs a command line, and handles its failures.
+
+A failure gives an exit code, and one line on standard error.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from tatamu.errors import InputError, TatamuError, one_line
 from tatamu.extras import missing
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
-"""Codes of errors that occur if standard output is full, broken or closed."""
+"""Numbers of the errors that occur if standard output is full, broken or closed."""
 INTERRUPTED = 130
 """Exit code of a program that was ended by Ctrl-C (128 + SIGINT)."""
 

@@ -19,23 +19,26 @@ if TYPE_CHECKING:
     from tatamu.study import Progress
 
 LINE_EVERY = 5.0
-"""Time between two printed lines if the output is not a terminal [s]."""
+"""Time between two printed lines [s], if the output is not a terminal."""
 BAR_EVERY = 0.2
-"""Time between two updates on a terminal [s]."""
+"""Time between two updates of the progress bar on a terminal [s]."""
 STEADY = 4
-"""Number of finished trials after which the time per trial is known.
+"""Number of finished trials that are needed to estimate the time per trial.
 
 One trial is not enough: the first trials run at the same time, so other trials end shortly after the first one.
 """
 SILENT = 10.0
-"""Time without a finished trial after which the time of a single simulation is measured [s]."""
+"""Longest time to wait for the first finished trial [s].
+
+If no trial finishes within this time, the time of a single simulation is measured, and is shown to the user.
+"""
 WRITING = 3.0
-"""Approximate time for writing a folder and its page [s]. This time is assumed, because it is not measured."""
+"""Approximate time for writing a result folder and its page [s]. This time is assumed, because it is not measured."""
 
 
 @contextmanager
 def starting(text: str) -> Iterator[None]:
-    """Print immediately what is starting, because the imports that follow are slow."""
+    """Print immediately what the command does first, because the imports inside the `with` block are slow."""
     console = Console()
     if not console.is_terminal:
         print(text, flush=True)
@@ -45,7 +48,7 @@ def starting(text: str) -> Iterator[None]:
 
 @contextmanager
 def ticking(every: float, look: Callable[[], None]) -> Iterator[None]:
-    """Call `look` repeatedly in a separate thread while the block runs; `every` is the time between two calls [s]."""
+    """Call the function `look` every `every` seconds in a separate thread, until the `with` block ends."""
     stopped = Event()
 
     def tick() -> None:
@@ -87,7 +90,7 @@ def prepare(simulator: str, console: Console | None = None) -> None:
 
 
 def compiling(done: int, total: int, seconds: float) -> str:
-    """Return the progress of a compilation as text: `done` of `total` parts were compiled in `seconds` [s]."""
+    """Return the progress of compiling a simulator as text: `done` of `total` parts were compiled in `seconds` [s]."""
     left = duration(seconds * (total - done) / max(done, 1))
     return f"compiling the simulator, once on this machine, about {left} left"
 
@@ -104,7 +107,10 @@ def duration(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class Workload:
-    """The amount of work of a study. Each step of the plan simulates its trials, and then the fixed trajectories."""
+    """The amount of work of a study.
+
+    For each step of the fold plan, the trials are simulated, and then the fixed trajectories for comparison.
+    """
 
     steps: int
     trials: int
@@ -131,7 +137,7 @@ class Workload:
 class LearningDisplay:
     """Shows the progress of learning on the console.
 
-    The display is a context manager around the study. The study calls `show` whenever its progress changes.
+    The study runs inside the `with` block of this display. The study calls `show` whenever its progress changes.
     """
 
     def __init__(
@@ -181,7 +187,10 @@ class LearningDisplay:
         return self
 
     def _interrupt(self, number: int, frame: object) -> None:
-        """Handle Ctrl-C: end the study. If the user presses Ctrl-C again, the program ends at once."""
+        """Handle Ctrl-C: end the study after the running trials.
+
+        If the user presses Ctrl-C again, the program ends at once.
+        """
         signal.signal(signal.SIGINT, self._before)
         self._ending = True
         self.say("interrupted: waiting for running trials, then finished ones are written; Ctrl-C again ends at once")
@@ -197,7 +206,7 @@ class LearningDisplay:
             self._bar.stop()
 
     def show(self, progress: Progress) -> None:
-        """Show the progress of a step."""
+        """Show the progress of the study of one step."""
         if self._step is None or self._step.number != progress.step:
             if self._step is not None:
                 self._step.end()
@@ -215,7 +224,7 @@ class LearningDisplay:
             self._prepared = True
 
     def forecast(self, step: int, pace: float, rollouts: int, known: bool) -> None:
-        """Estimate when the study will end. The first good estimate is printed.
+        """Estimate when the study will end. The first accurate estimate is printed.
 
         Args:
             step: Number of the current step, from 1.
@@ -231,9 +240,10 @@ class LearningDisplay:
         self._ends = monotonic() + left
 
     def now(self, text: str, done: int, total: int, more: Callable[[], str] = str) -> None:
-        """Show a text until the next call.
+        """Show a text on the progress bar until this method is called again.
 
-        The text that `more` returns and, if known, the remaining time are appended.
+        `more` returns a further text, which changes with time. This text and, if known, the remaining time are
+        appended.
         """
         self._lines = lambda: (text + more() + self._left(), done, total)
         if self._bar:
@@ -264,7 +274,7 @@ class LearningDisplay:
 
 
 class _Step:
-    """Shows the progress of a step of the plan while the step runs."""
+    """Shows the progress of one step of the plan while this step is learned."""
 
     def __init__(self, display: LearningDisplay, number: int) -> None:
         self._display = display
@@ -303,7 +313,10 @@ class _Step:
         display.now(text, progress.done, progress.trials, self._waiting if waits else str)
 
     def _waiting(self) -> str:
-        """Return the time since a trial last ended as text. Later, the text also has the time per simulation."""
+        """Return how long the first trials have been running, as text; empty in the first seconds.
+
+        Later, the text also has the time of one simulation.
+        """
         silent = monotonic() - (self._began or monotonic())
         if silent > SILENT and self._simulation is None:
             self._simulation = self._one_simulation()
@@ -326,7 +339,7 @@ class _Step:
 
 
 def best(progress: Progress) -> str:
-    """Return a text about the best trial so far."""
+    """Return a text about the best trial so far: its objective, and its distance from the target."""
     if progress.best is None or progress.best_distance is None:
         return "no fold yet" if progress.done else "the first trials are running"
     objective = "objective under disturbances" if progress.disturbed else "C"

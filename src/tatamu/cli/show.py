@@ -87,7 +87,7 @@ def _targets(out: Path | None, name: str) -> list[Path]:
 
 
 def _marks(garment: Garment, name: str) -> list[FoldMark]:
-    """Return the marks of all folds of a plan for a drawing of the flat garment."""
+    """Return the marks of all folds of a plan (fold lines and grasps), for a drawing of the flat garment."""
     from tatamu.folding.plans import make_plan
     from tatamu.report.candidates import marks
 

@@ -69,7 +69,7 @@ def sweep(
 
 
 def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
-    """Refuse a sweep with an impossible task, before any task starts."""
+    """Raise an error if a task of a sweep is impossible. This is done before any task starts."""
     from tatamu.api import task_of
     from tatamu.simulators import require
     from tatamu.study import check_pending
@@ -89,7 +89,10 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
 
 
 def _pending(tasks: Sequence[SweepTask]) -> int:
-    """Return the smallest number of trials that one of the tasks runs at a time."""
+    """Return the smallest number of trials that a task of the sweep runs at the same time.
+
+    This number may differ between tasks.
+    """
     from tatamu.study import usual_pending
 
     options = [TaskRequest(**task.options) for task in tasks]
@@ -131,7 +134,7 @@ def _run(
 
 
 def _words(now: Progress) -> str:
-    """Return the progress of a study as text."""
+    """Return the progress of a study as text, such as "trial 3/50"."""
     step = f"step {now.step} of {now.steps}, " if now.steps > 1 else ""
     return f"{step}trial {now.done}/{now.trials}"
 

@@ -10,14 +10,14 @@ from tatamu.study import PlanResult, Result, ResultFolder
 
 
 def conclusion_of(result: Result | PlanResult) -> Conclusion:
-    """Return the conclusion for a learned fold, or for a plan of several folds."""
+    """Return the conclusion (success or failure, and why) for a learned fold, or for a plan of several folds."""
     if isinstance(result, Result):
         return of_fold(result.record)
     return of_plan(result.record, [step.record for step in result.steps])
 
 
 def verdict_lines(verdict: Conclusion) -> Iterator[str]:
-    """Yield the lines of a conclusion as the console prints them."""
+    """Yield the lines of text with which the console shows a conclusion."""
     for name, step in verdict.steps:
         yield f"{name}: {step.text}"
     yield f"{'in all: ' if verdict.steps else ''}{verdict.text}"
@@ -28,7 +28,7 @@ def verdict_lines(verdict: Conclusion) -> Iterator[str]:
 
 
 def success_lines(result: Result | PlanResult) -> Iterator[str]:
-    """Yield a line for each fold with its success rate in disturbed simulations, if this rate is known."""
+    """Yield a line of text for each fold with its success rate in disturbed simulations, if this rate is known."""
     for step in [result] if isinstance(result, Result) else result.steps:
         if step.held is not None:
             name = "" if isinstance(result, Result) or step.folder is None else f"{step.folder.name}: "

@@ -1,6 +1,6 @@
-"""Runs work on other processes and machines, through a Dask scheduler used as a `concurrent.futures.Executor`.
+"""Runs work on other processes and machines through a Dask scheduler, used like a `concurrent.futures.Executor`.
 
-Dask is installed with the extra `tatamu[cluster]`. It is only imported if the address of a scheduler is given.
+The extra `tatamu[cluster]` installs Dask. Dask is imported only if the address of a scheduler is given.
 """
 
 from tatamu.cluster.connection import connected, executor_at

@@ -21,7 +21,7 @@ class SchedulerAddress:
     text: str
     """The address as the user gave it."""
     local: int | None
-    """Number of worker processes to start on this machine; None if the scheduler runs elsewhere."""
+    """Number of worker processes to start on this machine; None if the scheduler is already running."""
 
 
 def parse_address(text: str) -> SchedulerAddress:

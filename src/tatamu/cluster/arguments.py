@@ -20,17 +20,21 @@ from tatamu.cluster.call import unpacked
 LARGE = 65_536
 """Size above which an argument is sent only once and shared by calls [bytes].
 
-The data of a task are larger than this size, and a manipulation is smaller.
+The data of a folding task are larger than this size, so they are sent only once. A manipulation, the planned motion of
+the hands, is smaller and is sent with each call.
 """
 KEPT = 256_000_000
 """Largest total size of the shared arguments that are kept on the workers for later calls [bytes]. An argument that is
 in use is always kept."""
 PLAIN = (str, bytes, int, float, bool, type(None))
-"""Types of arguments that are never shared."""
+"""Types of arguments that are sent with each call, and are never shared by calls."""
 
 
 class SharedArguments:
-    """The large arguments that are stored on the workers, from the least to the most recently used."""
+    """The large arguments that are stored on the workers.
+
+    They are sorted by their last use, the least recently used first.
+    """
 
     def __init__(self, client: distributed.Client, kept: int = KEPT) -> None:
         self._client = client
@@ -39,7 +43,10 @@ class SharedArguments:
         self._futures: dict[str, distributed.Future] = {}
 
     def replaced(self, value: Any) -> Any:
-        """Return a small value unchanged. For a large value, return a future; equal values get the same future."""
+        """Return a small value unchanged. For a large value, return a Dask future that stands for the stored value.
+
+        Equal values get the same future.
+        """
         if isinstance(value, PLAIN):
             return value
         content = cloudpickle.dumps(value)

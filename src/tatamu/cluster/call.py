@@ -12,7 +12,7 @@ from tatamu.cluster.versions import Versions, difference, processor, versions
 from tatamu.errors import UnavailableError
 
 RESTART_SECONDS = 20.0
-"""Time within which a nanny, Dask's process that supervises a worker, must restart its worker [s]."""
+"""Time limit for the restart of a worker by its nanny, Dask's process that supervises the worker [s]."""
 
 
 def unpacked(content: bytes) -> Any:
@@ -38,13 +38,13 @@ def identify() -> tuple[Versions, str]:
 
 
 async def replace_workers(keys: Sequence[str], dask_scheduler: Any = None) -> None:
-    """Restart the workers on which calls take too long, or remove them. Their calls run on other workers.
+    """Restart or remove the workers on which calls take too long. Other workers then run the calls of these workers.
 
     This function runs on the scheduler.
 
     Args:
         keys: Keys of the calls that take too long.
-        dask_scheduler: Scheduler, which Dask provides.
+        dask_scheduler: The scheduler. Dask passes this argument.
     """
     states = [dask_scheduler.tasks.get(key) for key in keys]
     workers = {state.processing_on for state in states if state is not None and state.processing_on is not None}
@@ -64,8 +64,9 @@ async def _replace(worker: Any, scheduler: Any) -> None:
 
 
 def _turned(differing: str | None) -> str:
-    """Rewrite a text from `difference` for the user.
+    """Rewrite a worker's text from `difference` for the user, who is at the client.
 
-    In this text, "here" means the worker, but the user is at the client.
+    In the worker's text, "here" means the worker and "there" means the client. The result has the words "at the worker"
+    and "at the client" instead.
     """
     return (differing or "").replace(" there", " at the client").replace(" here", " at the worker")

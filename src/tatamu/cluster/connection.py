@@ -1,4 +1,4 @@
-"""Connects to a scheduler that runs elsewhere, or starts worker processes that end with the program."""
+"""Connects to a running scheduler, or starts a scheduler and workers that end when the program ends."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tatamu.cluster.executor import DaskExecutor
 
 CONNECT_SECONDS = 5.0
-"""Time within which a scheduler must answer [s]."""
+"""Time limit for a scheduler's answer when the program connects to the scheduler [s]."""
 KILLED_WORKERS = 3
 """Number of workers that may die during a call before the call fails.
 
@@ -33,7 +33,7 @@ SETTINGS: dict[str, Any] = {
     "distributed.scheduler.allowed-failures": KILLED_WORKERS - 1,
     "distributed.comm.retry.count": 2,
     "distributed.worker.profile.enabled": False,  # profiling takes 1 % of a core
-    "distributed.admin.tick.interval": "1s",  # the default is fifty ticks a second, also in each nanny
+    "distributed.admin.tick.interval": "1s",  # the default is fifty ticks a second in every Dask process
     "distributed.deploy.lost-worker-timeout": "1 day",  # with less, a worker that dies twice in 15 s is not restarted
 }
 
@@ -58,7 +58,7 @@ def executor_at(address: str | None) -> Iterator[Executor | None]:
 
 @contextmanager
 def connected(address: str) -> Iterator[DaskExecutor]:
-    """Yield the workers of a scheduler as an executor. The possible errors are listed at `executor_at`."""
+    """Yield the workers of a scheduler as an executor. `executor_at` lists the possible errors."""
     parsed = parse_address(address)
     _configure()
     if address.startswith("tls://"):
@@ -75,7 +75,7 @@ def connected(address: str) -> Iterator[DaskExecutor]:
 
 
 def _configure() -> None:
-    """Import Dask with `SETTINGS`, which suppress its log messages."""
+    """Import Dask with the configuration `SETTINGS`, which also suppresses Dask's log messages."""
     try:
         import dask
     except ImportError:
@@ -140,7 +140,9 @@ def _opened(to: Any, name: str) -> Iterator[distributed.Client]:
 
 
 def refuse_other_versions(client: distributed.Client, name: str) -> None:
-    """Compare the versions of packages on all workers with the versions here. If processors differ, print a line.
+    """Compare the versions of packages on all workers with the versions in this process.
+
+    If the kinds of processors differ, a warning is printed.
 
     Raises:
         InputError: If a version differs.

@@ -102,7 +102,7 @@ class DaskExecutor(Executor):
         self._send()
 
     def _send(self) -> None:
-        """Send waiting calls until each thread of the workers has its number of calls."""
+        """Send waiting calls until each thread of the workers has CALLS_PER_THREAD calls, or no call waits."""
         with self._lock:
             while self._waiting and len(self._away) < self._room:
                 call = self._waiting.popleft()
@@ -154,7 +154,7 @@ class DaskExecutor(Executor):
 
 
 def _end(future: Future[Any], result: Any = None, error: BaseException | None = None) -> None:
-    """Set the result or the error of a future, unless the future has ended already."""
+    """Set the result or the error of a future. Do nothing if the future has ended already."""
     if future.done():
         return
     if error is not None:

@@ -22,15 +22,15 @@ Versions = Mapping[str, str]
 
 @cache
 def versions() -> Versions:
-    """Return the versions in this process, by name."""
+    """Return the versions of Python, of tatamu and of packages in this process, as a dictionary by name."""
     found = {"Python": platform.python_version(), "tatamu": f"{__version__} ({source_digest()})"}
     return found | {name: _version(name) for name in COMPUTING}
 
 
 def difference(there: Versions) -> str | None:
-    """Compare the versions of another process with the versions here.
+    """Compare the versions of another process with the versions in this process.
 
-    The result is a text on the first difference; None if all versions are equal.
+    Return a text that describes the first difference. Return None if all versions are equal.
     """
     for name, here in versions().items():
         if there.get(name) != here:
@@ -51,7 +51,7 @@ def source_digest() -> str:
 
 @cache
 def processor() -> str:
-    """Return the kind of processor for which the simulator `native` is compiled.
+    """Return the kind of this machine's processor, for which the simulator `native` is compiled.
 
     Processors of the same kind give exactly the same results.
     """

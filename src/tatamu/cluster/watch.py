@@ -16,35 +16,35 @@ import distributed
 from tatamu.cluster.call import replace_workers
 
 EVERY = 1.0
-"""Time between two checks [s]."""
+"""Time between two checks for calls that take too long [s]."""
 NO_WORKERS = 10.0
-"""Time without any worker after which a warning is logged [s]."""
+"""Longest time without any worker [s]. After this time, a warning is logged."""
 
 logger = logging.getLogger("tatamu.cluster")
 
 
 @dataclass
 class Patience:
-    """Limits of the time that a call may take."""
+    """The rule for the time limit of a call. A call that exceeds this limit is moved to another worker."""
 
     first: float = 1800.0
-    """Limit of the time of a call, until the first call has ended [s].
+    """Time limit of the first calls, until one call has ended [s].
 
-    It is long because the first call includes a compilation.
+    This limit is long because the first call includes a compilation.
     """
     least: float = 60.0
-    """Least limit [s], which applies even if all calls are short."""
+    """Smallest time limit of a call [s]. It applies even if all finished calls were short."""
     factor: float = 10.0
-    """Ratio of the limit to the longest time of a finished call."""
+    """Ratio of a call's time limit to the longest time of a finished call."""
 
     def limit(self, longest: float | None) -> float:
-        """Return the limit of the time of a call [s]; `longest` is the longest time of a finished call [s]."""
+        """Return the time limit of a call [s]. `longest` is the longest time of a finished call [s]."""
         return self.first if longest is None else max(self.least, self.factor * longest)
 
 
 @dataclass
 class Watch:
-    """Measures how long each sent call has taken, and checks these times in a thread."""
+    """The times for which the sent calls have run, and a thread that finds the calls that take too long."""
 
     patience: Patience = field(default_factory=Patience)
     threads: int = 1
@@ -56,13 +56,13 @@ class Watch:
     _nobody: bool = False
 
     def start(self, client: distributed.Client, tell: Callable[[int], None]) -> None:
-        """Start the checks. At each check, `tell` is called with the number of the workers' threads."""
+        """Start the thread. At each check, it calls the function `tell` with the number of the workers' threads."""
         self._look(client, tell)
         self._thread = Thread(target=self._run, args=(client, tell), name="tatamu-watch", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop the checks."""
+        """Stop the thread."""
         self._stopped.set()
         if self._thread is not None:
             self._thread.join(timeout=2 * EVERY)
@@ -79,14 +79,17 @@ class Watch:
             self._longest = max(taken, self._longest or 0.0)
 
     def overdue(self) -> list[str]:
-        """Return the keys of the calls that have taken too long."""
+        """Return the keys of the calls that have exceeded their time limit."""
         now = monotonic()
         with self._lock:
             limit = self.patience.limit(self._longest)
             return [key for key, since in self._since.items() if now - since > limit]
 
     def begin_again(self) -> None:
-        """Restart the time of every call. This is done after a worker was replaced, because its calls start again."""
+        """Start to measure the time of every call from 0 again.
+
+        This is done after a worker was replaced, because its calls start again.
+        """
         with self._lock:
             self._since = dict.fromkeys(self._since, monotonic())
 

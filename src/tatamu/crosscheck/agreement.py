@@ -1,7 +1,7 @@
 """Compares simulators over a set of manipulations.
 
 A manipulation is the motion of the hands in a fold. Two simulators agree well if they order the manipulations in the
-same way, and if the final shapes of the cloth are similar. Every simulation is kept, so an interrupted comparison can
+same way, and if the final shapes of the cloth are similar. Every simulation is stored, so an interrupted comparison can
 be resumed.
 """
 
@@ -38,7 +38,7 @@ LEARNED = "learned"
 
 @dataclass(frozen=True)
 class Entry:
-    """The result of a manipulation in a simulator."""
+    """The result of a manipulation (the motion of the hands in a fold) in a simulator."""
 
     manipulation: str
     simulator: str
@@ -50,7 +50,10 @@ class Entry:
     error: str | None
 
     def distance_to(self, other: Entry) -> float | None:
-        """Return the mean distance between the final vertices of two results [m]; None if a simulation failed."""
+        """Return the mean distance between the final vertices of two results [m].
+
+        The result is None if one of the simulations failed.
+        """
         if self.final is None or other.final is None:
             return None
         return float(np.linalg.norm(self.final - other.final, axis=1).mean())
@@ -58,18 +61,20 @@ class Entry:
 
 @dataclass(frozen=True)
 class Pair:
-    """The comparison of two simulators over all manipulations."""
+    """The comparison of two simulators over a set of manipulations, the motions of the hands in a fold."""
 
     first: str
     second: str
     objective_rank: float
-    """Spearman's rank correlation of the objective C in both simulators."""
+    """Spearman's rank correlation between the objectives C of the manipulations in one simulator and in the other."""
     distance_rank: float
-    """Spearman's rank correlation of the mean vertex distance in both simulators. Unlike C, this distance depends only
-    on the simulation."""
+    """Spearman's rank correlation between the mean vertex distances in one simulator and in the other.
+
+    The mean vertex distance of a manipulation is the mean distance of the vertices from their targets. Unlike the
+    objective C, this distance does not contain the length of the hands' paths, which is equal in both simulators."""
     between: dict[str, float]
-    """Mean distance between the final vertices in both simulators [m], for each manipulation that did not fail in
-    either.
+    """Mean distance between the final vertices in both simulators [m], for each manipulation that finished in both
+    simulators.
     """
 
     @property
@@ -91,7 +96,7 @@ class Agreement:
     simulators: list[str]
     manipulations: list[str]
     entries: dict[tuple[str, str], Entry]
-    """Results by the names of the manipulation and the simulator."""
+    """Results of all simulations, by the names of the manipulation and the simulator."""
 
     @property
     def pairs(self) -> list[Pair]:
@@ -111,7 +116,7 @@ class Agreement:
         )
 
     def column(self, simulator: str) -> list[Entry]:
-        """Return the results of all manipulations in a simulator."""
+        """Return the results of all manipulations in one simulator."""
         return [self.entries[name, simulator] for name in self.manipulations]
 
     @property
@@ -167,8 +172,8 @@ def _entry_data(entry: Entry) -> dict[str, Any]:
 def manipulations(learned: Result, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
     """Return the manipulations to compare, by name: the learned fold, fixed trajectories and random manipulations.
 
-    Each manipulation has a scene and the length l_x of a hand's path [m]. The number of random manipulations is
-    `count`.
+    Each manipulation has a scene and its trajectory length l_x, the mean length of the hands' paths [m]. The number of
+    random manipulations is `count`.
     """
     fold = learned.task.fold
     length = learned.score.trajectory_length
@@ -211,7 +216,8 @@ def compare(
         count: Number of random manipulations.
         seed: Random seed of the random manipulations.
         halved: Whether to simulate on a mesh of half the spacing.
-        progress: Callback that is called before each simulation, or before waiting for the result of a simulation.
+        progress: Function that is called before each simulation. If an executor is given, the function is called before
+            the wait for each result.
         executor: Executor to which all simulations are submitted at once; None to run them in this process, one after
             the other.
 
@@ -240,7 +246,7 @@ def compare(
 
 @dataclass(frozen=True)
 class _Run:
-    """The simulation of a manipulation in a simulator, and the file that keeps its first and last frame."""
+    """The simulation of one manipulation in one simulator, and the file that keeps its first and last frame."""
 
     simulator: str
     name: str
@@ -250,7 +256,7 @@ class _Run:
 
     @property
     def arguments(self) -> tuple[Scene, str, np.ndarray]:
-        """Arguments with which `ends` runs this simulation."""
+        """Arguments of the function `ends` for this simulation."""
         return self.scene, self.simulator, self.faces
 
     @cached_property
@@ -260,16 +266,16 @@ class _Run:
 
     @cached_property
     def kept(self) -> Rollout | None:
-        """Rollout from the file; None if there is no file, or it belongs to another scene."""
+        """Rollout from the file; None if there is no file, or the file belongs to another scene."""
         if not self.path.exists():
             return None
         rollout = Rollout.load(self.path)
         return rollout if rollout.info.get("scene") == self.digest else None
 
     def rollout(self, future: Future[Rollout] | None) -> Rollout:
-        """Return the first and last frame: from the file or, without a file, from a simulation.
+        """Return the first and last frame from the file.
 
-        The frames of a simulation are written to the file.
+        If the file has no frames of this scene, the scene is simulated, and both frames are written to the file.
         """
         if self.kept is not None:
             return self.kept
@@ -283,7 +289,9 @@ class _Run:
 
 
 def ends(scene: Scene, simulator: str, faces: np.ndarray) -> Rollout:
-    """Simulate a scene, and return the first and last frame on the mesh `faces`.
+    """Simulate a scene, and return the first and last frame at the vertices of the mesh `faces`.
+
+    The mesh of the scene is this mesh, or a subdivision of it.
 
     If the simulation fails, the result contains the first frame twice, and the error.
     """

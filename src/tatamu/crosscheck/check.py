@@ -40,7 +40,7 @@ class Opinion:
 
     @property
     def holds(self) -> bool:
-        """Whether the fold meets the thresholds of success in the other simulator too."""
+        """Whether the fold meets the thresholds of success in the other simulator."""
         return self.score is not None and self.score.succeeds
 
     def to_json(self) -> dict[str, Any]:

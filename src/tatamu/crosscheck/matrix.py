@@ -22,7 +22,7 @@ def save(agreement: Agreement, folder: Path) -> Path:
 
 
 def pair_cells(pair: Pair) -> list[str]:
-    """Return the table cells for a pair of simulators."""
+    """Return the table cells that compare two simulators."""
     learned = pair.between.get(LEARNED)
     return [
         f"{pair.first}, {pair.second}",
@@ -36,7 +36,7 @@ HEAD = ("simulators", "rank of C", "rank of mean distance", "mean [mm]", "median
 
 
 def terminal(agreement: Agreement) -> Table:
-    """Return the table for the terminal."""
+    """Return the table that compares simulators, for the terminal."""
     out = Table(title=f"{len(agreement.manipulations)} manipulations of {agreement.learned.name}", title_justify="left")
     for number, name in enumerate(HEAD):
         out.add_column(name, justify="left" if number == 0 else "right")
@@ -64,7 +64,7 @@ def page(agreement: Agreement) -> str:
 
 
 def _spelled(name: str) -> str:
-    """Return the name of a manipulation as it is shown to readers."""
+    """Return the name of a manipulation as the page and the terminal show it."""
     return BASELINES[name][0] if name in BASELINES else name
 
 

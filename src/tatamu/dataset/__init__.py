@@ -1,4 +1,4 @@
-"""Datasets of folds for policies: a specification becomes episodes, each with its score.
+"""Makes datasets of folds from which robot policies learn. A specification describes the folds of a dataset.
 
     specification ──▶ draw ──▶ episode ──▶ part of the folder ──▶ LeRobot and Zarr, table, page
 

@@ -1,7 +1,8 @@
-"""The arms of a robot that lead the hands. States and actions are joint angles, under LeRobot's names.
+"""The two arms of a robot that carries out the folds of a dataset.
 
-F is the fold's frame, B the robot's base, and T the tool. An action contains a target for every joint [rad] and every
-gripper (1 is open, 0 is closed). The positions of the hands are computed from the joint angles, by forward kinematics.
+States and actions are joint angles, under LeRobot's names. F is the frame of the fold, B is the frame of the robot's
+base, and T is the frame of the tool. An action contains a target for every joint [rad] and every gripper (1 is open, 0
+is closed). The positions of the hands are computed from the joint angles, by forward kinematics.
 """
 
 from __future__ import annotations
@@ -29,9 +30,12 @@ from tatamu.robots.pose import pose
 from tatamu.robots.reach import DISTANCES, best_placements, search, table_heights
 
 REACHED = 1e-5
-"""Error below which a tool pose counts as reached [m]. Rotations [rad] are multiplied by LENGTH."""
+"""Largest error of a tool's pose at which the pose counts as reached [m].
+
+Rotation errors [rad] are converted to metres by the factor `chain.LENGTH` [m per rad].
+"""
 ROUNDS = 4
-"""Largest number of times that a motion is slowed down until no joint is too fast."""
+"""Largest number of times that the same motion is slowed down. It is slowed down until no joint is too fast."""
 
 
 class OutOfReachError(TatamuError):
@@ -45,15 +49,19 @@ class Stand(OpenRecord):
     place: list[float]
     """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base.
 
-    The last number tells how far the trunk turns towards the hands, as a fraction from 0 to 1.
+    A fifth number tells how far the trunk turns towards the hands, as a fraction from 0 to 1.
     """
     holds: list[tuple[float, float, bool]]
-    """Orientation of the left and of the right tool: tilt [rad], yaw [rad], and whether the two fingers have changed
-    sides.
+    """Orientation of the left tool and of the right tool.
+
+    The orientation has a tilt [rad], a yaw [rad], and a flag. The flag is true if the tool is rotated by half a turn,
+    so its two fingers have changed sides.
     """
     grips: list[tuple[float, float]]
-    """Two numbers for each hand: the direction in which it folds, as an angle about z [rad], and the height of its
-    grasp [m].
+    """Two numbers for each hand.
+
+    The first number is the direction in which the hand folds, as an angle about z [rad]. The second number is the
+    height of the hand's grasp [m].
     """
 
 
@@ -110,7 +118,7 @@ class Arms:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the numbers in states and actions."""
+        """Names of the numbers that make up a state or an action of the robot."""
         return state_names(self.robot)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
@@ -121,7 +129,7 @@ class Arms:
         Args:
             lead: Function from the largest motion per step [m] to the path of the hands.
             largest: Largest motion of a hand in a step [m].
-            start: Positions of the hands at the start [m], shape (2, 3).
+            start: Positions of both hands at the start [m], shape (2, 3).
             rate: Steps per second [1/s].
 
         Returns:
@@ -161,7 +169,7 @@ class Arms:
         return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
 
     def opened(self, state: np.ndarray) -> np.ndarray:
-        """Return the same state with open grippers, shape (k,)."""
+        """Return a copy of a state of the robot in which all grippers are open, shape (k,)."""
         left, right = (len(arm.joints) for arm in self.robot.arms)
         found = state.copy()
         found[[left, left + 1 + right]] = 1.0
@@ -169,7 +177,7 @@ class Arms:
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], in the base B."""
+        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], both in the base B."""
         tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
         return [(rotation, offset) for rotation, offset, _ in tools]
 

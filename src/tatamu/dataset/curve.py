@@ -1,6 +1,6 @@
-"""The hands' curve of a randomly drawn fold.
+"""The curve along which the hands move in a randomly drawn fold.
 
-It is near the default curve, an arch, or near the curve of a learned fold.
+This curve is near the default curve, an arch, or near the curve of a learned fold.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from tatamu.search import Parameters
 
 
 def parameters_of(drawn: DrawnFold, task: Task, spread: float) -> Parameters:
-    """Return the parameters of Eq. (9) of a randomly drawn fold.
+    """Return the parameters of the hands' curve, Eq. (9), in a randomly drawn fold.
 
     Args:
         drawn: The random numbers of the fold.

@@ -1,4 +1,4 @@
-"""Write the episodes of a dataset as demonstrations in LeRobot's format."""
+"""Writes the episodes of a dataset as demonstrations in LeRobot's format."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tatamu.folding.score import MEASURES
 from tatamu.lerobot import Feature, LeRobotWriter, camera, flag, vector
 
 FLOATING = "tatamu_hands"
-"""Type of a robot that consists of two floating hands."""
+"""Name that stands for the type of robot in LeRobot's files if there is no robot, but two floating hands."""
 
 
 def start_writer(
@@ -29,8 +29,9 @@ def start_writer(
         root: Folder of the LeRobotDataset.
         specification: The specification of the dataset.
         stand: The robot, and the placement of the fold; None for floating hands.
-        first: Any episode, which shows the sizes of the arrays.
-        key_points: Number of key points of every garment; None if the garments have different numbers.
+        first: Any episode of the dataset, from which the sizes of the arrays are read.
+        key_points: Number of key points, such as corners, of every garment. None if the garments have different
+            numbers of key points.
 
     Raises:
         InputError: If a package or an encoder is missing, or the folder cannot be written.
@@ -51,7 +52,9 @@ def start_writer(
 
 
 def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
-    """Append an episode. Each observation is stored with the action and the reward that follow it.
+    """Append an episode to the demonstrations.
+
+    Each observation is stored with the action and the reward that follow it.
 
     Raises:
         InputError: If a file cannot be written.

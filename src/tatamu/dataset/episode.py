@@ -29,15 +29,15 @@ from tatamu.search import Parameters
 from tatamu.simulators import named
 
 ATTEMPTS = 50
-"""Largest number of folds that are drawn until the robot can carry out a fold."""
+"""Largest number of attempts to draw a fold that the robot can carry out."""
 SECONDS = 120.0
 """Largest duration of an episode [s]."""
 THUMBNAILS = 24
-"""Number of first episodes whose outcome the page shows."""
+"""Number of episodes whose outcome the dataset's page shows. They are the first episodes of the dataset."""
 SHOWN: Camera = "front"
-"""Camera of the pictures on the page."""
+"""Camera of the pictures on the dataset's page."""
 SHARP = 192
-"""Height and width of the pictures on the page."""
+"""Height and width of the pictures on the dataset's page [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -57,17 +57,20 @@ class Episode:
 
     record: EpisodeRecord
     arrays: Mapping[str, np.ndarray]
-    """Arrays by their names, for an episode with T actions.
+    """Arrays of an episode with T actions, by their names.
 
-    A state has s numbers, and an action has a numbers. The cloth has k key points, n vertices and m triangles. There
-    are h hands. A picture has p x p pixels.
+    In the shapes, s is the number of values in a state, and a is the number of values in an action. The cloth has k key
+    points, n vertices and m triangles. There are h hands. A picture has p x p pixels.
 
-    - state (T + 1, s), action (T, a) and reward (T,)
-    - key_points (T + 1, k, 3) [m] and positions (T + 1, n, 3) [m]
-    - hands (T + 1, 4 h) and mask (T + 1, p, p)
-    - faces (m, 3), and final (n, 3) [m] in double precision
-    - pictures of a camera (T + 1, p, p, 3) as `camera.NAME`
-    - `thumbnail` (p, p, 3), only in the first episodes
+    - `state` (T + 1, s), `action` (T, a) and `reward` (T,)
+    - `key_points` (T + 1, k, 3) [m]: positions of corners and of other ends of named edges
+    - `positions` (T + 1, n, 3) [m]: positions of all vertices
+    - `hands` (T + 1, 4 h): position [m] of each hand, and whether the hand holds cloth
+    - `mask` (T + 1, p, p): 1 if a pixel of the view from above shows cloth; only for the format Zarr
+    - `faces` (m, 3): the triangles, as numbers of their vertices
+    - `final` (n, 3) [m]: final positions of all vertices in double precision
+    - `camera.NAME` (T + 1, p, p, 3): pictures of a camera
+    - `thumbnail` (p, p, 3): picture of the outcome, only in the first episodes
     """
 
 
@@ -79,19 +82,22 @@ class _Prepared:
     task: Task
     parameters: Parameters
     actions: np.ndarray
-    """Actions, float32, shape (T, a) for T steps with a numbers each.
+    """Actions, float32, shape (T, a). T is the number of steps, and a is the number of values in an action.
 
     At the end, the open hands wait for `SETTLE` seconds.
     """
     states: np.ndarray | None
-    """States of the robot before, between and after the T steps, float32, shape (T + 1, a); None for floating hands."""
+    """States of the robot before the first step and after each of the T steps; None for floating hands.
+
+    The type is float32 and the shape is (T + 1, a), because a state has as many values as an action.
+    """
 
 
 def record_episode(recorder: Recorder, number: int) -> Episode:
     """Record an episode. The same arguments give the same bytes in every process.
 
     Args:
-        recorder: Everything that is needed to record an episode, except its number.
+        recorder: Everything that is needed to record an episode, except the number of the episode.
         number: Number of the episode, from 0.
 
     Raises:
@@ -199,7 +205,7 @@ def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np
 
 @lru_cache(maxsize=1)
 def _arms(stand: str) -> Arms:
-    """Return the arms of a stand that is given as JSON.
+    """Return the arms of a robot from a stand (robot, and placement of the fold) that is given as JSON.
 
     The last arms are kept in memory, because it takes long to make them.
     """
@@ -207,7 +213,7 @@ def _arms(stand: str) -> Arms:
 
 
 def _world(recorder: Recorder, number: int) -> World:
-    """Draw the world of an episode: random values of all disturbances."""
+    """Choose the world of an episode at random: a value of each disturbance."""
     if recorder.disturbances is None:
         return NOMINAL
     generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))
@@ -215,16 +221,17 @@ def _world(recorder: Recorder, number: int) -> World:
 
 
 def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
-    """Return the stacked observations, by the names of `Episode.arrays`."""
+    """Return the observations of all frames as one array for each name in `Episode.arrays`, stacked along time."""
     stacked = {name: np.stack([each[name] for each in observations]) for name in observations[0]}
     plain = {"vertices": "positions", "key_points": "key_points", "hands": "hands", "mask": "mask"}
     return {plain.get(name, f"camera.{name}"): value for name, value in stacked.items()}
 
 
 def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env: HandsEnv) -> EpisodeRecord:
-    """Return the record with two additional results, if they are known or requested.
+    """Return the record of an episode, with two results added if they are known or requested.
 
-    They are the share of disturbed simulations in which the fold succeeds, and the result of the second simulator.
+    The first result is the success rate of the fold in disturbed simulations. The second result is the outcome in the
+    second simulator.
     """
     outcome = recorder.specification.outcome
     if prepared.drawn.known is not None and not recorder.specification.fold.spread:
@@ -239,7 +246,7 @@ def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env:
 
 
 def _second(simulator: str, task: Task, env: HandsEnv) -> dict[str, Any]:
-    """Return the result of another simulator for the same motion of the hands."""
+    """Return the outcome of an episode in a second simulator, in which the hands move in the same way."""
     try:
         final = named(simulator).simulate(env.scene()).positions[-1]
     except SimulationError:

@@ -1,8 +1,8 @@
 """The folder of a dataset: the episodes that are being recorded, then the finished files.
 
-While episodes are recorded, each episode is a file in the folder `.episodes`. Then all other files are written in the
-folder `.building`, and are moved to their final places. `dataset.json` is moved last. A folder without `dataset.json`
-is therefore unfinished. To resume the recording, the same command is run again.
+While episodes are recorded, each episode is a file in the folder `.episodes`. After that, the finished files are
+written in the folder `.building`, and are moved to their final places. The file `dataset.json` is moved last. A folder
+without `dataset.json` is therefore unfinished. To resume the recording, the same command is run again.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ FINISHED = (*PARTS, "states.zarr", "episodes.parquet", "dataset.html", "dataset.
 class DatasetRecord(OpenRecord):
     """The contents of `dataset.json`.
 
-    It has the specification and the versions of a dataset, and the numbers of episodes, frames and successes.
+    This file contains the specification of a dataset, and the versions of its format and of tatamu. It also contains
+    the numbers of episodes, frames and successes.
     """
 
     version: Literal[1] = 1
@@ -80,7 +81,7 @@ class DatasetFolder:
 
     @property
     def building(self) -> Path:
-        """Folder in which the finished files are written first."""
+        """Folder in which the finished files are written before they are moved to their final places."""
         return self.path / ".building"
 
     @property
@@ -112,7 +113,7 @@ class DatasetFolder:
         return _read_record(self.file)
 
     def locked(self) -> AbstractContextManager[object]:
-        """Lock the folder for this process, while the context lasts.
+        """Lock the folder for this process, until the `with` statement ends.
 
         Raises:
             InputError: If another process writes a dataset here, or the folder cannot be written.
@@ -160,7 +161,7 @@ class DatasetFolder:
         write_npz(self.episode_file(episode.record.episode), {**episode.arrays, "record": about})
 
     def kept(self, number: int) -> Episode:
-        """Return a stored episode.
+        """Return a stored episode by its number.
 
         Raises:
             InputError: If the file of the episode is missing or broken.

@@ -34,7 +34,7 @@ from tatamu.version import __version__
 Progress = Callable[[int, int], None]
 """Function that is called with the number of recorded episodes and the number of all episodes."""
 UNDER_WAY = 64
-"""Largest number of episodes that are submitted but not yet stored."""
+"""Largest number of episodes that are submitted to the executor but not yet stored."""
 
 
 def make_dataset(
@@ -49,7 +49,7 @@ def make_dataset(
     Args:
         specification: The specification, or its file.
         out: Folder of the dataset.
-        executor: Executor that records the episodes; None for threads on every processor.
+        executor: Executor that records the episodes; None for threads of this process, one for each processor.
         progress: Function that is called after every episode.
 
     Raises:
@@ -75,9 +75,9 @@ def make_dataset(
 
 
 def _check(specification: DatasetSpecification) -> list[LearnedFold]:
-    """Return the learned folds of a specification.
+    """Check that a dataset can be recorded and written, and return the learned folds of its specification.
 
-    An error is raised before any episode is recorded if the dataset cannot be recorded or written.
+    If the check fails, an error is raised before the first episode is recorded.
     """
     load_disturbances(specification.disturbances)
     needed("pyarrow")
@@ -94,7 +94,10 @@ def _check(specification: DatasetSpecification) -> list[LearnedFold]:
 
 
 def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) -> Stand | None:
-    """Return the robot with its best placement for the first fold, at the largest size; None for floating hands."""
+    """Find the best placement of a fold in front of the robot, and return it with the robot; None for floating hands.
+
+    The fold is the first fold of the dataset. Its garment has the largest size that may be drawn at random.
+    """
     if specification.robot is None:
         return None
     drawn = draw_fold(specification, runs, 0)
@@ -138,7 +141,7 @@ class _Overview:
     records: list[EpisodeRecord]
     extents: dict[str, Extent]
     key_points: set[int]
-    """Numbers of key points that occur in the episodes."""
+    """The different numbers of key points in the episodes. Key points are corners and other ends of named edges."""
 
     @classmethod
     def of(cls, folder: DatasetFolder, count: int) -> _Overview:
@@ -152,7 +155,7 @@ class _Overview:
 
 
 def _write(recorder: Recorder, folder: DatasetFolder) -> None:
-    """Write the finished files from the stored episodes."""
+    """Write the finished files of the dataset from the stored episodes."""
     specification = recorder.specification
     building = folder.building
     try:

@@ -16,7 +16,7 @@ from tatamu.presentation.page import render
 from tatamu.robustness.record import interval_of
 
 LEAST = 1e-4
-"""Smallest distance on the logarithmic axis [m]. Smaller distances appear in the chart at this value."""
+"""Smallest distance on the logarithmic axis of a chart [m]. Smaller distances appear in the chart at this value."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 UNITS = {
@@ -30,11 +30,11 @@ UNITS = {
     "slip": (1e3, "slip [mm]"),
     "residual_bend": (1e3, "residual bend [mm]"),
 }
-"""Factor and title of each measure on the page."""
+"""Factor and title of each measure on the page. The factor converts the measure to the unit in the title."""
 
 
 def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Sequence[np.ndarray]) -> str:
-    """Return the whole page.
+    """Return the whole page as HTML.
 
     Args:
         dataset: Description of the dataset.
@@ -109,7 +109,7 @@ def _words(record: EpisodeRecord) -> str:
 
 
 def _distances(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return a histogram of the episodes' distances from the target."""
+    """Return a histogram of the distances between the episodes' folded cloth and its target."""
     values = np.array([max(_distance(record), LEAST) for record in records]) * 1e3
     edges = np.geomspace(0.9 * values.min(), 1.1 * values.max(), 31)
     counts, _ = np.histogram(values, edges)
@@ -137,7 +137,7 @@ def _distances(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _paths(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return a chart of the two parts of the objective, Eq. (10): a dot for each episode."""
+    """Return a chart with a dot for each episode. The axes are the two parts of the objective, Eq. (10)."""
     clouds = []
     for succeeds, colour, name in ((True, "@plot", "succeeds"), (False, "@warm", "fails")):
         own = [record for record in records[:MOST_POINTS] if record.success == succeeds]
@@ -163,6 +163,9 @@ def _paths(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _distance(record: EpisodeRecord) -> float:
-    """Return the distance that decides whether a fold succeeds [m]; infinite if its simulation failed."""
+    """Return the vertex distance of an episode that decides whether the fold succeeds [m].
+
+    It is infinite if the simulation of the episode failed.
+    """
     found = None if record.score is None else judged_distance(record.score)
     return np.inf if found is None else found

@@ -16,17 +16,17 @@ class EpisodeRecord(Subject):
     episode: int
     """Number of the episode, from 0."""
     fold: int
-    """Number of the fold. Several episodes may have the same fold."""
+    """Number of the fold. Several episodes can have the same fold."""
     task: str
     """The task as text."""
     source: str
-    """"drawn" for a randomly drawn fold, or the folder of the learned fold."""
+    """Source of the fold: the word "drawn" for a randomly drawn fold, or the folder of a learned fold."""
     parameters: dict[str, float]
-    """Parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9)."""
+    """Parameters x1, z1, x2, z2 [m], g1 and g2 of the hands' curve, Eq. (9)."""
     world: dict[str, float]
-    """Value of each disturbance that is not 0."""
+    """Values of the disturbances, by their names. Disturbances with the value 0 are left out."""
     frames: int
-    """Number of actions."""
+    """Number of actions in the episode."""
     vertices: int
     """Number of vertices of the cloth."""
     success: bool
@@ -40,18 +40,18 @@ class EpisodeRecord(Subject):
     held: int = 0
     """Number of disturbed simulations in which the fold succeeded."""
     held_from: str = ""
-    """Source of the disturbed simulations.
+    """Word that names the source of the disturbed simulations; empty if there are no disturbed simulations.
 
-    It is one of the following words, or empty if there are no disturbed simulations:
+    The words mean:
 
     - "worlds": the additional simulations that the specification requests
     - "margins" or "study": the simulations of a learned fold
     - "episodes": the episodes with the same fold
     """
     held_share: float | None = None
-    """Share of disturbed simulations in which this fold succeeds; None without disturbances."""
+    """Success rate of this fold in disturbed simulations, from 0 to 1; None if there are no disturbed simulations."""
     held_interval: tuple[float, float] | None = None
-    """Confidence interval of the share at 95 % (Clopper and Pearson 1934)."""
+    """Confidence interval of the success rate `held_share` at 95 % (Clopper and Pearson 1934)."""
     second_simulator: str = ""
     """Name of the second simulator; empty if there is no second simulator."""
     second_success: bool | None = None
@@ -59,26 +59,26 @@ class EpisodeRecord(Subject):
     second_mean_vertex_distance: float | None = None
     """Mean vertex distance to the target in the second simulator [m].
 
-    None without a second simulator, or if its simulation failed.
+    None if there is no second simulator, or if the second simulator failed.
     """
 
     def with_share(self, held: int, draws: int, source: str) -> EpisodeRecord:
-        """Return the record with the share of disturbed simulations in which the fold succeeds."""
+        """Return a copy of the record that contains the success rate of the fold in disturbed simulations."""
         low, high = interval_of(held, draws)
         share = {"held_share": held / draws, "held_interval": (low, high)}
         return self.model_copy(update={"held": held, "held_draws": draws, "held_from": source, **share})
 
     @property
     def drawn_world(self) -> World:
-        """The world of the episode: its values of all disturbances."""
+        """The world of the episode, which has a value of each disturbance."""
         return World(self.world)
 
 
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:
-    """Return the records with the share of disturbed simulations in which each fold succeeds.
+    """Return copies of the records that contain the success rate of each fold in disturbed simulations.
 
-    The share counts the additional simulations that the specification requests. If the specification requests none, the
-    share counts the episodes with the same fold.
+    The rate is computed from the additional simulations that the specification requests. If the specification requests
+    none, it is computed from the episodes with the same fold.
 
     Args:
         records: Records of all episodes.

@@ -19,13 +19,13 @@ from tatamu.lerobot import LeRobotReader
 
 @dataclass(frozen=True)
 class Replay:
-    """The outcome of the actions of an episode, simulated again."""
+    """The outcome of a new simulation of an episode's actions."""
 
     recorded: EpisodeRecord
     success: bool
     """Whether the fold succeeds in the new simulation."""
     score: Score
-    """Score of the new outcome."""
+    """Score (all measures) of the outcome in the new simulation."""
     distances: np.ndarray
     """Distance of each vertex between the new and the recorded final position [m], shape (n,)."""
 

@@ -24,21 +24,26 @@ MOST_RUNS = 10_000
 
 @dataclass(frozen=True)
 class DrawnFold:
-    """A fold before its garment is made.
+    """A fold that has been chosen at random, but whose garment has not been made yet.
 
-    It has the names of garment, plan and material, and the random numbers for the curve of the hands.
+    It contains the names of the garment, the plan and the material, and the random numbers for the hands' curve.
     """
 
     source: str
     subject: Subject
     unit: tuple[float, ...]
-    """Distances from the middle curve as fractions of `spread`, from -1 to 1, for x1, z1, x2, z2, g1 and g2."""
+    """Random numbers from -1 to 1, one for each of the parameters x1, z1, x2, z2, g1 and g2 of the hands' curve.
+
+    They are the differences between the hands' curve and the middle curve, near which it is chosen. At -1 and 1, a
+    parameter has the largest difference that the specification's `spread` allows.
+    """
     middle: Parameters | None = None
-    """Parameters of the learned fold's curve, which is the middle curve; None if the default curve, an arch, is the
-    middle.
+    """Parameters of the middle curve, near which the hands' curve is chosen at random.
+
+    They are the parameters of the learned fold. None if the middle curve is the default curve, an arch.
     """
     known: tuple[int, int, str] | None = None
-    """Numbers of successes and of tests of the learned fold, and the source of these numbers; None if unknown."""
+    """Number of successes of the learned fold, number of its tests, and source of these numbers; None if unknown."""
 
 
 @dataclass(frozen=True)
@@ -98,10 +103,10 @@ def draw_fold(
 
 
 def check_names(specification: DatasetSpecification) -> None:
-    """Raise an error if a garment, plan or material is unknown or does not fit, before any episode is recorded.
+    """Check the garments, plans and materials of a specification, before any episode is recorded.
 
     Raises:
-        InputError: If a name is unknown or does not fit; the message contains the name.
+        InputError: If a name is unknown, or a plan or a size does not fit a garment.
     """
     garment = specification.drawn_garment
     materials = [None] if garment.material is None else _listed(garment.material)
@@ -112,9 +117,9 @@ def check_names(specification: DatasetSpecification) -> None:
 
 
 def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
-    """Return the subject with the largest size that may be drawn for these names.
+    """Return the subject with the largest size that may be drawn at random, for a garment, a plan and a material.
 
-    A subject is a garment and a step of a fold plan.
+    A subject is a garment and a step of a fold plan. The arguments are names.
     """
     drawn = specification.drawn_garment
     return Subject(

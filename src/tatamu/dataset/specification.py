@@ -60,17 +60,19 @@ class FoldDraw(Record):
 
     source: Literal["drawn", "learned", "sweep"] = "drawn"
     plan: Names = "half"
-    """Name or file of a fold plan, whose first step is folded. Only for randomly drawn folds."""
+    """Name or file of a fold plan, whose first step is folded. Used only for randomly drawn folds."""
     hands: Literal[1, 2] | None = None
-    """Number of hands that fold; None for the plan's number. Only for randomly drawn folds."""
+    """Number of hands that fold; None for the number in the fold plan. Used only for randomly drawn folds."""
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
-    """Largest distance from the default curve, an arch, or from the learned fold's curve, as a fraction of the search
-    space.
+    """Largest difference of each curve parameter from the middle curve, as a fraction of the search space.
+
+    The hands' curve is chosen at random near a middle curve. The middle curve is the learned fold's curve. Without a
+    learned fold, it is the default curve, an arch.
     """
     runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
-    """Folders of `tatamu learn`. Only for learned folds."""
+    """Folders with learned folds, written by `tatamu learn`; None if `source` is not "learned"."""
     sweep: Annotated[str, Field(min_length=1)] | None = None
-    """Folder of `tatamu sweep`. Only for folds of a sweep."""
+    """Folder of a sweep, written by `tatamu sweep`; None if `source` is not "sweep"."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -84,7 +86,7 @@ class FoldDraw(Record):
 
 
 class RobotDraw(Record):
-    """The robot whose arms fold. If no place is given, the best place is searched for."""
+    """The robot whose arms fold. If the file gives no place for the fold, the best place is searched for."""
 
     name: Annotated[str, Field(min_length=1)]
     """Name of a robot, or a .toml file that describes a robot."""
@@ -102,7 +104,7 @@ class RecordOptions(Record):
     cameras: list[Camera] = Field(default_factory=lambda: list[Camera](("top", "front")))
     """Cameras whose pictures are stored as videos."""
     pixels: Annotated[StrictInt, Field(ge=64, le=512, multiple_of=2)] = 96
-    """Height and width of pictures and masks."""
+    """Height and width of pictures and masks [pixels]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -117,14 +119,14 @@ class OutcomeOptions(Record):
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
     """Number of additional disturbed simulations of each fold.
 
-    They give the share of simulations in which the fold succeeds.
+    The dataset contains the success rate of the fold in these simulations.
     """
     simulator: Literal["mujoco", "blender"] | None = None
     """A second simulator that repeats the hands' motion of each episode; None for no second simulator."""
 
 
 class DatasetSpecification(Record):
-    """The contents of a specification file."""
+    """The contents of the file that specifies a dataset."""
 
     version: Literal[1] = 1
     episodes: Annotated[StrictInt, Field(ge=1, le=MOST_EPISODES)]
@@ -168,7 +170,7 @@ class DatasetSpecification(Record):
 
 
 def read_specification(path: Path) -> DatasetSpecification:
-    """Read a specification file.
+    """Read the file that specifies a dataset.
 
     Raises:
         InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.

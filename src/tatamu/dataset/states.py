@@ -1,7 +1,7 @@
 """States in the format Zarr 3: the positions of every vertex and hand over time.
 
-The arrays are padded to the longest episode and the largest cloth. A shard is a file with a part of an array. It
-contains whole episodes, and is written only once, by one process.
+The arrays are padded to the longest episode and the largest cloth. A shard is a file with a part of an array. A shard
+contains whole episodes, and one process writes it only once.
 """
 
 from __future__ import annotations
@@ -25,27 +25,28 @@ MOST_IN_SHARD = 64
 FRAMES = 16
 """Number of frames in a chunk, which is the part of a shard that is read at once."""
 GAP: Mapping[str, Any] = {"f": np.nan, "i": -1, "b": False, "u": 0}
-"""Values that fill an array after the last frame of an episode and after the last vertex of a cloth, by the kind of
-numbers.
+"""Values that fill the unused parts of an array, by the kind of its numbers: float, int, bool, unsigned int.
+
+An array is unused after the last frame of an episode, and after the last vertex of a cloth.
 """
 PER_FRAME = ("positions", "key_points", "hands", "mask", "state", "action", "reward")
-"""Names of the arrays with a row for each frame or action."""
+"""Names of an episode's arrays that have a row for each frame or action."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """Shape that is large enough for an array in every episode, and the type of the array's numbers."""
+    """The shape and the type of an array of an episode. The shape is large enough for this array in every episode."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
 
     def joined(self, array: np.ndarray) -> Extent:
-        """Return this extent, enlarged until the array fits."""
+        """Return this extent, enlarged so that the array of another episode fits too."""
         return Extent(tuple(map(max, self.shape, array.shape)), self.dtype)
 
 
 def extend(extents: dict[str, Extent], episode: Episode) -> None:
-    """Enlarge the extents until the arrays of an episode fit."""
+    """Enlarge the extents, one for each array, so that the arrays of another episode fit too."""
     for name in (*PER_FRAME, "faces"):
         if name in episode.arrays:
             array = episode.arrays[name]
@@ -53,16 +54,16 @@ def extend(extents: dict[str, Extent], episode: Episode) -> None:
 
 
 class StateWriter:
-    """A Zarr group that is being written. It writes each shard only once."""
+    """A Zarr group that is being written. Each shard, a file with several episodes, is written only once."""
 
     def __init__(self, root: Path, count: int, extents: Mapping[str, Extent], about: Mapping[str, Any]) -> None:
-        """Create the arrays of the group.
+        """Create the arrays of the Zarr group.
 
         Args:
             root: Folder of the group.
             count: Number of episodes.
             extents: Largest shape and type of each array, by the name of the array.
-            about: Attributes of the group.
+            about: Attributes of the group, such as the version of tatamu.
 
         Raises:
             InputError: If the folder cannot be written, or zarr is not installed.
@@ -113,7 +114,7 @@ class StateWriter:
 
 
 def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.ndarray]:
-    """Return the arrays of an episode without their padding.
+    """Return the arrays of an episode from the Zarr group, without their padding.
 
     Args:
         root: Folder of the group.

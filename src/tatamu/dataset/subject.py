@@ -34,7 +34,7 @@ class Subject(OpenRecord):
     """Positions of the cloth before the fold [m]: x, y, z of each vertex; None if the cloth is flat on the table."""
 
     def make_task(self) -> Task:
-        """Return the task. The latest tasks are kept in memory.
+        """Return the task of the subject. The tasks that were made last are kept in memory.
 
         Raises:
             InputError: If a file of the garment or the plan does not exist, or the names and numbers do not fit.

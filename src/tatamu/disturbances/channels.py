@@ -30,8 +30,9 @@ FIELDS = (
     "bending_rigidity_initial",
     "air_drag_turning",
 )
-"""Fields of a material that may be disturbed, in the order of the random numbers. New fields must be appended, because
-otherwise all random draws change."""
+"""Fields of a material that may be disturbed, in the order of their random numbers.
+
+New fields must be appended, because otherwise all random draws change."""
 
 DIRECTIONS = ("along", "across", "up")
 

@@ -22,7 +22,7 @@ from tatamu.records import Record
 DEFAULT = "default"
 NONE = "none"
 OWN = Path(__file__).parent
-"""Folder that contains `default.toml`."""
+"""Folder that contains `default.toml`, the file of the default disturbances."""
 
 Length = Annotated[Number, Field(ge=0.0, le=0.5)]
 """Standard deviation of a position [m]."""
@@ -59,7 +59,7 @@ def _flat(value: Any) -> Any:
 
 
 def _one_or_two(value: Any) -> Any:
-    """Check that a value is one deviation for both hands, or one deviation for each hand."""
+    """Check that a value is one standard deviation for both hands, or two standard deviations, one for each hand."""
     each = value if isinstance(value, list) and len(value) == 2 else [value]
     if any(isinstance(one, bool) or not isinstance(one, int | float) or not 0.0 <= one <= 0.5 for one in each):
         raise ValueError(f"must be a number from 0 to 0.5, or two, of the left and the right hand, given {value!r}")
@@ -74,26 +74,26 @@ LEAST_EIGENVALUE = -0.01
 
 
 class HandErrors(Record):
-    """Errors of the hands. They stay constant during one fold."""
+    """Standard deviations of the errors of the hands. The errors stay constant during one fold."""
 
     offset: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
     """Common offset of both hands along the fold, across it, and up [m]."""
     difference: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
-    """Position of the left hand relative to the right hand, along the fold, across it, and up [m].
+    """Error of the left hand's position relative to the right hand, along the fold, across it, and up [m].
 
     The left hand has half of this error, and the right hand has the opposite half."""
     yaw: Angle = 0.0
-    """Rotation of both hands about the middle between them [rad]."""
+    """Error in the rotation of both hands about the middle between them [rad]."""
     opening_delay: Time = 0.0
-    """Time between the opening of one hand and the opening of the other hand [s]."""
+    """Delay between the opening of one hand and the opening of the other hand [s]."""
     speed: Relative = 0.0
     """Relative deviation of the speed of both hands."""
 
 
 class GraspErrors(Record):
-    """Errors of the grasps, independent for each hand.
+    """Standard deviations of the errors of the grasps.
 
-    They do not change the place where the hands lay the cloth down.
+    The errors of the two hands are independent. They do not change the place where the hands lay the cloth down.
     """
 
     along: LengthOfHands = 0.0
@@ -103,16 +103,16 @@ class GraspErrors(Record):
 
 
 class PlaceErrors(Record):
-    """Errors of the assumed position of the cloth."""
+    """Standard deviations of the errors of the assumed position of the cloth."""
 
     place: TwoLengths = Field(default_factory=lambda: [0.0] * 2)
     """Displacement of the cloth along the fold and across it [m]."""
     yaw: Angle = 0.0
-    """Rotation about the middle of the cloth [rad]."""
+    """Error in the rotation of the cloth about its middle [rad]."""
 
 
 class TableErrors(Record):
-    """Errors of the table."""
+    """Standard deviations of the errors of the table."""
 
     height: Length = 0.0
     """Error in the height of the table's top [m]."""
@@ -158,11 +158,13 @@ class Disturbances(Record):
 
     None if all disturbances are independent."""
     mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Means that are not zero, by the names of `CHANNELS`.
+    """Means of the disturbances whose mean is not zero, by the names of `CHANNELS`.
 
     The mean of a relative disturbance is the mean of its logarithm."""
     systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Fraction of each variance that is equal in every fold of a set-up, which is one robot, garment and table.
+    """Fraction of each disturbance's variance that is systematic: equal in every fold of a set-up.
+
+    A set-up is one robot, garment and table.
 
     The keys are names of `CHANNELS` or their beginnings. The file `systematic.toml` contains the defaults.
     """
@@ -232,7 +234,7 @@ def read_disturbances(path: Path) -> Disturbances:
 
 
 def disturbances_in(value: Mapping[str, Any], source: Path | str) -> Disturbances:
-    """Return disturbances from plain data that have the form of a file.
+    """Return disturbances from dictionaries with the same tables as a file of disturbances.
 
     Args:
         value: The tables of the file. The table [source] is ignored.

@@ -25,9 +25,10 @@ from tatamu.scene import Scene
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Stiffnesses along the warp. Their error factors also apply to the stiffnesses in other directions."""
 NEAR = 0.02
-"""Horizontal distance over which the layers below a finger gradually begin to limit the height of the finger [m].
+"""Horizontal distance over which layers of cloth below a finger begin to carry the finger [m].
 
-The layers that stay begin to limit it at the fold line. The layers that the hand carries do so shortly before the
+The limit that the layers set to the finger's height grows over this distance from zero to its full value. For layers of
+the side that stays, it grows behind the fold line. For layers that the hand carries, it grows shortly before the
 release."""
 PRESSES = 0.25
 """Depth to which a finger presses into layers before its arm yields, in thicknesses of the cloth.
@@ -44,7 +45,7 @@ PAD_POINTS = (12, 8)
 A pad is the surface with which a hand holds cloth.
 """
 SIDES = (("left", 1.0), ("right", -1.0))
-"""Names of the hands, each with a sign. With it, half of `hands.difference` is added to the hand's position."""
+"""Names of the hands, each with a sign. Half of `hands.difference` times this sign is added to the hand's position."""
 
 
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
@@ -91,7 +92,7 @@ def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | 
 
 
 def _material(usual: Material, world: World) -> Material:
-    """Return the disturbed material. Each of its fields is kept within its bounds."""
+    """Return the material of the cloth with its random errors. Each of its fields is kept within its bounds."""
     known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
     changed = {name: float(np.clip(known[name] * _factor(name, world), *_bounds(name))) for name in known}
     return _possible(usual.model_copy(update=changed))
@@ -115,7 +116,10 @@ def _possible(material: Material) -> Material:
 
 
 def _factor(name: str, world: World) -> float:
-    """Return the error factor of a field. The factor of a warp stiffness also applies to the other directions."""
+    """Return the random factor by which a field of the material deviates.
+
+    The factor of a warp stiffness also applies to the other directions.
+    """
     own = world.factor(f"material.{name}")
     base = next((field for field in BASES if name.startswith(f"{field}_")), None)
     return own if base is None else own * world.factor(f"material.{base}")
@@ -179,7 +183,7 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
 
 
 def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the errors of each hand along the fold, across it and up [m], which a correction of the hand can undo.
+    """Return those errors of each hand that a correction can undo, along the fold, across it and up [m].
 
     The result contains two arrays for each hand. The first is the error of its grasp, shape (2,). The second is the
     error of its position, shape (3,). A displacement of the cloth counts as a displacement of the hands.
@@ -195,9 +199,9 @@ def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tu
 
 
 def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
-    """Return the offset of each hand from its vertex at the grasp [m], shape (hands, 3).
+    """Return the commanded offset of each hand from the vertex that it grasps [m], shape (hands, 3).
 
-    The offset is 0 without a correction.
+    The offset is 0 if the manipulation was not corrected.
     """
     return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
@@ -213,8 +217,8 @@ def _delay(world: World, number: int) -> float:
 def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> np.ndarray:
     """Return the error of a hand's position [m], shape (3,).
 
-    The grasp has an error of its own. The horizontal error therefore does not act at the grasp. It acts while the hand
-    carries the cloth and lays it down.
+    The horizontal part of this error does not act at the grasp, because the grasp has an error of its own. It acts
+    while the hand carries the cloth and lays it down.
     """
     error = world.vector("hands.offset") - [0.0, 0.0, world["table.height"]]
     if len(manipulation.grasps) > 1:
@@ -276,7 +280,10 @@ def _side_of(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> np.ndarr
 
 
 def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
-    """Return the vertex of the moving side that is nearest to a point. The result is `vertex` if none is nearer."""
+    """Return the vertex of the cloth's moving side that is nearest to a point.
+
+    The result is `vertex` if no other vertex is nearer.
+    """
     across, _ = fold.crease.split(fold.start)
     level = np.abs(fold.start[:, 2] - fold.start[vertex, 2]) < 0.5 * fold.garment.material.thickness
     near = np.flatnonzero((across < 0) & level)

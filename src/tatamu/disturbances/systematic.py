@@ -27,7 +27,7 @@ class Split:
     """The systematic and the random parts of k disturbances, in the order of `names`."""
 
     names: tuple[str, ...]
-    """Names of the disturbances, from `CHANNELS`. Each has a deviation above 0 or a mean that is not 0."""
+    """Names of the disturbances, from `CHANNELS`. Each has a standard deviation above 0 or a mean that is not 0."""
     mean: np.ndarray
     """Means of the disturbances, shape (k,)."""
     systematic: np.ndarray

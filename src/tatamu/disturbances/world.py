@@ -73,7 +73,7 @@ NOMINAL = World({})
 
 
 def deviations(disturbances: Disturbances) -> dict[str, float]:
-    """Return the standard deviations that are above 0, by the names of `CHANNELS`."""
+    """Return the standard deviations of disturbances that are above 0, by the names of `CHANNELS`."""
     hands = disturbances.hands
     found = {
         **dict(zip((f"hands.offset.{d}" for d in DIRECTIONS), hands.offset, strict=True)),
@@ -92,7 +92,7 @@ def deviations(disturbances: Disturbances) -> dict[str, float]:
 
 
 def _of_hands(name: str, value: LengthOfHands) -> dict[str, float]:
-    """Return the deviations of the left hand and of the right hand, by their names."""
+    """Return the standard deviations of one error of the left and of the right hand, by the names of `CHANNELS`."""
     left, right = value if isinstance(value, list) else (value, value)
     return {f"{name}.left": left, f"{name}.right": right}
 

@@ -1,4 +1,4 @@
-"""Environments of Gymnasium: a whole fold by one action, and hands that a policy moves step by step.
+"""Two Gymnasium environments. In `Fold-v0`, one action makes a whole fold. In `Hands-v0`, a policy moves the hands.
 
     import gymnasium as gym
 

@@ -1,4 +1,4 @@
-"""Cameras with names. They make small pictures of cloth and hands for policies, and are fast."""
+"""Named cameras that quickly make small pictures of cloth and hands, from which a policy learns."""
 
 from __future__ import annotations
 
@@ -16,12 +16,15 @@ Camera = Literal["top", "front", "left", "right"]
 CAMERAS: tuple[Camera, ...] = get_args(Camera)
 """Names of the cameras.
 
-The camera `top` looks from above. The others look from three sides, 45 degrees above the table.
+The camera `top` looks straight down. The others look at the cloth from three sides, 45 degrees above the table.
 """
 FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
-"""Direction of each camera: angle about z from +x, and angle above the table [degrees]. A fold begins at -x."""
+"""Direction from the cloth to each camera: angle about z from +x, and angle above the table [degrees].
+
+At the start of a fold, the hands are on the side of -x.
+"""
 FAR = 3.0
-"""Distance of a camera from the middle of the cloth, as a multiple of the radius of the visible area."""
+"""Distance of a camera from the middle of the cloth, as a multiple of the visible area's radius."""
 ROOM = 1.1
 """Ratio of the radius of the visible area to the radius of the flat cloth."""
 HAND = 0.02
@@ -81,7 +84,7 @@ class Studio:
         return np.where(np.isfinite(found), found, 0.0).astype(np.float32)
 
     def _mesh(self, points: np.ndarray, hands: np.ndarray) -> PaintedMesh:
-        """Return a mesh of the cloth, and an octahedron for each hand."""
+        """Return one mesh for a picture, which contains the cloth and an octahedron for each hand."""
         count = len(points)
         faces = [self._faces, *(FACES + count + len(CORNERS) * number for number in range(len(hands)))]
         shapes = [points, *(hand + HAND * CORNERS for hand in hands)]
@@ -96,7 +99,10 @@ class Studio:
 
 
 def _view(middle: np.ndarray, radius: float, pixels: int, angle: float, height: float) -> View:
-    """Return a view of a ball around `middle` [m], from an angle about z and an angle above the table [degrees]."""
+    """Return the view of a camera that shows a ball around `middle` [m].
+
+    The camera's direction is given by an angle about z and an angle above the table [degrees].
+    """
     turn, rise = np.radians([angle, height])
     near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
     right = np.array([-np.sin(turn), np.cos(turn), 0.0])

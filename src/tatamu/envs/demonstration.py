@@ -50,11 +50,9 @@ def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: fl
 
 
 def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.ndarray:
-    """Return the actions for a motion of the hands, float32, shape (steps + wait, 4 hands).
+    """Return the actions for a motion of the hands, float32, shape (steps + wait, 4 * hands).
 
-    An action has four numbers for each hand.
-
-    After the motion, the hands wait with open jaws.
+    An action has four numbers for each hand. After the motion, the hands wait with open jaws.
 
     Args:
         led: Path of the hands.
@@ -84,7 +82,7 @@ def follow(
 
 
 def _places(manipulation: Manipulation, instants: np.ndarray) -> np.ndarray:
-    """Return the displacement of each hand from its grasp at k times [m], shape (k, hands, 3)."""
+    """Return how far each hand has moved from its grasp at k times [m], shape (k, hands, 3)."""
     times, paths = manipulation.motion()
     return np.stack(
         [np.column_stack([np.interp(instants, times, column) for column in path.T]) for path in paths], axis=1

@@ -1,4 +1,4 @@
-"""Episodes of one task. A world, which is one random draw of all disturbances, is drawn for each episode."""
+"""Episodes of one task. A new world, which is one random draw of all disturbances, is drawn for each episode."""
 
 from __future__ import annotations
 

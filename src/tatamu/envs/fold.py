@@ -1,6 +1,7 @@
-"""`tatamu/Fold-v0`: one action, which is the six numbers of Eq. (9), makes one fold. The reward is -C.
+"""The environment `tatamu/Fold-v0`, in which one action makes one fold.
 
-C is the objective of a fold, Eq. (10).
+An action contains the six parameters of the hands' curve, Eq. (9). The reward is -C, where C is the objective of a
+fold, Eq. (10).
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
 
         Args:
             garment: A garment, or the name or file of a garment.
-            fold: Name or file of a fold plan. Its first step is folded.
+            fold: Name or file of a fold plan. Only the first fold of the plan is made.
             size: Width and length of the garment [m]; None for the garment's own size.
             material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
             spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
@@ -89,7 +90,8 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         """Make one fold, which ends the episode.
 
         Args:
-            action: The six numbers of Eq. (9), each scaled so that its bounds become -1 and 1, shape (6,).
+            action: The six parameters of the hands' curve, Eq. (9), shape (6,). Each parameter is scaled so that its
+                bounds become -1 and 1.
 
         Raises:
             InputError: If the action does not have this shape, or is not finite.
@@ -107,7 +109,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observe(), -found.objective, True, False, info
 
     def parameters(self, action: np.ndarray) -> Parameters:
-        """Return the parameters of Eq. (9) for an action. Values below -1 or above 1 are clipped.
+        """Return the parameters of the hands' curve, Eq. (9), for an action. Values below -1 or above 1 are clipped.
 
         Raises:
             InputError: If the action does not have the shape (6,), or is not finite.
@@ -122,7 +124,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return {name: bounds[name].nearest(bounds[name].low + each * ranges[name]) for name, each in given_parts}
 
     def action(self, parameters: Parameters) -> np.ndarray:
-        """Return the action for the parameters of Eq. (9), shape (6,)."""
+        """Return the action for the parameters of the hands' curve, Eq. (9), shape (6,)."""
         self.task.space.check(parameters)
         bounds = [self.task.space.bounds[name] for name in NAMES]
         values = [parameters[name] for name in NAMES]

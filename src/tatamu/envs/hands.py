@@ -1,4 +1,4 @@
-"""`tatamu/Hands-v0`: hands that a policy moves at 10 Hz by default, with jaws that open and close."""
+"""The environment `tatamu/Hands-v0`: a policy moves hands step by step, and opens and closes their jaws."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """Make the environment.
 
         Args:
-            garment: A garment, or the name or file of a garment. It may also be a task, which has its own fold, size,
-                material and spacing.
-            fold: Name or file of a fold plan. Its first step is folded.
+            garment: A garment, or the name or file of a garment. It may also be a task, which already contains
+                the fold, the size, the material and the spacing.
+            fold: Name or file of a fold plan. Only the first fold of the plan is made.
             size: Width and length of the garment [m]; None for the garment's own size.
             material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
             spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
@@ -79,7 +79,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
             reward: "dense" to reward progress towards the target and success, "sparse" to reward only success.
             seconds: Length of an episode [s].
             rate: Steps per second [1/s].
-            options: Abilities of the hands; None for the defaults.
+            options: Limits of the hands and conditions of success; None for the defaults.
             render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
 
         Raises:
@@ -120,8 +120,8 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         Args:
             seed: Random seed for the disturbances of this and the following episodes; None to continue the random
                 sequence.
-            options: May have the entry "world": values of disturbances by their names. With this entry, no disturbances
-                are drawn.
+            options: None, or a dictionary with the entry "world": values of disturbances by their names. With this
+                entry, no disturbances are drawn.
         """
         super().reset(seed=seed)
         given = (options or {}).get("world")
@@ -176,7 +176,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Move the hands to these positions in one step. Unlike `step`, this method does not limit their speed.
+        """Move the hands to the positions `places` in one step. Unlike `step`, this method does not limit their speed.
 
         Args:
             places: Assumed positions of the hands at the end of the step [m], shape (hands, 3).
@@ -202,12 +202,13 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observer.observe(self._view), progress + float(success), success, over and not success, info
 
     def follow(self, parameters: Parameters) -> Iterator[np.ndarray]:
-        """Return actions with which the hands follow a manipulation, as a demonstration.
+        """Yield actions with which the hands follow a manipulation, as a demonstration.
 
-        The hands first go to the grasps with open jaws, then close and follow their paths.
+        A manipulation is a planned motion of the hands that makes a fold. The hands first go to the grasps with open
+        jaws, then close and follow their paths.
 
         Args:
-            parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
+            parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of the hands' curve, Eq. (9).
 
         Raises:
             InputError: If a parameter is wrong.
@@ -215,7 +216,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return follow(self.task.manipulation(parameters), self.start, self.largest, self.rate, self.steps)
 
     def scene(self) -> Scene:
-        """Return the motion of the hands so far as a scene for any simulator.
+        """Return the hands' motion in this episode so far as a scene, which any simulator can run.
 
         The scene ends `SETTLE` seconds after the last step.
         """
@@ -255,7 +256,10 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return float(vertex_distances(self.task.fold.target, self._view.positions).mean())
 
     def _succeeds(self) -> bool:
-        """Return whether the fold succeeds as `Score` defines it, with open hands and cloth at rest."""
+        """Return whether the fold is successful.
+
+        It is successful if its `Score` is good, the hands are open, and the cloth is at rest.
+        """
         if self._view.closed.any() or np.linalg.norm(self._view.velocities, axis=1).mean() > self.options.calm:
             return False
         near = self._distance <= Limits().mean_vertex_distance  # tested first, because the view from above takes longer

@@ -11,18 +11,24 @@ from tatamu.simulators.native import HandTarget
 
 @dataclass(frozen=True)
 class HandsOptions:
-    """Limits of the hands, and the conditions of success."""
+    """Limits of the hands' motion, and the conditions for a successful fold."""
 
     speed: float = 0.6
-    """Largest speed along each axis [m/s]. It is the speed of a manipulation (De Gusseme and wyffels 2022)."""
+    """Largest speed of a hand along each axis [m/s].
+
+    Hands in planned folds have the same largest speed, which comes from De Gusseme and wyffels (2022).
+    """
     reach: float = 0.012
-    """Distance from a closing jaw within which vertices are grasped [m]. It is at least 0.6 spacings of the mesh."""
+    """Reach of a closing jaw [m]. The jaw grasps the vertices within this distance.
+
+    If the reach is smaller than 0.6 times the spacing of the mesh, 0.6 times this spacing is used instead.
+    """
     beside: float = 0.25
-    """Largest distance of the hands outside the flat cloth, measured horizontally [m]."""
+    """Largest horizontal distance of a hand from the area of the flat cloth [m]."""
     highest: float = 0.6
     """Largest height of the hands [m]."""
     calm: float = 0.02
-    """Largest mean speed of the cloth at which a fold may count as successful [m/s]."""
+    """Limit for the mean speed of the cloth [m/s]. While the cloth is faster, a fold does not count as successful."""
     torn: float = -1.0
     """Reward of a step whose simulation fails because the cloth tears or flies away. The step ends the episode."""
 
@@ -55,7 +61,7 @@ class Jaw:
     def actual(self) -> np.ndarray:
         """Actual position of the hand [m], shape (3,).
 
-        A hand that is commanded to go below the table stops at the table.
+        A hand that is commanded to move below the table stops at the table top.
         """
         there = self.place + self._error
         there[2] = max(there[2], self._lowest)
@@ -64,7 +70,8 @@ class Jaw:
     def lead(self, place: np.ndarray, close: bool, near: tuple[int, ...]) -> HandTarget | None:
         """Open or close the jaw, then move the hand.
 
-        Return the target for the hand's gripper, or None if the gripper does nothing.
+        Return the next target of the hand's gripper in the simulation. Return None if the jaw holds no cloth, neither
+        before nor after.
 
         Args:
             place: Next assumed position of the hand [m], shape (3,).

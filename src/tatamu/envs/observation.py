@@ -20,7 +20,7 @@ PLAIN = ("vertices", "velocities", "key_points", "mask", "depth", "hands")
 OBSERVATIONS = (*PLAIN, *get_args(Camera))
 """Names of all observations. The last names are those of the cameras, whose observations are pictures."""
 WIDEST = 1e3
-"""Bound of positions [m] and velocities [m/s] in the observation space."""
+"""Largest coordinate [m] and largest velocity [m/s] that the observation space allows."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class View:
     seen: np.ndarray
     """Actual positions of the hands, which cameras show [m], shape (k, 3)."""
     closed: np.ndarray
-    """State of each hand, shape (k,): 1 if it holds cloth, 0 if not."""
+    """State of each hand, shape (k,): 1 if the hand holds cloth, 0 if not."""
 
 
 def key_points(garment: Garment) -> np.ndarray:
@@ -63,7 +63,7 @@ class Observer:
             garment: The garment.
             start: Positions of the cloth before the fold [m], shape (n, 3).
             names: One name of `OBSERVATIONS` to get an array, or several names to get arrays by name.
-            hands: Number of hands that may be observed.
+            hands: Number of hands whose positions can be observed.
             pixels: Height and width of masks, depths and pictures.
 
         Raises:

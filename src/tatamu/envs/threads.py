@@ -1,6 +1,6 @@
-"""Several environments in the threads of `simulate_many`.
+"""Several environments that are simulated at the same time, in threads.
 
-Compiled code runs the simulations of all environments at the same time.
+The simulations run in compiled code, so the threads do not wait for each other.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Env = gymnasium.Env[Any, Any]
 class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
     """Environments of the same kind that are stepped together.
 
-    If an environment has ended, its next step resets it.
+    If the episode of an environment has ended, its next step resets the environment.
     """
 
     def __init__(self, make: Callable[[], Env], num_envs: int) -> None:
@@ -59,7 +59,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         Args:
             seed: Seed of the first environment; each further environment has the next larger seed. It may also be a
                 list with one seed for each environment. None to continue the random sequences.
-            options: Options for each environment.
+            options: Options that every environment gets.
         """
         seeds = [seed + number for number in range(self.num_envs)] if isinstance(seed, int) else seed
         each = seeds or [None] * self.num_envs
@@ -70,7 +70,9 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         return self._batch([observation for observation, _ in found]), self._infos([info for _, info in found])
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Step all environments. An environment that has ended is reset instead, with reward 0.
+        """Step all environments.
+
+        If the episode of an environment has ended, the environment is reset instead, with reward 0.
 
         Args:
             actions: One action for each environment, shape (num_envs, ...).
@@ -117,10 +119,10 @@ def _step_or_reset(env: Env, action: Any, ended: bool) -> tuple[Any, float, bool
 
 
 def vector_of_folds(num_envs: int = 1, **arguments: Any) -> ThreadedVectorEnv:
-    """Make several environments `FoldEnv` with the same arguments."""
+    """Make several `FoldEnv` environments with the same arguments, which are stepped together."""
     return ThreadedVectorEnv(lambda: FoldEnv(**arguments), num_envs)
 
 
 def vector_of_hands(num_envs: int = 1, **arguments: Any) -> ThreadedVectorEnv:
-    """Make several environments `HandsEnv` with the same arguments."""
+    """Make several `HandsEnv` environments with the same arguments, which are stepped together."""
     return ThreadedVectorEnv(lambda: HandsEnv(**arguments), num_envs)

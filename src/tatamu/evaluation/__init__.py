@@ -1,7 +1,7 @@
 """Evaluators, and wrappers that modify them. An evaluator rates the fold that a manipulation's parameters produce.
 
-A world is one random draw of all disturbances. The nominal world has no disturbances. To race a trial means to stop the
-trial as soon as it cannot beat the best trial.
+A world is one random draw of all disturbances. The nominal world has no disturbances. To race a trial is to stop it as
+soon as it cannot beat the best trial so far.
 """
 
 from tatamu.evaluation.coarse import CoarseFirst, CoarseMesh, coarser_task, ends_early, on_coarser_mesh

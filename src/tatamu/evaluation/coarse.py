@@ -35,15 +35,18 @@ class CoarseMesh:
     """Settings of the coarser mesh: its spacing, and the folds that are simulated on it (docs/notes/learning.md)."""
 
     one_layer: float = 2.0
-    """Ratio of the spacings of the coarser and the finer mesh, for a garment of one layer."""
+    """Ratio of the coarser mesh's spacing to the finer mesh's spacing, for a garment of one layer."""
     two_layers: float = 1.7
-    """Ratio of the spacings of the coarser and the finer mesh, for a garment of two layers."""
+    """Ratio of the coarser mesh's spacing to the finer mesh's spacing, for a garment of two layers."""
     several_steps: float = 1.5
-    """Ratio of the spacings of the coarser and the finer mesh, for a plan of several steps.
+    """Ratio of the coarser mesh's spacing to the finer mesh's spacing, for a plan of several steps.
 
     Loops of earlier folds spring open on larger triangles, so this ratio is smaller."""
     fewest: int = 250
-    """Least number of vertices of a coarser mesh. Smaller meshes take little time anyway."""
+    """Least number of vertices of a coarser mesh.
+
+    If a coarser mesh would have fewer vertices, only the finer mesh is simulated, which then takes little time anyway.
+    """
     settle: float = 0.15
     """Time from the opening of the hands until a fold on the coarser mesh is scored [s].
 
@@ -55,7 +58,7 @@ class CoarseMesh:
     much time as the finer mesh."""
 
     def ratio(self, garment: Garment, steps: int) -> float:
-        """Return the ratio of the spacings of the coarser and the finer mesh."""
+        """Return the ratio of the coarser mesh's spacing to the finer mesh's spacing."""
         if steps > 1:
             return self.several_steps
         return self.one_layer if garment.layers == 1 else self.two_layers
@@ -80,7 +83,7 @@ def coarsened(garment: Garment, larger: float, softer: float) -> Garment:
 
 
 def _soften(material: Material, times: float) -> Material:
-    """Return the same material with stiffnesses to stretch and to shear that are `times` smaller."""
+    """Return a copy of a material whose stretch and shear stiffnesses are divided by `times`."""
     known = {name: getattr(material, name) for name in ("stretch_stiffness", *ORTHOTROPIC_MEMBRANE)}
     return material.model_copy(update={name: value / times for name, value in known.items() if value is not None})
 
@@ -123,7 +126,7 @@ def _coarser_garment(task: Task, settings: CoarseMesh) -> Garment | None:
 
 
 def ends_early(task: Task, settings: CoarseMesh | None = None) -> bool:
-    """Return whether a trial that cannot become the best ends when its hands arrive.
+    """Return whether trials of a task end when their hands arrive at the targets, if they cannot become the best.
 
     The result is true in late steps of plans. Late steps have no coarser mesh, and after the arrival their many layers
     can only come undone. Trials on small meshes run to their end. So do trials on meshes whose spacing the user chose.
@@ -151,7 +154,7 @@ def on_coarser_mesh(fine: Task, coarse: Task, parameters: Mapping[str, int | flo
 
 
 def _nearest(point: np.ndarray, points: np.ndarray) -> int:
-    """Return the number of the nearest of n points, shape (n, 3), to another point, seen from above."""
+    """Return the index of that one of n points, shape (n, 3), which is nearest to a given point, seen from above."""
     return int(np.linalg.norm(points[:, :2] - point[:2], axis=1).argmin())
 
 
@@ -159,14 +162,14 @@ def _nearest(point: np.ndarray, points: np.ndarray) -> int:
 class CoarseFirst(Wrapper):
     """Evaluates proposals of low fidelity on a coarser mesh, and converts the results to the finer mesh.
 
-    If the task has no coarser mesh (see `coarser_task`), all proposals go to the inner evaluator.
+    If the task has no coarser mesh (see `coarser_task`), the wrapped evaluator evaluates all proposals.
     """
 
     settings: CoarseMesh = field(default_factory=CoarseMesh)
 
     @cached_property
     def coarse(self) -> Evaluator | None:
-        """The inner evaluator on the coarser mesh; None if the task has no coarser mesh."""
+        """The wrapped evaluator on the coarser mesh; None if the task has no coarser mesh."""
         task = None if self.task.garment.spacing_given else coarser_task(self.task, self.settings)
         return None if task is None else self.inner.on(task)
 
@@ -177,7 +180,7 @@ class CoarseFirst(Wrapper):
 
     @property
     def contains_length(self) -> bool:
-        """Whether l_x of Eq. (10) is a part of the objective."""
+        """Whether the trajectory length l_x of Eq. (10) is a part of the objective."""
         return self.inner.contains_length
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
@@ -191,12 +194,15 @@ class CoarseFirst(Wrapper):
 
     @property
     def ratio(self) -> float:
-        """Ratio of D on the finer mesh to D on the coarser mesh, which is the ratio of their numbers of vertices."""
+        """Ratio of the shape distance D on the finer mesh to D on the coarser mesh.
+
+        It is the ratio of the numbers of vertices of these meshes.
+        """
         assert self.coarse is not None
         return len(self.task.fold.start) / len(self.coarse.task.fold.start)
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the best known evaluation of the same fidelity, with the hardest worlds of both fidelities.
+        """Return the best known evaluation of a proposal's fidelity, with the hardest worlds of both fidelities.
 
         A world is one random draw of all disturbances.
         """

@@ -38,7 +38,10 @@ from tatamu.folding.score import ALPHA, Limits
 from tatamu.search import Parameters
 
 SCOUTS = 2
-"""Number of first trials. They are simulated in all worlds (draws of the disturbances) to find the hardest worlds."""
+"""Number of trials at the start of a search that are simulated in all worlds (draws of the disturbances).
+
+They show which worlds are the hardest. Later trials are simulated in these worlds.
+"""
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ class Disturbed(Wrapper):
     seed: int = 0
     """Random seed of the worlds."""
     limits: Limits = field(default_factory=Limits)
-    """Limits of success. If a fold exceeds them, alpha D counts twice."""
+    """Limits of a successful fold. If a fold exceeds one of them, the part alpha D of its objective counts twice."""
 
     def __post_init__(self) -> None:
         if self.quantile is not None and not 0.0 < self.quantile < 1.0:
@@ -68,7 +71,7 @@ class Disturbed(Wrapper):
 
     @property
     def contains_length(self) -> bool:
-        """Whether l_x of Eq. (10) is a part of the objective."""
+        """Whether the trajectory length l_x of Eq. (10) is a part of the objective."""
         return self.inner.contains_length
 
     @property
@@ -80,7 +83,7 @@ class Disturbed(Wrapper):
         return SCOUTS
 
     def without_disturbances(self) -> Evaluator:
-        """Return the inner evaluator, which has no disturbances."""
+        """Return the wrapped evaluator, which has no disturbances."""
         return self.inner.without_disturbances()
 
     @cached_property
@@ -90,7 +93,10 @@ class Disturbed(Wrapper):
 
     @property
     def n_tail_worlds(self) -> int:
-        """Number of worst worlds that determine the objective. All worlds determine the mean."""
+        """Number of worst worlds (draws of the disturbances) that determine the objective.
+
+        If the objective is a mean, all worlds determine it.
+        """
         if self.quantile is None:
             return self.worlds
         below = int(self.quantile * (self.worlds + 1)) - 1
@@ -98,22 +104,23 @@ class Disturbed(Wrapper):
 
     @property
     def n_shared_worlds(self) -> int:
-        """Number of a trial's hardest worlds in which other trials are simulated: twice the number of worst worlds.
+        """Number of hardest worlds (draws of the disturbances) that each trial adds to the worlds of later trials.
 
-        For the mean, it is the number of all worlds.
+        It is twice `n_tail_worlds`. If the objective is a mean, it is the number of all worlds.
         """
         return self.worlds if self.quantile is None else min(self.worlds, 2 * self.n_tail_worlds)
 
     @property
     def n_raced_worlds(self) -> int:
-        """Largest number of worlds in which a raced trial is simulated: three times the number of worst worlds.
+        """Largest number of worlds (draws of the disturbances) in which a raced trial is simulated.
 
-        For the mean, it is the number of all worlds. A raced trial ends as soon as it cannot beat the best trial.
+        It is three times `n_tail_worlds`. If the objective is a mean, it is the number of all worlds. A raced trial
+        ends as soon as it cannot beat the best trial.
         """
         return self.worlds if self.quantile is None else min(self.worlds, 3 * self.n_tail_worlds)
 
     def aggregate(self, objectives: Sequence[float]) -> float:
-        """Return the mean or the quantile of objectives.
+        """Return the mean or the quantile of the objectives of one trial in several worlds (draws of the disturbances).
 
         A further world should exceed the quantile with the probability 1 - q, where q is the fraction of the quantile.
         The quantile of n worlds is therefore their order statistic of rank q (n + 1), interpolated (Weibull 1939). The
@@ -126,20 +133,24 @@ class Disturbed(Wrapper):
 
     @cached_property
     def yardstick(self) -> Parameters:
-        """The parameters of the arched curve.
+        """Parameters of the arched curve with which every search starts.
 
-        If its fold fails in a world, this world counts as too hard for all folds.
+        If the fold along this curve fails in a world (draw of the disturbances), the world counts as too hard for all
+        folds.
         """
         return arched_inwards(self.task.fold)
 
     @cached_property
     def _yardstick_serves(self) -> bool:
-        """Whether the arched curve's fold holds without disturbances. If it does not, no world counts as too hard."""
+        """Whether the fold along the arched curve succeeds without disturbances.
+
+        If it does not, no world (draw of the disturbances) counts as too hard.
+        """
         return self._holds(self.inner(self.yardstick))
 
     @cached_property
     def _yardstick_holds(self) -> dict[int, bool]:
-        """Whether the arched curve's fold holds in each world that is known, by the number of the world."""
+        """Whether the fold along the arched curve succeeds in each simulated world, by the number of the world."""
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
@@ -159,8 +170,8 @@ class Disturbed(Wrapper):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.
 
-        A trial that cannot beat the incumbent (the best trial so far) is stopped early. Its objective is then a lower
-        bound. It is at least the nominal value of the trial plus the incumbent's cost of disturbances.
+        A trial that cannot beat the incumbent (the best trial so far) is stopped early. Its returned objective is then
+        a lower bound. The bound is at least the nominal value of the trial plus the incumbent's cost of disturbances.
         """
         nominal = self.inner(parameters)
         floor = self._penalise(nominal)
@@ -193,7 +204,10 @@ class Disturbed(Wrapper):
         return self.inner.in_world(parameters, world) if failure is None else self.inner.fail(parameters, failure)
 
     def _is_lost_to_all(self, number: int) -> bool:
-        """Return whether the arched curve's fold fails in a world. At the first call, this fold is simulated there."""
+        """Return whether the fold along the arched curve fails in a world (draw of the disturbances).
+
+        At the first call for a world, this fold is simulated there.
+        """
         if not self._yardstick_serves:
             return False
         if number not in self._yardstick_holds:
@@ -201,16 +215,19 @@ class Disturbed(Wrapper):
         return not self._yardstick_holds[number]
 
     def _bound(self, known: Mapping[int, float], floor: float) -> float:
-        """Return a lower bound of the objective. A world that is not known gets the nominal value `floor`."""
+        """Return a lower bound of a trial's objective from the worlds (draws of the disturbances) that were simulated.
+
+        All other worlds count with the nominal value `floor`.
+        """
         return self.aggregate([known.get(number, floor) for number in range(self.worlds)])
 
     def _holds(self, found: Evaluation) -> bool:
         return found.score is not None and self.limits.hold(found.score)
 
     def _penalise(self, found: Evaluation) -> float:
-        """Return the value of a fold in a world: l_x + alpha D if the fold holds there, otherwise l_x + 2 alpha D.
+        """Return the value of a fold in a world: l_x + alpha D if it succeeds there, otherwise l_x + 2 alpha D.
 
-        If the fold does not hold, D is at least the D of the limit of success.
+        If the fold does not succeed, D is at least the shape distance at which a fold no longer counts as a success.
         """
         if found.score is None or self._holds(found):
             return found.nominal
@@ -219,5 +236,5 @@ class Disturbed(Wrapper):
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:
-    """Return the numbers of the worlds, starting with the world that has the largest objective."""
+    """Return the numbers of the worlds (draws of the disturbances) from the largest to the smallest objective."""
     return tuple(sorted(objectives, key=lambda each: (-objectives[each], each)))

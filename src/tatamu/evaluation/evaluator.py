@@ -107,11 +107,14 @@ class Incumbent:
 
 
 NOTHING = Incumbent()
-"""Stands for the absence of an incumbent, which is an evaluation to beat. Without one, every evaluation is complete."""
+"""Stands for the absence of an incumbent, the best known evaluation.
+
+Without an incumbent to beat, every evaluation is complete.
+"""
 
 
 class Evaluator(ABC):
-    """Base of all evaluators."""
+    """Base of all evaluators, which rate the fold that a manipulation's parameters produce."""
 
     @property
     @abstractmethod
@@ -124,7 +127,7 @@ class Evaluator(ABC):
 
         Args:
             parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
-            beat: Evaluation to beat. An evaluation that cannot beat it may end early.
+            beat: The best known evaluation. An evaluation that cannot beat it may end early.
 
         Raises:
             InputError: If a parameter is wrong. The message names the parameter.
@@ -165,7 +168,7 @@ class Evaluator(ABC):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations, which find the hardest disturbances for later evaluations.
+        """Number of evaluations at the start of a search that find the hardest disturbances for later evaluations.
 
         Later evaluations wait until these evaluations (scouts) have ended.
         """
@@ -206,7 +209,7 @@ class Evaluator(ABC):
         Args:
             executor: Threads, processes or a cluster.
             parameters: Parameters of the manipulation.
-            beat: Evaluation to beat.
+            beat: The best known evaluation. An evaluation that cannot beat it may end early.
             keep: Whether to return the rollout of an evaluation that does not beat `beat`. Otherwise the worker deletes
                 this rollout.
         """
@@ -268,7 +271,7 @@ class Wrapper(Evaluator):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations (scouts), for which all later evaluations wait."""
+        """Number of evaluations at the start of a search (scouts) for which all later evaluations wait."""
         return self.inner.scouts
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:

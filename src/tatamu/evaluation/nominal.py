@@ -29,11 +29,11 @@ class Nominal(Evaluator):
     subject: Task
     """The fold that is evaluated."""
     ends_early: bool = False
-    """Whether to end a simulation when the hands have arrived, if the fold cannot beat the incumbent.
+    """Whether to end a simulation when the hands have arrived, if the fold cannot beat the best known fold.
 
     After the arrival, the layers of a fold can only come undone, so the fold does not become better."""
     centre: World = NOMINAL
-    """The simulated values of the disturbances: their means. By default all means are zero."""
+    """World (value of every disturbance) that is simulated: all disturbances have their means, by default zero."""
 
     @property
     def task(self) -> Task:
@@ -56,7 +56,7 @@ class Nominal(Evaluator):
 
     @property
     def contains_length(self) -> bool:
-        """Whether l_x of Eq. (10) is a part of the objective.
+        """Whether the trajectory length l_x of Eq. (10) is a part of the objective.
 
         The result is True, because the objective is C = l_x + alpha D.
         """
@@ -88,7 +88,7 @@ class Nominal(Evaluator):
         return replace(_failed(self.task.fold, {}, manipulation.trajectory_length, error), simulations=0)
 
     def _evaluate(self, parameters: Mapping[str, int | float], manipulation: Manipulation, scene: Scene) -> Evaluation:
-        """Simulate and score a scene of this fold."""
+        """Simulate a scene of the evaluated fold, and score the outcome."""
         fold, length = self.task.fold, manipulation.trajectory_length
         try:
             rollout = simulate(scene, self.task.simulator)

@@ -13,9 +13,12 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.simulators.native.simulation import Simulation
 
 BEFORE = 0.02
-"""Simulated time before the measurement [s]. During this time the cloth comes to rest, and compiled code is loaded."""
+"""Simulated time before the pace of a simulation is measured [s].
+
+During this time the cloth comes to rest, and compiled code is loaded.
+"""
 MEASURED = 0.1
-"""Simulated time whose wall time is measured [s]."""
+"""Simulated time during which the pace of a simulation is measured [s]."""
 
 
 def simulation_seconds(task: Task) -> float | None:

@@ -19,15 +19,15 @@ from tatamu.garments import Garment
 
 
 class UncarriedWarning(UserWarning):
-    """A fold moves cloth that no hand carries."""
+    """Warning that a fold moves cloth that no hand carries."""
 
 
 def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
-    """Return the parts of the cloth that no hand carries. Each comes with the number of its step, counted from 0.
+    """Return the parts of the cloth that a fold moves but no hand carries, each with its step's number, counted from 0.
 
     Args:
         garment: The garment to fold.
-        plan: The fold plan. Each step starts from the cloth as the previous step lays it flat.
+        plan: The fold plan. Each step starts from the cloth that the previous step has folded and laid flat.
         hands: Number of hands that fold; None for the number in the plan.
 
     Raises:
@@ -44,7 +44,7 @@ def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[
 
 
 def advice(garment: Garment, plan: Plan, hands: int | None = None) -> list[str]:
-    """Return lines to print before a plan is learned.
+    """Return lines of text to print before a fold plan is learned.
 
     There is one line for each part that no hand carries. The remaining lines say what the user can do about these
     parts.
@@ -64,9 +64,9 @@ def _step(plan: Plan, number: int) -> str:
 
 
 def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
-    """Return lines that propose other grasps, and the best plan for the garment's outline.
+    """Return lines of text that propose other grasps, and the best plan for the garment's outline.
 
-    Other grasps are proposed only if they carry all moving cloth.
+    Other grasps are proposed only if hands with these grasps carry all moving cloth.
     """
     lines = []
     wrong = {number for number, _ in found}
@@ -93,10 +93,11 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
 def choices(garment: Garment) -> list[Proposal]:
     """Return the plans for a garment, best first.
 
-    These are the built-in plans. For a user's own garment, the plans proposed for its outline are included.
+    The result contains the built-in plans. For a user's own garment, it also contains the plans proposed for its
+    outline.
 
     Raises:
-        InputError: If the garment cannot be folded over any line that was found.
+        InputError: If no line is found over which the garment can be folded.
     """
     if garment.own and not garment.kind:
         return propose(garment)

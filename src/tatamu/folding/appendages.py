@@ -1,8 +1,8 @@
 """Parts of a flat outline that stick out of its body: sleeves, a hood, the foot of a sock.
 
-The body is the morphological opening of the outline with a disc. That is the union of all discs of one radius that fit
-inside the outline. A part outside the body is an appendage if it sticks out far enough. An appendage is folded in along
-a line through the corner where it leaves the body.
+The body is the morphological opening of the outline with a disc: the union of all discs of one radius that fit inside
+the outline. A part outside the body is an appendage if it sticks out far enough. An appendage is folded onto the body
+over a line through the corner where the appendage leaves the body.
 """
 
 from __future__ import annotations
@@ -16,39 +16,55 @@ from tatamu.folding.plan import SIDES
 from tatamu.garments import Garment
 
 OPENING = 0.6
-"""Radius of the opening, as a fraction of the radius of the largest disc inside the outline.
+"""Radius of the discs that form a garment's body, as a fraction of the radius of the largest disc inside the outline.
 
-Sleeves and hoods are narrower than a disc of this radius."""
+The body is the union of all discs of this size that fit inside the outline. Sleeves and hoods are too narrow for such a
+disc.
+"""
 LEAST_DEPTH = 0.7
-"""Least depth of an appendage, in radii of the opening. The body's own corners stick out less."""
+"""Least distance by which an appendage, such as a sleeve, sticks out of the garment's body.
+
+The unit is the radius of the discs that form the body. The right-angled corners of a garment also stick out of the
+body, but only by 0.41 radii.
+"""
 BRIDGE = 0.12
-"""Least width of a strip along the body that joins two appendages, as a fraction of the opening's radius."""
+"""Half of the largest width at which a narrow strip of cloth along the body is cut away.
+
+The unit is the radius of the discs that form the garment's body. Such a strip could join two appendages, such as
+sleeves, which would then count as one.
+"""
 COARSE = 0.006
-"""Tolerance by which an outline is simplified before its corners are found [m]."""
+"""Largest distance by which simplification may move an outline [m].
+
+Outlines are simplified before their corners are found.
+"""
 REFLEX = np.radians(12.0)
-"""Least inward turn of an outline at which an appendage may leave the body [rad]."""
+"""Least angle by which an outline turns inwards at a corner where a sleeve or another appendage may begin [rad]."""
 NOTCH = 0.35
-"""Least depth of the notch between two legs, as a fraction of the garment's length."""
+"""Least depth of the notch between two trouser legs, as a fraction of the garment's length."""
 NOTCH_ASIDE = 0.15
-"""Largest distance between the end of the notch and the garment's middle, as a fraction of the garment's width."""
+"""Largest sideways distance between the notch of trouser legs and the garment's middle, as a fraction of the width."""
 FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
-"""The four directions in which an appendage may stick out of the body, in the order of folding. +y is the left."""
+"""The four directions in which sleeves and other appendages may stick out, in the order in which they are folded.
+
++y is the left.
+"""
 
 
 @dataclass(frozen=True)
 class Appendage:
-    """A part of a garment that sticks out of its body."""
+    """A part of a garment that sticks out of its body, such as a sleeve."""
 
     region: shapely.Polygon
-    """Area that the part covers outside the body [m]."""
+    """The area outside the garment's body that the part covers, as a polygon with coordinates in metres."""
     facing: str
-    """Direction in which the part leaves the body: +x, -x, +y or -y."""
+    """Direction in which the part sticks out of the garment's body: +x, -x, +y or -y."""
     line: float
-    """X or y coordinate of the line across the root of the part [m]."""
+    """Coordinate of the line over which the part is folded [m]: x if the part faces +x or -x, otherwise y."""
 
     @property
     def tip(self) -> np.ndarray:
-        """Point of the part that is farthest from the line across its root [m], shape (2,)."""
+        """Point of the part that is farthest from its fold line [m], shape (2,)."""
         points = np.array(self.region.exterior.coords)
         return np.asarray(points[np.argmax(points @ FACING[self.facing])])
 
@@ -72,9 +88,9 @@ def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 
 def appendages(outline: shapely.Polygon) -> list[Appendage]:
-    """Return the appendages of an outline.
+    """Return the appendages of a garment's outline, which are the parts that stick out, such as sleeves.
 
-    Appendages at the sides come first, left before right. Appendages at the ends follow.
+    Appendages at the garment's left and right side come first, left before right. Appendages at its two ends follow.
     """
     radius = OPENING * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)
     body = outline.buffer(-radius).buffer(radius)
@@ -90,13 +106,16 @@ def appendages(outline: shapely.Polygon) -> list[Appendage]:
 
 
 def _depth(part: shapely.Polygon, body: shapely.Geometry) -> float:
-    """Return the depth of a part, measured away from the body [m]."""
+    """Return the largest distance between a part's border and the garment's body [m]."""
     corners = shapely.points(np.array(part.exterior.coords))
     return float(shapely.distance(corners, body).max())
 
 
 def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.Polygon) -> Appendage:
-    """Return a part as an appendage. The direction most nearly perpendicular to the root of the part is its facing."""
+    """Return a part that sticks out, such as a sleeve, as an `Appendage` with its direction and its fold line.
+
+    Its `facing` is the direction that is most nearly perpendicular to the root of the part, where it meets the body.
+    """
     root = _root(part, body)
     chord = root[1] - root[0]
     across = np.array([chord[1], -chord[0]]) / (np.linalg.norm(chord) + 1e-12)
@@ -111,7 +130,7 @@ def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.P
 
 
 def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
-    """Return the two ends of the border between a part and the body [m], shape (2, 2)."""
+    """Return both ends of the border between a part, such as a sleeve, and the garment's body [m], shape (2, 2)."""
     corners = np.array(part.exterior.coords[:-1])
     distance = shapely.distance(shapely.points(corners), body)
     touching = corners[distance <= distance.min() + 0.25 * (np.median(distance) - distance.min()) + 1e-9]
@@ -120,7 +139,7 @@ def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
 
 
 def _reflex(outline: shapely.Polygon) -> np.ndarray:
-    """Return the k corners where the outline turns inwards [m], shape (k, 2)."""
+    """Return the k corners at which an outline turns inwards [m], shape (k, 2)."""
     coarse = shapely.orient_polygons(shapely.simplify(outline, COARSE))
     points = np.array(coarse.exterior.coords[:-1])
     before = points - np.roll(points, 1, axis=0)

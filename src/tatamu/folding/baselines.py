@@ -1,4 +1,4 @@
-"""Fixed trajectories for comparison with a learned trajectory. The hands grasp the corners."""
+"""Fixed paths of the hands, with which a learned fold is compared. The hands grasp the garment's corners."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from tatamu.search.lm import LI_2015
 
 
 def li_2015(fold: Fold) -> Manipulation:
-    """Return the curve shipped with the code of Li et al. 2015."""
+    """Return a manipulation whose hands follow the curve that is part of the published code of Li et al. 2015."""
     (x1, z1), (x2, z2) = np.array(LI_2015) * fold.span
     return bezier_manipulation(fold, _corners(fold), x1, z1, x2, z2)
 
 
 def triangle(fold: Fold) -> Manipulation:
-    """Return paths that lead straight to a point above the fold line, and from there straight down.
+    """Return a manipulation whose hands move straight to a point above the fold line, then straight to the release.
 
-    This point is about half the span above the table.
+    The height of this point above the middle between grasp and release is half of their horizontal distance.
     """
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
@@ -31,7 +31,10 @@ def triangle(fold: Fold) -> Manipulation:
 
 
 def circle(fold: Fold) -> Manipulation:
-    """Return half circles about the fold line. The hands move as if the moving side were a stiff board."""
+    """Return a manipulation whose hands follow half circles about the fold line.
+
+    The hands move as if the moving side were a stiff board.
+    """
     angle = np.linspace(0.0, np.pi, SAMPLES + 1)
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
@@ -46,7 +49,7 @@ BASELINES: dict[str, tuple[str, Callable[[Fold], Manipulation]]] = {
     "triangle": ("Straight lines over half the span", triangle),
     "circle": ("Circular arc about the fold line", circle),
 }
-"""Title and function of each baseline, by name."""
+"""Title and function of each fixed path, by name."""
 
 
 def _corners(fold: Fold) -> tuple[int, ...]:
@@ -54,11 +57,12 @@ def _corners(fold: Fold) -> tuple[int, ...]:
 
 
 def _each(fold: Fold, path: Callable[[float, np.ndarray], np.ndarray]) -> Manipulation:
-    """Return a manipulation whose hands follow the same kind of path.
+    """Return a manipulation in which each hand follows a path from the same function.
 
     Args:
         fold: The fold.
-        path: Returns the path of one hand [m] from its span and its translation [m].
+        path: Function that returns the path of one hand [m]. Its arguments are the horizontal distance and the vector
+            from the hand's grasp to its release [m].
     """
     grasps = _corners(fold)
     return polyline_manipulation(fold, grasps, [path(fold.span_of(v), fold.translation(v)) for v in grasps])

@@ -1,22 +1,24 @@
-"""The parts of the moving side that no hand carries.
+"""Finds the parts of the cloth that a fold moves but that no hand carries.
+
+The *moving side* is the cloth on the side of the fold line that is turned over.
 
 Cloth on a table folds over a line like a sheet of paper, and this includes the cloth next to the hands. Cloth that
 hangs between a hand and a corner is laid down where it belongs. Two kinds of cloth are not folded this way. A sleeve
-that sticks out of the body hangs from its root and trails. A part that is joined to the body only across the line stays
-where it lies. The following rules decide which cloth is carried. They apply to the cloth as seen from above:
+that sticks out of the body hangs from its root and trails. A part that is joined to the body only across the fold line
+stays where it lies. The following rules decide which cloth is carried. They apply to the cloth as seen from above:
 
-- Cloth is *held* if it belongs to a grasped piece of the moving side and lies between the hands and the line. This area
-  is the convex hull of the hands and the line.
-- Cloth beside the hull is also *held* under three conditions. Its straight path to the line lies in the cloth. It is no
-  farther from the line than the hands are. Its distance from the hands along the line is no larger than their distance
-  from the line.
+- Cloth is *held* if it belongs to a grasped piece of the moving side and lies between the hands and the fold line. This
+  area is the convex hull of the hands and the line.
+- Cloth beside the hull is also *held* under three conditions. Its straight path to the fold line lies in the cloth. It
+  is no farther from the line than the hands are. Its distance from the hands along the line is no larger than their
+  distance from the line.
 - Cloth that lies on top of carried cloth is carried with it. An example is a sleeve that was laid on the body.
 - The *overhang* of all other cloth is the shortest distance to held cloth, measured through the cloth of the moving
   side.
 
-A part is not carried if it overhangs by more than `LONGEST`. For cloth beyond the hands, away from the line, the limit
-is `LONGEST_TAIL`. The whole part then stays behind, beginning at its root. The simulations from which these numbers
-come are in docs/guide/fold-plans-for-your-garment.md.
+A part is not carried if it overhangs by more than `LONGEST`. For cloth beyond the hands, away from the fold line, the
+limit is `LONGEST_TAIL`. The whole part then stays behind, beginning at its root. The simulations from which these
+numbers come are in docs/guide/fold-plans-for-your-garment.md.
 """
 
 from __future__ import annotations
@@ -35,45 +37,60 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology, areas, lumped
 
 OFF = 0.0125
-"""Cloth that ends farther than this from its target is not folded [m] (BiFold 2025).
+"""Largest distance from its target at which cloth counts as folded [m] (BiFold 2025).
 
-If cloth stays behind, its distance from its target is at least twice its distance from the fold line."""
+The target is the position after a perfect fold. If cloth at a distance d from the fold line does not move, it remains
+at least 2 d away from its target.
+"""
 LONGEST = 0.15
-"""Longest overhang of cloth that is still laid down properly [m]."""
+"""Longest overhang of cloth that is still folded properly [m].
+
+The overhang is the distance to held cloth (cloth that moves with the hands), measured through the cloth.
+"""
 LONGEST_TAIL = 0.10
-"""Longest overhang of cloth beyond the hands, away from the line [m].
+"""Longest overhang of cloth farther from the fold line than the hands that is still folded properly [m].
 
-Hands do not turn, so this cloth is laid under the cloth that they carry."""
+The overhang is the distance to held cloth, measured through the cloth.
+
+The limit is smaller than `LONGEST`. Because hands do not turn, they lay this cloth under the cloth that they carry.
+"""
 ROOT = 0.03
-"""Overhang at which a part begins if it is not carried [m]."""
+"""Distance between held cloth and the beginning of a part that no hand carries, measured through the cloth [m]."""
 BESIDE = 1.0
-"""Largest distance along the line from the hands at which cloth is held.
+"""Largest distance along the fold line between the hands and cloth beside them that still moves with the hands.
 
-It is a multiple of the hands' distance from the line."""
+The unit is the hands' distance from the fold line.
+"""
 LEAST_SHARE = 0.01
-"""Smallest part that is reported, as a fraction of the area of the moving cloth."""
+"""Smallest area of a part that is reported as not carried, as a fraction of the area of the moving cloth."""
 SAME_PLACE = 0.7
-"""Largest horizontal distance between vertices that count as lying over each other [cells]."""
+"""Largest horizontal distance of two vertices that count as one above the other, in edge lengths of the mesh."""
 PIXEL = 0.4
-"""Size of the pixels of the map in which straight paths to the line are looked up [cells]."""
+"""Size of a pixel in the map that shows where cloth is, in edge lengths of the mesh.
+
+The map is used to find out whether a straight path to the fold line lies in the cloth.
+"""
 TRIES = 3
-"""Number of grasp candidates tried for each hand, from the corner inwards."""
+"""Number of vertices, from the garment's corner inwards, that are tried as the grasp of each hand."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the moving side that no hand carries."""
+    """A part of the cloth that a fold moves but that no hand carries."""
 
     name: str
     """Names of the garment's edges along the part, or a description of where the part is."""
     low: np.ndarray
-    """Lowest x and y of the part before the fold [m], shape (2,)."""
+    """Smallest x and y in the part before the fold [m], shape (2,)."""
     high: np.ndarray
-    """Highest x and y of the part before the fold [m], shape (2,)."""
+    """Largest x and y in the part before the fold [m], shape (2,)."""
     area: float
     """Area of the part, in all layers [m^2]."""
     overhang: float
-    """Largest distance through the cloth from the part to held cloth [m]; infinite if no cloth joins them."""
+    """Largest distance from the part to cloth that hands hold, measured through the cloth [m].
+
+    It is infinite if no cloth joins the part to the held cloth.
+    """
     vertices: np.ndarray
     """Indices of the k vertices of the part, shape (k,)."""
 
@@ -87,24 +104,28 @@ class Part:
 
 @dataclass(frozen=True)
 class Coverage:
-    """The cloth that a pair of grasps carries."""
+    """The cloth that hands carry if they grasp given vertices."""
 
     grasps: tuple[int, ...]
-    """Grasped vertices."""
+    """Indices of the grasped vertices, one for each hand."""
     overhang: np.ndarray
-    """Overhang of each vertex [m], shape (n,).
+    """Overhang of each vertex: its distance from held cloth, measured through the cloth [m], shape (n,).
 
-    It is 0 for cloth that is held or does not move. It is infinite if no cloth joins the vertex to held cloth."""
+    The overhang is 0 for cloth that is held or does not move. It is infinite if no cloth joins the vertex to held
+    cloth.
+    """
     limit: np.ndarray
-    """Largest overhang at which each vertex is still carried [m], shape (n,)."""
+    """Largest overhang (distance from held cloth) at which each vertex is still carried [m], shape (n,)."""
     missed: np.ndarray
-    """Whether each vertex would miss its target if it stayed behind, and is farther out than the root of a part.
+    """Whether each vertex is far from held cloth and, if it stays in place, far from its target, shape (n,).
 
-    The shape is (n,)."""
+    A vertex is far from held cloth if its overhang is larger than `ROOT`. It is far from its target if the distance is
+    larger than `OFF`.
+    """
 
     @property
     def lost(self) -> np.ndarray:
-        """Whether the overhang of each vertex in `missed` is larger than its limit, shape (n,)."""
+        """Whether each vertex is not carried: it is in `missed`, and its overhang is above its limit, shape (n,)."""
         return self.missed & (self.overhang > self.limit)
 
 
@@ -114,20 +135,20 @@ def uncarried(
     line: FoldLine,
     hands: tuple[np.ndarray, ...],
 ) -> tuple[Part, ...]:
-    """Return the parts of the moving side that no hand carries, largest first.
+    """Return the parts of the cloth that a fold moves but that no hand carries, largest first.
 
     Args:
         garment: The garment to fold.
         state: The cloth before the fold [m], shape (n, 3).
         line: The fold line and its moving side.
-        hands: Grasp candidates: an array of m vertices for each hand, from the corner inwards.
+        hands: For each hand, an array of the m vertices that it may grasp, from the garment's corner inwards.
     """
     hold = best_coverage(garment, state, line, hands)
     return parts_of(garment, state, line, hold)
 
 
 def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
-    """Return the cloth that hands carry with the pair of grasps that leaves the least cloth behind."""
+    """Return the cloth that hands carry with the best pair of grasps, which leaves the least cloth behind."""
     cloth = _Cloth.of(garment, state, line)
     count = min(len(hand) for hand in hands)
     tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
@@ -137,7 +158,10 @@ def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tu
 
 
 def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage) -> tuple[Part, ...]:
-    """Return the connected parts of overhanging cloth. Only parts whose overhang exceeds the limit are included."""
+    """Return the connected parts of the cloth that no hand carries.
+
+    A part is left out if its distance from held cloth is within the limit everywhere, or its area is very small.
+    """
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
     moving = line.split(state)[0] < 0
@@ -162,39 +186,42 @@ def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage
 
 
 def vertex_areas(garment: Garment) -> np.ndarray:
-    """Return a third of the area of the triangles around each vertex [m^2], shape (n,)."""
+    """Return the area of cloth that belongs to each vertex: a third of the area of its triangles [m^2], shape (n,)."""
     flat = garment.unstrained
     return lumped(areas(flat, garment.faces), garment.faces, len(flat))
 
 
 @dataclass(frozen=True)
 class _Cloth:
-    """The moving side as a graph.
+    """The moving side of a cloth as a graph: vertices with links between them.
 
-    Its links are the edges of the mesh, with their lengths. Further links of length zero lead up through a stack of
-    cloth.
+    Its links are the edges of the mesh, with their lengths. Further links of length zero lead from each vertex up to
+    the vertices that lie on top of it.
     """
 
     line: FoldLine
     places: np.ndarray
     """Distance of each vertex from the fold line, and its coordinate along the line [m], shape (n, 2)."""
     moving: np.ndarray
-    """Whether each vertex is on the moving side, shape (n,)."""
+    """Whether each vertex is on the moving side of the fold line, shape (n,)."""
     weight: np.ndarray
-    """Area of each vertex [m^2], shape (n,)."""
+    """Area of the cloth that belongs to each vertex [m^2], shape (n,)."""
     pieces: np.ndarray
     """Index of the piece of cloth to which each vertex belongs, shape (n,).
 
     A piece is a connected part of the moving side. Vertices that stay have the index -1."""
     graph: csr_array
-    """Lengths of the links between vertices [m], shape (n, n)."""
+    """Length of the link between each two vertices that are linked [m], shape (n, n)."""
     region: np.ndarray
     """Triangles of the moving side, as indices of their vertices, shape (m, 3)."""
     spacing: float
     straight: dict[int, np.ndarray] = field(default_factory=dict)
-    """For each piece, whether each vertex has a straight path to the line that lies in the cloth, shape (n,).
+    """For each piece of the moving side: whether each vertex has a straight path through the cloth to the fold line.
 
-    An entry is computed at its first use and then kept."""
+    Each entry has the shape (n,).
+
+    It is computed at its first use and then kept.
+    """
 
     @classmethod
     def of(cls, garment: Garment, state: np.ndarray, line: FoldLine) -> _Cloth:
@@ -216,7 +243,7 @@ class _Cloth:
         return cls(line, places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)
 
     def hold(self, grasps: tuple[int, ...]) -> Coverage:
-        """Return the cloth that hands at these vertices carry."""
+        """Return the cloth that hands carry if they grasp these vertices."""
         overhang = np.full(len(self.places), np.inf)
         held = np.zeros(len(self.places), dtype=bool)
         for piece, members in self._pinched(grasps).items():
@@ -232,13 +259,16 @@ class _Cloth:
         return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
 
     def _farthest(self, grasps: tuple[int, ...]) -> float:
-        """Return the distance from the line of the farther one of the hands [m]. On the moving side, it is negative."""
+        """Find the hand that is farthest from the fold line, and return its coordinate perpendicular to this line [m].
+
+        The coordinate is negative, because hands are on the moving side.
+        """
         return float(self.places[list(grasps), 0].min())
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
-        """Return the pieces of cloth under the fingers, and for each piece the grasps that hold it.
+        """Return the grasps that hold each piece of the moving cloth, by the number of the piece.
 
-        A pinch takes all layers.
+        A piece is a connected part of the moving side. If several pieces lie on each other, fingers hold all of them.
         """
         found: dict[int, list[int]] = {}
         for grasp in grasps:
@@ -248,10 +278,10 @@ class _Cloth:
         return found
 
     def _inside(self, own: np.ndarray, grasps: list[int], straight: np.ndarray) -> np.ndarray:
-        """Return which vertices of a piece are held, shape (n,).
+        """Return which vertices of a piece of cloth move with the hands, shape (n,).
 
-        A vertex is held if it lies between the grasps and the line. It is also held next to the grasps, if its straight
-        path to the line lies in the cloth.
+        A vertex moves with the hands if it lies between the grasps and the fold line. A vertex beside this area moves
+        with them if it is near enough to the grasps, and its straight path to the fold line lies in the cloth.
         """
         at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
         hands = self.places[grasps]
@@ -268,7 +298,7 @@ class _Cloth:
         return np.asarray(inside | (beside & straight))
 
     def _straight(self, own: np.ndarray) -> np.ndarray:
-        """Return which vertices of a piece have a straight path to the line that lies in the cloth, shape (n,)."""
+        """Return which vertices of a piece have a straight path through the cloth to the fold line, shape (n,)."""
         triangles = self.region[own[self.region].any(axis=1)]
         pixel = PIXEL * self.spacing
         shrunk = np.column_stack([layers.PIXEL / pixel * self.places, np.ones(len(self.places))])
@@ -285,7 +315,7 @@ class _Cloth:
 
 
 def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndarray:
-    """Return k pairs of vertices, shape (k, 2), in each of which the second vertex lies on top of the first."""
+    """Return k pairs of vertices that lie over each other, the lower vertex first, shape (k, 2)."""
     if not len(vertices):
         return np.empty((0, 2), dtype=np.int64)
     tree = cKDTree(state[vertices, :2])
@@ -296,10 +326,10 @@ def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndar
 
 
 def _name(garment: Garment, vertices: np.ndarray, plan: np.ndarray) -> str:
-    """Return the named edges that lie in a part.
+    """Describe a part of the cloth by the named edges that lie in it.
 
-    The edge with the largest fraction of its vertices in the part comes first. If no named edge lies in the part,
-    describe where the part is.
+    The edge with the largest fraction of its vertices in the part comes first. If no named edge lies in the part, the
+    description states where the part is.
     """
     inside = set(vertices.tolist())
     shares = {name: np.mean([int(v) in inside for v in path]) for name, path in garment.edges.items()}

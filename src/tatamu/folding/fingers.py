@@ -1,4 +1,4 @@
-"""The two equal fingers of a hand and their sizes. One finger is under the hem of the cloth and one is over it.
+"""The two equal fingers of a hand and their sizes. One finger is under the hem of the cloth, the other is over the hem.
 
 `Fingers` describes the fingers of a simulated hand. `tatamu.robots.jaw.Jaw` describes the fingers of a robot. Both
 classes are based on `FingerSize`. The axes of a hand are:
@@ -8,9 +8,9 @@ classes are based on `FingerSize`. The axes of a hand are:
     u   opening axis, from the lower finger to the upper finger; it is perpendicular to the axes a and w
     w   axis along the hem
 
-The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f. Its lowest
-point is f cos(tilt) below the row. A closing hand therefore lifts the hem by this height. The hand lets the hem go at
-this height above the layers below.
+The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f. Its lowest point
+is f cos(tilt) below the held row. A closing hand therefore lifts the hem by the height f cos(tilt). At the release, the
+hem is at the same height above the layers below.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ from tatamu.material import Number
 from tatamu.records import Record
 
 PAD = 0.01
-"""Depth of the cloth between the pads of a hand that grasps a hem as intended [m]."""
+"""Length of the cloth between the finger pads of a hand, measured from the hem inwards [m].
+
+The value is for a hand that grasps the hem as intended.
+"""
 PRESETS = {
     # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
     "franka-hand": {"thickness": 0.0152, "width": 0.0175, "length": 0.0185},
@@ -60,7 +63,10 @@ class FingerSize(Record):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Replace the name of a known hand by its sizes. Sizes that are also given have priority over the preset."""
+        """Replace the name of a known hand by the sizes of its fingers.
+
+        Sizes that are also given have priority over the preset.
+        """
         if not isinstance(given, dict) or "preset" not in given:
             return given
         name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}
@@ -80,7 +86,7 @@ class FingerSize(Record):
 
 
 class Fingers(FingerSize):
-    """Fingers of a simulated hand. By default a hand is a point and has no fingers."""
+    """Fingers of a simulated hand. The default is a hand without fingers, which is simulated as a point."""
 
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
     """Thickness of each finger [m]. A hand with thickness 0 has no fingers and is simulated as a point."""
@@ -89,12 +95,12 @@ class Fingers(FingerSize):
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
     """Angle of the fingers below the horizontal [rad]."""
     friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
-    """Coulomb coefficient of cloth on the fingers [-]."""
+    """Coulomb coefficient of friction between cloth and fingers [-]."""
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
     """Largest depth below the table's top to which a hand may be commanded without failing [m].
 
-    At this depth, an arm with a stiffness of 3000 N/m stops with a force of 20 N. This arm is the default
-    (`setDefaultBehavior` in examples/examples_common.cpp of frankaemika/libfranka).
+    The default is the depth for an arm with a stiffness of 3000 N/m, which then presses on the table with 20 N. The
+    source of both numbers is `setDefaultBehavior` in examples/examples_common.cpp of frankaemika/libfranka.
     """
 
     @property
@@ -104,24 +110,24 @@ class Fingers(FingerSize):
 
     @property
     def lift(self) -> float:
-        """Height of the hem above the lowest point of the lower finger, on which it lies [m]."""
+        """Height of the hem, which lies on the lower finger, above the lowest point of this finger [m]."""
         return float(self.thickness * np.cos(self.tilt))
 
     @property
     def setback(self) -> float:
-        """Length of the cloth that goes around the tip of the lower finger [m].
+        """Length of the grasped cloth that goes around the tip of the lower finger [m].
 
-        The cloth needs this length to go around the tip, so the hand moves less far by this length.
+        The motion of the hand is shorter by this length.
         """
         return float(self.thickness * (1.0 - np.sin(self.tilt)))
 
     def axes(self, normal: np.ndarray) -> np.ndarray:
         """Return the axes a, w and u of the fingers as the columns of a right-handed rotation, shape (3, 3).
 
-        a points from the hand to the fingertips, w along the hem, and u from the lower finger to the upper one.
+        Axis a points from the hand to the fingertips, w along the hem, and u from the lower finger to the upper finger.
 
         Args:
-            normal: Horizontal unit vector from the moving side to the side that stays, shape (2,).
+            normal: Horizontal unit vector from the cloth that moves to the cloth that stays, shape (2,).
         """
         cos, sin = np.cos(self.tilt), np.sin(self.tilt)
         axis = np.array([*(cos * normal), -sin])

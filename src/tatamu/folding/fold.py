@@ -21,7 +21,7 @@ from tatamu.topology import Topology
 
 @dataclass(frozen=True)
 class Fold:
-    """One fold of one garment."""
+    """One fold of one garment: where it starts, its fold line, and the shape that it should reach."""
 
     garment: Garment
     start: np.ndarray
@@ -29,18 +29,22 @@ class Fold:
     line: np.ndarray
     """Two points of the fold line [m], shape (2, 2)."""
     crease: FoldLine
-    """The fold line and its moving side."""
+    """The fold line, with the side of it that moves."""
     stacks: Stack
-    """Heights of the cloth before the fold, and of the stack that the fold makes."""
+    """Heights of the cloth before the fold, and heights of the stack of layers that the fold makes."""
     target: np.ndarray
     """The target shape S_t: position of each vertex after a perfect fold [m], shape (n, 3)."""
     left: np.ndarray
-    """Grasp candidates of the left hand: M vertices, from the corner inwards, shape (M,)."""
+    """The M vertices that the left hand may grasp (grasp candidates), from the garment's corner inwards, shape (M,)."""
     right: np.ndarray
-    """Grasp candidates of the right hand, from the corner inwards, shape (M,). They are not used if one hand folds."""
+    """The M vertices that the right hand may grasp, from the garment's corner inwards, shape (M,).
+
+    They are not used if only one hand folds.
+    """
     hands: int = 2
     area_ratio: float | None = None
-    """Area after the fold divided by the area before, for cloth without thickness; None for the ratio of the target."""
+    """Area after the fold divided by the area before, for cloth without thickness; None to use the ratio of the target
+    shape."""
     fingers: Fingers = field(default_factory=Fingers)
     """Fingers of the hands."""
     press: Press | None = None
@@ -48,34 +52,39 @@ class Fold:
 
     @property
     def normal(self) -> np.ndarray:
-        """Horizontal unit vector across the line, from the moving side to the side that stays, shape (2,)."""
+        """Horizontal unit vector across the fold line, from the side that moves to the side that stays, shape (2,)."""
         return self.crease.normal
 
     @property
     def candidates(self) -> int:
-        """M: the number of vertices from which each hand may choose its grasp."""
+        """Number M of vertices from which each hand can choose its grasp."""
         return len(self.left)
 
     @cached_property
     def span(self) -> float:
-        """Horizontal distance from grasp to release [m].
+        """Horizontal distance that a hand moves from grasp to release [m].
 
-        This is the mean over the hands. Each hand is taken at its candidate nearest to the line.
+        The distance is computed for the grasp candidate of each hand that is nearest to the fold line. The result is
+        the mean over the hands.
         """
         nearest = [min(self.span_of(int(vertex)) for vertex in hand) for hand in (self.left, self.right)]
         return sum(nearest[: self.hands]) / self.hands
 
     def span_of(self, vertex: int) -> float:
-        """Return the horizontal distance from a grasp to its release, the mirror image over the line [m]."""
+        """Return the horizontal distance from a grasp to its release [m].
+
+        The release is the mirror image of the grasp over the fold line.
+        """
         return float(-2.0 * self.crease.split(self.start[[vertex]])[0][0])
 
     def translation(self, vertex: int) -> np.ndarray:
         """Return the vector from a grasp P0 to its release P3 [m], shape (3,).
 
-        The vector does not contain the fingers' `lift`, because the lift raises P0 and P3 equally.
+        P3 is the mirror image of P0 over the fold line. At the height of P3, the lowest layer in the hand touches the
+        cloth that stays. With fingers, P3 is nearer to P0 and higher, because the layers in the hand go round the tip
+        of the lower finger.
 
-        P3 is the mirror image of P0 over the line. Its height is such that the lowest layer in the hand touches the
-        side that stays. With fingers, P3 is nearer and higher, because the layers go round the tip of the lower finger.
+        The vector does not contain the fingers' `lift`, because the lift raises P0 and P3 equally.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
         rise = self.stacks.under[vertex] - lowest
@@ -89,9 +98,10 @@ class Fold:
 
     @cached_property
     def releases(self) -> tuple[np.ndarray, ...]:
-        """Two numbers for each of the M candidates of each hand [m], shape (M, 2).
+        """Distance and height of the release from the grasp [m], for each of the M grasp candidates of each hand.
 
-        They are the span, and the height of the release above the grasp.
+        Each hand has an array of shape (M, 2). The first column contains the horizontal distance from grasp to release.
+        The second column contains the height of the release above the grasp.
         """
         hands = (self.left, self.right)[: self.hands]
         return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)
@@ -107,7 +117,7 @@ class Fold:
 
     @cached_property
     def _patches(self) -> dict[int, list[int]]:
-        """Held vertices of the grasps that were used so far.
+        """Vertices that fingers hold, for each grasped vertex that was used so far.
 
         They are stored, because all trials use the same few grasps.
         """
@@ -125,7 +135,7 @@ class Fold:
         return under[held | (under == vertex)].tolist()
 
     def _links(self, vertices: np.ndarray) -> np.ndarray:
-        """Return the e edges of the mesh between some vertices, as indices into `vertices`, shape (e, 2)."""
+        """Return the e mesh edges between two of the given vertices, as indices into `vertices`, shape (e, 2)."""
         place = np.full(len(self.start), -1)
         place[vertices] = np.arange(len(vertices))
         links = place[self._edges]
@@ -137,26 +147,29 @@ class Fold:
 
     @property
     def crease_ends(self) -> tuple[float, float]:
-        """The lowest and the highest coordinate of the cloth along the fold line [m]."""
+        """Coordinates of both ends of the crease, along the fold line, the smaller coordinate first [m]."""
         across, along = self.crease.split(self.start)
         near = along[np.abs(across) <= self.garment.spacing]
         return float(near.min()), float(near.max())
 
     @property
     def folded_thickness(self) -> float:
-        """Thickness of all layers at the fold line after the fold [m]. Loops of earlier folds count as pressed."""
+        """Thickness of all layers at the fold line after the fold [m].
+
+        The loops at earlier folds count as pressed flat.
+        """
         near = np.abs(self.crease.split(self.start)[0]) <= self.garment.spacing
         return 2.0 * float(self.stacks.middle[near].max() + 0.5 * self.garment.material.thickness)
 
     def still(self) -> np.ndarray:
-        """Return whether a perfect fold leaves each vertex where it was, shape (n,)."""
+        """Return which vertices stay in place if the fold is perfect, shape (n,)."""
         return np.linalg.norm(self.target - self.start, axis=1) < 1e-6
 
 
 def fold_of(
     garment: Garment, plan: Plan, step: Step, state: np.ndarray | None = None, hands: int | None = None
 ) -> Fold:
-    """Return the fold of a step of a plan.
+    """Return the fold that a step of a fold plan makes.
 
     Args:
         garment: The garment to fold.
@@ -187,7 +200,7 @@ def fold_of(
 
 
 def _check_room(garment: Garment, reach: float) -> None:
-    """Raise an error if the crease is wider than the moving side."""
+    """Raise an error if the moving side of the cloth is narrower than the crease."""
     width = crease_of(garment, garment.material.thickness).arc[-1]
     if width > reach:
         raise InputError(
@@ -197,7 +210,7 @@ def _check_room(garment: Garment, reach: float) -> None:
 
 
 def make_fold(name: str, garment: Garment) -> Fold:
-    """Return the first fold of a plan on the flat garment. The plan is given by its name.
+    """Return the first fold of a fold plan on the flat garment. The plan is given by its name.
 
     Raises:
         InputError: If there is no such plan, or the plan cannot fold the garment.
@@ -207,7 +220,7 @@ def make_fold(name: str, garment: Garment) -> Fold:
 
 
 def ideal_folds(garment: Garment, plan: Plan, hands: int | None = None) -> list[Fold]:
-    """Return the folds of a plan on a garment that starts flat.
+    """Return all folds of a fold plan on a garment that starts flat.
 
     Each fold starts from the ideal result of the previous fold.
 

@@ -1,4 +1,7 @@
-"""Grasp candidates: vertices of the garment's edge on the moving side, ordered from the corner inwards."""
+"""Grasp candidates: the vertices that a hand may grasp.
+
+They lie on the edge of the garment, on the side that the fold moves, and are ordered from the garment's corner inwards.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +13,21 @@ from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
 HAND_CLEARANCE = 0.06
-"""Least distance between the grasps of the two hands [m]. With it, the hands do not cross or touch."""
+"""Least distance between the grasps of the two hands [m]. At this distance, the hands do not cross or touch."""
 NEAREST = 0.5
-"""Least distance of a grasp from the line, as a fraction of the distance of the edge's farthest vertex."""
-SAME_PLACE = 0.4
-"""Largest horizontal distance between vertices that lie over each other [cells].
+"""Least distance between a grasp and the fold line.
 
-A pinch takes all of these vertices."""
+The unit is the largest distance between the grasped edge and the fold line.
+"""
+SAME_PLACE = 0.4
+"""Largest horizontal distance of two vertices that count as one above the other, in edge lengths of the mesh.
+
+If vertices lie above each other, fingers hold all of them.
+"""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
-    """Return the grasp candidates of the left hand and of the right hand: M vertices for each, shape (M,).
+    """Return the vertices that the left hand and the right hand may grasp: M for each hand, shape (M,).
 
     The two arrays are equal if one hand folds.
 
@@ -45,13 +52,16 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
 
 
 def distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
-    """Return the mean distance from the line of each edge on the moving side [m]. Only its graspable part counts."""
+    """Return the mean distance between each edge of the garment and the fold line [m], by the name of the edge.
+
+    The edges are those on the side that the fold moves. Only the part of an edge that hands can grasp counts.
+    """
     parts = {name: _moving(garment, state, line, name) for name in garment.edges}
     return {name: float(-line.split(state[part])[0].mean()) for name, part in parts.items() if len(part)}
 
 
 def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
-    """Return the edge on the moving side whose mean distance from the line is largest.
+    """Return the name of the edge on the moving side whose mean distance from the fold line is largest.
 
     Raises:
         InputError: If no edge lies on the moving side.
@@ -63,7 +73,10 @@ def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
 
 
 def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
-    """Return the vertices of a named edge on the moving side. Vertices below another vertex of the edge are omitted."""
+    """Return the vertices of a named edge of the garment on the moving side of the fold.
+
+    Vertices below another vertex of the edge are omitted.
+    """
     if name == AUTO:
         return _moving(garment, state, line, farthest_edge(garment, state, line))
     if name not in garment.edges:
@@ -93,16 +106,19 @@ def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndar
 
 
 def _ordered(state: np.ndarray, line: FoldLine, edge: np.ndarray, side: float) -> np.ndarray:
-    """Return the vertices of an edge, from the corner inwards.
+    """Return the vertices of a garment's edge, from the corner inwards.
 
-    The corner is the vertex that is farthest from the line and farthest to the hand's own side.
+    The corner is the vertex that is farthest from the fold line and farthest to the side of the hand, left or right.
     """
     across, along = line.split(state[edge])
     return edge[np.argsort(across - side * along, kind="stable")]
 
 
 def _apart(left: np.ndarray, right: np.ndarray, clearance: float) -> int:
-    """Return the largest number of candidates per hand for which the hands are always at least `clearance` apart."""
+    """Return the largest number of grasp candidates per hand with which both hands always keep a least distance.
+
+    The least distance is `clearance` [m].
+    """
     count = min(len(left), len(right))
     distance = np.linalg.norm(left[:count, None, :2] - right[None, :count, :2], axis=2)
     while count and distance[:count, :count].min() < clearance - 1e-9:

@@ -1,8 +1,9 @@
-"""A hand as rigid bodies. Its two fingers close on the hem, carry it, open and leave.
+"""A hand as rigid bodies. Its two fingers close on the hem of the cloth, carry the hem, open and leave.
 
 The hand comes from outside the cloth along the axis of its fingers, and closes. Its orientation stays the same during
-the fold. At the release, the hem has therefore turned over around the lower finger, which lies between the hem and the
-layers below. The upper finger opens while the lower finger stays. Then the hand draws back along its own axis.
+the fold. At the release, the hem has therefore turned over around the lower finger. This finger then lies between the
+hem and the layers below. The upper finger opens while the lower finger stays. Then the hand draws back along its own
+axis.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Hand
 
 AWAY = 0.05
-"""Distance from the hem at which a hand starts, and to which it draws back [m]."""
+"""Distance between the hem and a hand, before the hand comes to grasp and after it has drawn back [m]."""
 OPENING, LEAVING = 0.1, 0.3
-"""Time in which a hand opens, and time in which it then draws back [s]."""
+"""Time in which the fingers of a hand open, and time in which the hand then draws back [s]."""
 FRAME = 1.0 / 60.0
-"""Approximate time between the knots of a motion [s]."""
+"""Approximate time between neighbouring knots, the times at which a motion is described [s]."""
 
 
 def leaves(fingers: Fingers) -> float:
@@ -36,9 +37,9 @@ class HandPath:
     """Path of the point at the fingertips of a hand."""
 
     times: np.ndarray
-    """Times of the k knots of the path [s], shape (k,). The first time is 0."""
+    """Times of the k knots, at which the path is described [s], shape (k,). The first time is 0."""
     points: np.ndarray
-    """Position of the point at each knot [m], shape (k, 3)."""
+    """Position of the fingertips' point at each knot [m], shape (k, 3)."""
     closed: float
     """Time at which the fingers have closed [s]."""
     opens: float
@@ -46,12 +47,12 @@ class HandPath:
 
 
 def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float, path: HandPath) -> list[Body]:
-    """Return both fingers of a hand as bodies, the lower finger before the upper one.
+    """Return both fingers of a hand as rigid bodies, the lower finger before the upper finger.
 
     Args:
         hand: Name of the hand, left or right.
         fingers: Shape of the fingers.
-        normal: Horizontal unit vector from the moving side to the side that stays, shape (2,).
+        normal: Horizontal unit vector from the cloth that moves to the cloth that stays, shape (2,).
         held: Thickness of the cloth between the fingers [m].
         path: The path of the hand.
     """
@@ -84,7 +85,7 @@ def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float,
 def _knots(path: HandPath) -> np.ndarray:
     """Return the times at which the motion of the fingers is described [s].
 
-    These are the knots of the hand's path, and more knots while the hand closes, opens and draws back.
+    The result contains the times of the hand's path, and additional times while the hand closes, opens and draws back.
     """
     ends = (path.opens, path.opens + OPENING, path.opens + OPENING + LEAVING)
     coming = np.linspace(0.0, path.closed, max(2, round(path.closed / FRAME) + 1))
@@ -94,5 +95,5 @@ def _knots(path: HandPath) -> np.ndarray:
 
 
 def _passed(times: np.ndarray, begins: float, ends: float) -> np.ndarray:
-    """Return the fraction of a motion from rest to rest that is complete at each of k times [s], shape (k,)."""
+    """Return which fraction of a motion from rest to rest is complete at each of k times [s], shape (k,)."""
     return np.asarray(curves.minimum_jerk(np.clip((times - begins) / (ends - begins), 0.0, 1.0)))

@@ -1,4 +1,4 @@
-"""Choice of the edges that hands should grasp for a fold, so that they carry all moving cloth."""
+"""Choice of the edges that hands should grasp for a fold, so that the hands carry all moving cloth."""
 
 from __future__ import annotations
 
@@ -14,20 +14,26 @@ from tatamu.folding.plan import Step
 from tatamu.garments import Garment
 
 TWO_HANDS = 0.15
-"""Least length along the fold line of an edge that both hands grasp [m]. A shorter edge, such as a cuff, is grasped by
-one hand."""
+"""Least length of a garment's edge that both hands grasp, measured along the fold line [m].
+
+A shorter edge, such as a cuff, is grasped by one hand.
+"""
 MOST_EDGES = 8
-"""Number of edges among which pairs are tried. The edges farthest from the line are tried."""
+"""Largest number of garment edges that are tried as places to grasp, alone and in pairs.
+
+These are the edges farthest from the fold line.
+"""
 
 
 def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
-    """Return the names of the one or two edges to grasp, and the number of hands.
+    """Return the names of the one or two garment edges that hands should grasp, and the number of hands.
 
-    The edge farthest from the line is chosen if hands on it carry all moving cloth. Otherwise the choice is the edge or
-    the pair of edges that leaves the least cloth behind. In a pair, each hand grasps one edge.
+    The edge farthest from the fold line is chosen if hands on this edge carry all moving cloth. Otherwise another edge,
+    or a pair of edges, is chosen with which two hands carry all moving cloth. In a pair, each hand grasps one edge. If
+    no such choice exists, the edge farthest from the fold line is kept.
 
     Raises:
-        InputError: If no edge lies on the moving side, or the hands fit on none of the edges.
+        InputError: If no edge lies on the moving side.
     """
     plain = (farthest_edge(garment, state, line),)
     hands = 2 if _extent(garment, state, line, plain[0]) >= TWO_HANDS else 1
@@ -41,7 +47,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 
 
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
-    """Return a grasp that carries all moving cloth: one edge for both hands, or one edge for each hand.
+    """Return a grasp that carries all cloth that moves: one edge for both hands, or one edge for each hand.
 
     The result is None if no grasp carries all moving cloth.
     """
@@ -61,7 +67,7 @@ def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[st
 def covered(
     garment: Garment, state: np.ndarray, line: FoldLine, grasp: tuple[str, ...], hands: int
 ) -> tuple[Part, ...]:
-    """Return the parts of the moving cloth that are left behind if hands grasp these edges.
+    """Return the parts of the moving cloth that stay behind if hands grasp these edges.
 
     Raises:
         InputError: If the hands cannot grasp these edges.
@@ -71,6 +77,6 @@ def covered(
 
 
 def _extent(garment: Garment, state: np.ndarray, line: FoldLine, edge: str) -> float:
-    """Return the length, along the fold line, of the part of an edge that is far from the line [m]."""
+    """Return the length of the part of a garment's edge that hands may grasp, measured along the fold line [m]."""
     across, along = line.split(state[np.unique(garment.edges[edge])])
     return float(np.ptp(along[-across >= NEAREST * float((-across).max())]))

@@ -1,13 +1,14 @@
-"""The ideal fold of a cloth: the moving side is mirrored over the line, on top of the side that stays.
+"""The ideal fold of a cloth: one side is mirrored over the fold line, on top of the side that stays.
 
 A fold lays one stack of cloth on another. Both stacks are treated as one stack of mean height H that is bent round the
-line. Its mid-surface is the crease of minimum energy for that thickness (see `crease`). A layer at height z before the
-fold is parallel to this mid-surface, at the distance d = z - H/2. The layer is inside the loop if d > 0. Far from the
-line, the stack is thus turned over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
+fold line. The mid-surface of this stack has the shape of minimum energy for a strip of thickness H (see
+`tatamu.heavy_strip.crease`). A layer that is at height z before the fold is parallel to this mid-surface. Its distance
+from the mid-surface is d = z - H/2. The layer is inside the loop if d > 0. Far from the line, the stack is thus turned
+over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
 
-There are two simplifications. First, loops of earlier folds inside the stack are pressed: their height over the flat
-part is multiplied by `KEPT`. Second, the slope of H along the table is at most `SLOPE`, because cloth does not hang
-straight down from an edge.
+There are two simplifications. First, the loops at earlier folds inside the stack are pressed: their height over the
+flat part of the stack is multiplied by `KEPT`. Second, the slope of H along the table is at most `SLOPE`, because cloth
+does not hang straight down from an edge.
 """
 
 from __future__ import annotations
@@ -21,11 +22,20 @@ from tatamu.garments import Garment
 from tatamu.heavy_strip.crease import Crease, crease
 
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
-"""Heights of stacks, in thicknesses of the cloth, for which creases are computed. Other creases are interpolated."""
+"""Heights of stacks of layers for which the shape of the crease is computed, in thicknesses of the cloth.
+
+For other heights, the shape is interpolated.
+"""
 KEPT = 0.5
-"""Fraction of its height over the flat part of the stack that a loop keeps when it is pressed."""
+"""Fraction of its height that the loop of cloth at an earlier fold keeps when it is pressed.
+
+The height is measured from the flat part of the stack.
+"""
 FADE = 3.5
-"""Distance over which a loop falls to zero next to the end of its crease, in bending lengths of the cloth."""
+"""Distance along the fold line, beyond the end of a crease, in which the height of the crease's loop falls to zero.
+
+The unit is the bending length of the cloth.
+"""
 SLOPE = 0.3
 """Steepest rise of cloth that lies on other cloth [-]. Cloth with this slope is 4 % longer than flat cloth."""
 
@@ -37,15 +47,15 @@ class FoldLine:
     origin: np.ndarray
     """A point of the line [m], shape (2,)."""
     normal: np.ndarray
-    """Unit vector across the line, from the moving side to the side that stays, shape (2,)."""
+    """Unit vector across the fold line, from the moving side to the side that stays, shape (2,)."""
 
     @property
     def along(self) -> np.ndarray:
-        """Unit vector along the line, to the left of `normal`, on the side of the left hand."""
+        """Unit vector along the fold line, to the left of `normal`. The left hand is on this side."""
         return np.array([-self.normal[1], self.normal[0]])
 
     def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return two coordinates of n points, each of shape (n,): distance from the line, and coordinate along it [m].
+        """Return the distances of n points from the fold line, and their coordinates along it [m], each of shape (n,).
 
         The distance is negative on the moving side.
         """
@@ -53,37 +63,47 @@ class FoldLine:
         return offset @ self.normal, offset @ self.along
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
-        """Return the mirror images of n points over the line, shape (n, 2)."""
+        """Return the mirror images of n points over the fold line, shape (n, 2)."""
         across, along = self.split(points)
         return self.join(-across, along)
 
     def join(self, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return n points, shape (n, 2), from their distances from the line and their coordinates along the line."""
+        """Return n points, shape (n, 2), from their distances from the fold line and their coordinates along it."""
         return self.origin + across[:, None] * self.normal + along[:, None] * self.along
 
 
 @dataclass(frozen=True)
 class Stack:
-    """Heights of a cloth at its vertices before a fold, and of the stack that the fold makes there.
+    """Heights of a cloth before a fold, and heights of the stack of layers that the fold makes.
 
-    Loops of earlier folds are pressed.
+    The loops at earlier folds count as pressed.
     """
 
     middle: np.ndarray
-    """Height of the mid-surface at each vertex [m], shape (n,)."""
+    """Height of the cloth's mid-surface at each vertex before the fold [m], shape (n,)."""
     under: np.ndarray
-    """Height of the upper surface at the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
-    mean: np.ndarray
-    """H: half of the sum of two stack heights, at each vertex and at its mirror image [m], shape (n,)."""
-    creased: np.ndarray
-    """Factor of the crease at each vertex, shape (n,).
+    """Height of the cloth's upper surface at the mirror image of each vertex over the fold line [m], shape (n,).
 
-    It is 1 if cloth crosses the line next to the vertex. It is 0 far from such cloth, for example between trouser
-    legs."""
+    It is 0 on the bare table.
+    """
+    mean: np.ndarray
+    """H: half of the total height of the stack that a vertex belongs to after the fold [m], shape (n,).
+
+    H is the mean of the heights of the two stacks that are laid on each other.
+    """
+    creased: np.ndarray
+    """How much the crease bends the cloth at each vertex, from 0 to 1, shape (n,).
+
+    The value is 1 if cloth crosses the fold line next to the vertex. It is 0 far from such cloth, for example between
+    trouser legs.
+    """
 
 
 def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
-    """Return the stacks that a fold makes of a garment with the positions `state` [m], shape (n, 3)."""
+    """Return the heights of a garment before a fold, and of the stack of layers that the fold makes.
+
+    Before the fold, the garment has the positions `state` [m], shape (n, 3).
+    """
     thickness = garment.material.thickness
     reach = 0.5 * garment.spacing
     top = Surface.of(state, garment.faces, thickness, reach).height(state[:, :2])
@@ -91,7 +111,7 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
     surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
 
     def together(points: np.ndarray) -> np.ndarray:
-        """Return the summed height of the moving side and its mirror image [m]; 0 outside the moving side."""
+        """Return the height of the moving side plus the height at its mirror image [m]; 0 outside the moving side."""
         own = surface.height(points)
         across = line.split(points)[0]
         return np.where((own > 0) & (across < PIXEL), own + surface.height(line.mirrored(points)), 0.0)
@@ -104,10 +124,10 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
 
 
 def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -> np.ndarray:
-    """Return the factor of the crease at each vertex, shape (n,).
+    """Return how much the crease bends the cloth at each vertex, from 0 to 1, shape (n,).
 
-    The factor is 1 if cloth crosses the line at the vertex's coordinate along it. From there it falls to 0 over the
-    distance `fade` [m].
+    The result depends on the coordinate of a vertex along the fold line. It is 1 at coordinates where cloth crosses the
+    fold line. Next to these coordinates, it falls to 0 over the distance `fade` [m].
     """
     along = line.split(state)[1]
     places = np.arange(along.min(), along.max() + PIXEL, PIXEL)
@@ -120,7 +140,9 @@ def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -
 
 
 def pressed(z: np.ndarray, flat: float) -> np.ndarray:
-    """Return heights [m] whose part above `flat` is reduced.
+    """Return the heights of pressed cloth [m].
+
+    The part of each height in `z` above the height `flat` [m] is multiplied by `KEPT`.
 
     The order of heights does not change, so no layers meet.
     """
@@ -128,7 +150,10 @@ def pressed(z: np.ndarray, flat: float) -> np.ndarray:
 
 
 def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stack) -> np.ndarray:
-    """Return the target shape of a fold [m], shape (n, 3). The garment lies as in `state`, shape (n, 3)."""
+    """Return the target shape of a fold [m], shape (n, 3).
+
+    Before the fold, the garment has the positions `state` [m], shape (n, 3).
+    """
     across, along = line.split(state)
     x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
     flat_z = np.where(across < 0, 2.0 * stacks.mean - stacks.middle, stacks.middle)
@@ -136,19 +161,24 @@ def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stac
     z = stacks.creased * z + (1.0 - stacks.creased) * flat_z
     target = np.column_stack([line.join(x, along), z])
     alone = (across > crease_of(garment, garment.material.thickness).arc[-1]) & (stacks.under == 0)
-    target[alone] = state[alone]  # no other cloth presses their loops
+    target[alone] = state[alone]  # no other cloth presses the loops of these vertices
     return target
 
 
 def crease_of(garment: Garment, height: float) -> Crease:
-    """Return the crease of a stack with a given height [m]."""
+    """Return the shape of the crease that forms when a stack of layers is folded.
+
+    The stack is `height` [m] high.
+    """
     return crease(garment.material.bending_length, height)
 
 
 def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and z of n points in bent stacks of `height` [m], each of shape (n,).
+    """Return x and z of n points in stacks of layers that are bent at the fold line [m], each of shape (n,).
 
-    The points are given by their arc lengths u and their distances d from the middle of the stack.
+    Each point has a stack of `height` [m].
+
+    The points are given by their arc lengths u along the stack, and their distances d from its mid-surface.
     """
     grid = np.array(STACKS) * garment.material.thickness
     held = np.clip(height, grid[0], grid[-1])

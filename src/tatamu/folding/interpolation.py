@@ -1,4 +1,4 @@
-"""Interpolation of a garment's state from one mesh to the vertices of another mesh of this garment."""
+"""Interpolation of a garment's state (the positions of its vertices) to the vertices of another mesh of it."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from scipy.spatial import cKDTree
 from tatamu.garments import Garment
 
 CANDIDATES = 12
-"""Number of triangles, nearest centre first, that are tried in the search for the triangle around a point."""
+"""Number of triangles that are tried in the search for the triangle around a point, the nearest triangle first."""
 
 
 def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndarray:
-    """Return a state of a garment at the m vertices of another mesh of this garment [m], shape (m, 3).
+    """Return the positions of a garment, given on one mesh, at the m vertices of another mesh of it [m], shape (m, 3).
 
     The position of every vertex is looked up on the flat garment, in the layer of this vertex.
 
@@ -31,7 +31,9 @@ def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndar
 
 
 def _in_triangles(flat: np.ndarray, faces: np.ndarray, points: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the values of a mesh at p points, shape (p, 3). The points have the shape (p, 2).
+    """Return values that are given at the vertices of a mesh, interpolated to p points, shape (p, 3).
+
+    The points have the shape (p, 2).
 
     The n flat vertices of the mesh have the shape (n, 2), and their values (n, 3). A point outside the mesh has the
     values of a nearby triangle.

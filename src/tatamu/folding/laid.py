@@ -1,4 +1,4 @@
-"""Approximation of a folded cloth: the moving side is mirrored over the line and lies flat on top of all other cloth.
+"""Approximation of a folded cloth: one side is mirrored over the fold line and lies flat on top of all other cloth.
 
 This approximation compares proposed plans without a simulation. Simulated folds are scored against the more exact shape
 of `ideal`.
@@ -13,7 +13,7 @@ from tatamu.garments import Garment
 
 
 def laid(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
-    """Return the cloth with its moving side mirrored over the line and on top [m], shape (n, 3).
+    """Return the positions of a cloth after one side is mirrored over the fold line and laid on top [m], shape (n, 3).
 
     Args:
         garment: The garment to fold.

@@ -11,15 +11,18 @@ from scipy.ndimage import maximum_filter
 from tatamu.zbuffer import z_buffer
 
 PIXEL = 0.001
-"""Resolution of the map [m]."""
+"""Width of a pixel in the map of heights [m]."""
 SLACK = 1e-9
-"""Tolerance for pixels at the border of a triangle, in barycentric coordinates. It prevents gaps between triangles."""
+"""Tolerance that decides whether a pixel at the border of a triangle lies in it, in barycentric coordinates.
+
+It prevents gaps between triangles.
+"""
 NANOMETRES = 9
 """Number of decimals to which heights in metres are rounded, so that a flat layer has exactly equal heights."""
 
 
 class Surface:
-    """A map of heights over the table."""
+    """A map of the heights of a surface over the table."""
 
     def __init__(self, low: np.ndarray, heights: np.ndarray) -> None:
         """Make a map from heights [m], shape (columns, rows).
@@ -37,7 +40,8 @@ class Surface:
             points: Positions of the mid-surface [m], shape (n, 3).
             faces: Triangles, shape (m, 3).
             thickness: Thickness of the cloth [m]. Its upper surface lies half of this thickness above the mid-surface.
-            reach: Distance from the cloth within which a point next to the cloth counts as on the cloth [m].
+            reach: Largest distance from the cloth at which a point beside the cloth still counts as a point on the
+                cloth [m].
         """
         low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
         size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
@@ -48,9 +52,9 @@ class Surface:
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
 
     def height(self, points: np.ndarray) -> np.ndarray:
-        """Return the height of the surface at k points, shape (k, 2) [m].
+        """Return the heights of the surface at k points, which have the shape (k, 2) [m].
 
-        It has the shape (k,), and is 0 on the bare table.
+        The result has the shape (k,). It is 0 on the bare table.
         """
         column, row = np.floor((points - self._low) / PIXEL).astype(int).T
         inside = (column >= 0) & (row >= 0) & (column < self._heights.shape[0]) & (row < self._heights.shape[1])
@@ -59,9 +63,10 @@ class Surface:
         return heights
 
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
-        """Return the surface with other heights, raised where it is steeper than `slope`.
+        """Return a surface whose heights come from a function.
 
-        `height` is a function from the centres of k pixels, shape (k, 2), to their heights, shape (k,).
+        Pixels are raised where the surface would be steeper than `slope`. `height` is a function from the centres of k
+        pixels, shape (k, 2), to their heights [m], shape (k,).
         """
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)
@@ -70,7 +75,7 @@ class Surface:
 
 @njit(cache=True)
 def _gentle(heights, fall):  # type: ignore[no-untyped-def]
-    """Raise pixels until no pixel is lower than a neighbour by more than `fall`.
+    """Raise pixels of a map of heights until none is lower than a neighbour by more than `fall`.
 
     Two sweeps over the map suffice, as in a distance transform.
     """

@@ -22,23 +22,29 @@ from tatamu.scene import Index, Points
 TOP_SPEED = 0.6
 """Top speed of a hand [m/s]. At twice this speed, the results of folds change (De Gusseme and wyffels 2022)."""
 WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
-"""Three times [s]: WAIT is the time until the hands move. HOLD is the time from their arrival until they open.
+"""Three times [s]: WAIT is the time until the hands move. HOLD is the time from the arrival of the hands until they
+open.
 
-SETTLE is the time from their opening until the fold is scored."""
+SETTLE is the time from the opening of the hands until the fold is scored.
+"""
 FRAME_RATE = 60.0
-"""Frames per second [1/s]."""
+"""Number of frames per second in the motion of the hands and in the recorded motion of the cloth [1/s]."""
 
 Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")
 """Names of the hands, in the order of `Manipulation`."""
 OFF_PATH = 2e-3
-"""Largest distance of a via-point from the motion of its hand [m]. Farther via-points are refused."""
+"""Largest distance between a via-point and the motion of its hand [m].
+
+Via-points are points of a hand's path that a robot follows. A file with a via-point at a larger distance is refused.
+"""
 VIA_EVERY = 10
-"""Number of frames from one via-point for the robot to the next (paper, section VI-C)."""
+"""Number of frames between neighbouring via-points (paper, section VI-C). Via-points are points of a hand's path that a
+robot follows."""
 
 
 class Timing(OpenRecord):
-    """Times at which the hands close, start to move, arrive and open, and at which the scene ends [s]."""
+    """Times at which the hands close, start to move, arrive and open, and time at which the simulation ends [s]."""
 
     closes: float = Field(ge=0)
     starts: float
@@ -74,9 +80,12 @@ class ArmPath(OpenRecord):
     name: Literal["left", "right"]
     grasp: GraspPoint
     control_points: Points
-    """Control points P0 to P3 of the hand's Bezier curve in the scene [m], shape (4, 3)."""
+    """Control points of the hand's Bezier curve in the scene, from the grasp P0 to the release P3 [m], shape (4, 3)."""
     from_grasp: Points | None = None
-    """P0 to P3 relative to the grasp and without the lift [m], shape (4, 3); None in files of other programs."""
+    """Control points P0 to P3 of the curve relative to the grasp [m], shape (4, 3); None in files of other programs.
+
+    The height `lift` of the file is not included.
+    """
 
     @field_validator("control_points", "from_grasp")
     @classmethod
@@ -87,12 +96,12 @@ class ArmPath(OpenRecord):
 
     @property
     def curve(self) -> Bezier:
-        """The path of the hand in the scene."""
+        """The path of the hand in the scene, as a Bezier curve."""
         return Bezier(self.control_points)
 
 
 class ViaPoints(OpenRecord):
-    """Points on the paths of the hands for a robot, one in every `every_frames` frames."""
+    """Points on the paths of the hands that a robot follows. There is one point in every `every_frames` frames."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"right"})
 
@@ -119,12 +128,12 @@ class ManipulationFile(OpenRecord):
 
     version: Literal[1] = 1
     frame_rate: float = Field(60.0, gt=0)
-    """Frames per second [1/s]."""
+    """Number of frames per second of the motion [1/s]."""
     arms: Annotated[list[ArmPath], Field(min_length=1, max_length=2)]
     """Arms, left before right."""
     timing: Timing | None = None
     lift: float | None = None
-    """Height of the hands over their grasps when the fingers have closed [m]; None in files of other programs."""
+    """Height by which the closing fingers lift the grasped cloth [m]; None in files of other programs."""
     settle: float = SETTLE
     """Time from the opening of the hands until the fold is scored [s]."""
     via_points: ViaPoints | None = None
@@ -151,13 +160,15 @@ class Manipulation:
     positions: tuple[np.ndarray, ...]
     """Position of each hand's grasp [m], shape (3,)."""
     paths: tuple[np.ndarray, ...]
-    """Path of each hand relative to its grasp [m], s points, shape (s, 3).
+    """Path of each hand relative to its grasp, as s points [m], shape (s, 3).
 
-    The path starts at 0 and ends at the release."""
+    The path starts at (0, 0, 0) and ends at the release.
+    """
     control_points: tuple[np.ndarray, ...] | None
-    """P0 to P3 of each hand relative to its grasp [m], shape (4, 3); None if the paths are not cubic Bezier curves."""
+    """Control points P0 to P3 of each hand's curve, relative to its grasp [m], shape (4, 3); None if the paths are not
+    cubic Bezier curves."""
     lift: float = 0.0
-    """Height of the hands over their grasps when the fingers have closed [m]."""
+    """Height by which the closing fingers lift the grasped cloth [m]."""
     settle: float = SETTLE
     """Time from the opening of the hands until the fold is scored [s]."""
     patches: tuple[tuple[int, ...], ...] = ()
@@ -283,13 +294,16 @@ class Manipulation:
 
     @property
     def move_seconds(self) -> float:
-        """Time during which the hands move [s]. It is a whole number of frames and depends on the longer path."""
+        """Time during which the hands move [s].
+
+        The time is a whole number of frames. It depends on the longer of the hands' paths.
+        """
         longest = max(map(curves.length, self.paths))
         return float(np.ceil(curves.minimum_jerk_duration(longest, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
 
     @property
     def timing(self) -> Timing:
-        """Times at which the hands close, move and open."""
+        """Times at which the hands close, start to move, arrive and open."""
         arrives = WAIT + self.move_seconds
         return Timing(
             closes=0.0,
@@ -301,7 +315,7 @@ class Manipulation:
         )
 
     def motion(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Return the motion with one knot per frame.
+        """Return the motion of the hands, with one knot (time and positions) per frame.
 
         Returns:
             Times of the k knots [s], shape (k,), and for each hand its displacements at the knots [m], shape (k, 3).
@@ -315,12 +329,13 @@ class Manipulation:
 def bezier_manipulation(
     fold: Fold, grasps: tuple[int, ...], x1: float, z1: float, x2: float, z2: float
 ) -> Manipulation:
-    """Return the paper's manipulation of Eq. (9), made from the control points P1 and P2.
+    """Return the paper's manipulation of Eq. (9), made from the inner control points P1 and P2 of a Bezier curve.
 
     P1 and P2 are relative to the grasp P0, with x along the motion of the fold and z up [m].
 
-    The arguments describe a hand whose distance from grasp to release is the fold's span. A hand farther from the line
-    follows the same curve, enlarged by the ratio of the spans. The hands then turn the cloth about the line together.
+    The arguments describe a hand whose distance from grasp to release is the fold's span. A hand with a larger distance
+    follows the same curve, enlarged by the ratio of both distances. Both hands then turn the cloth about the fold line
+    together.
     """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -335,7 +350,7 @@ def bezier_manipulation(
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the trajectory lengths l_x of Eq. (10) of p manipulations [m], shape (p,). Paths are not sampled.
+    """Return the trajectory lengths l_x of Eq. (10) of p manipulations [m], shape (p,), without sampling their paths.
 
     Args:
         fold: The fold of all manipulations.
@@ -355,7 +370,7 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
-    """Return a manipulation whose hands follow polylines.
+    """Return a manipulation whose hands follow polylines: straight lines from point to point.
 
     A polyline consists of s points relative to the hand's grasp [m], shape (s, 3).
     """

@@ -1,7 +1,7 @@
 """The marks of a finished fold: six deviations that a person or a camera can measure.
 
-The corners of the moved hem are the first grasp candidates of both hands. The lower hem is the cloth that does not move
-and is nearest to the targets of these corners.
+The corners of the moved hem are the first grasp candidates of both hands. The lower hem is the part of the cloth that
+does not move and is nearest to the targets of these corners.
 """
 
 from __future__ import annotations
@@ -11,10 +11,12 @@ import numpy as np
 from tatamu.folding.fold import Fold
 
 MARKS = ("left_along", "left_across", "right_along", "right_across", "slip_along", "slip_across")
-"""Names of the deviations from the target [m].
+"""Names of the deviations of a finished fold from its target [m].
 
-Each deviation is measured along the fold, or across it (positive to the left). There are two for the left corner of the
-moved hem, two for the right corner, and two for the slip of the lower hem."""
+Each deviation is measured in the direction in which the fold moves cloth ("along"), or perpendicular to it ("across",
+positive to the left). The left corner of the moved hem has two deviations, the right corner has two, and the slip of
+the lower hem has two.
+"""
 
 
 def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
@@ -33,7 +35,7 @@ def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
 
 
 def lower_hem(fold: Fold, corners: list[int]) -> list[int]:
-    """Return, for each corner, the vertex of the cloth that lies still and is nearest to the corner's target."""
+    """For each corner of the moved hem, return the vertex of unmoved cloth that is nearest to the corner's target."""
     still = np.flatnonzero(fold.still())
     if not len(still):
         across, _ = fold.crease.split(fold.start)

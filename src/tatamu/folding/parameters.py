@@ -14,29 +14,44 @@ from tatamu.folding.manipulation import trajectory_lengths
 from tatamu.search.space import Bounds, Parameters, Space
 
 Grasps = Literal["integer", "continuous"]
-"""Kind of the grasp parameters.
+"""Kind of the two parameters that choose the grasps.
 
-`integer` means whole numbers from 0 to M-1 for M candidates. `continuous` means the paper's real numbers from 0 to M,
-which are rounded down when they are used."""
+`integer` means whole numbers from 0 to M-1, if a hand can grasp M vertices. `continuous` means the paper's real numbers
+from 0 to M, which are rounded down when they are used.
+"""
 
 HIGHEST = 0.75
-"""Largest height of the inner control points P1 and P2 above the grasp, as a fraction of the span."""
-LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
-"""Low curves: height of P1 above the grasp, and horizontal distance of P2 from the grasp, as fractions of the span."""
-ARCHED = 0.2
-"""Arched curve: height of P1 above the grasp and of P2 above the release, as a fraction of the span."""
-HIGH = 0.5
-"""Height of the high curve, as a fraction of the span.
+"""Largest height of the inner control points P1 and P2 above the grasp, as a fraction of the span.
 
-On the high curve, hands lift layers of earlier folds off the table before they turn these layers over."""
+The span is the horizontal distance from grasp to release.
+"""
+LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
+"""Low curves: for each, the height of P1 above the grasp and the horizontal distance of P2 from the grasp.
+
+Both are fractions of the span, the horizontal distance from grasp to release.
+"""
+ARCHED = 0.2
+"""Height of P1 above the grasp and of P2 above the release in the arched curve.
+
+It is a fraction of the span, the horizontal distance from grasp to release.
+"""
+HIGH = 0.5
+"""Height of the control points in the high curve, as a fraction of the span.
+
+The span is the horizontal distance from grasp to release.
+
+On the high curve, hands lift layers of earlier folds off the table before they turn these layers over.
+"""
 
 
 def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
-    """Return the search space of a fold. The known part of the objective is the trajectory length l_x of Eq. (10).
+    """Return the search space of a fold: the bounds of its parameters.
 
-    P1 and P2 lie horizontally between grasp and release. Their heights are between the height of the grasp and
-    `HIGHEST` times the span. With fingers, the lower bound is the height of the release, because fingers must pass over
-    the cloth there.
+    The known part of the objective is the trajectory length l_x of Eq. (10).
+
+    The control points P1 and P2 lie horizontally between grasp and release. Their heights are between the height of the
+    grasp and `HIGHEST` times the span. With fingers, the lower bound is the height of the release, because fingers must
+    pass over the cloth there.
     """
     ahead = Bounds(0.0, fold.span)
     up = Bounds(_lowest(fold), HIGHEST * fold.span)
@@ -47,7 +62,7 @@ def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
 
 
 def first_curves(fold: Fold) -> list[Parameters]:
-    """Return curves with which a search starts.
+    """Return curves with which the search for a fold starts.
 
     The first is an arched curve at the corners, the second an arched curve at grasps further inwards. Low curves
     follow.
@@ -66,12 +81,15 @@ def robust_curves(fold: Fold) -> list[Parameters]:
 
 
 def arched_inwards(fold: Fold) -> Parameters:
-    """Return the arched curve at the grasps half-way inwards, where hands with position errors still find cloth."""
+    """Return the arched curve with grasps half-way inwards from the corners.
+
+    There, hands with position errors still find cloth.
+    """
     return arched_curve(fold, (fold.candidates - 1) // 2)
 
 
 def later_curves(fold: Fold) -> list[Parameters]:
-    """Return curves with which the search of a later step starts: an arched curve, then high curves.
+    """Return curves with which the search for a later fold of a plan starts: an arched curve, then high curves.
 
     On low curves, loose flaps of earlier folds come undone. They also come undone if hands grasp only the corners.
     """
@@ -95,7 +113,7 @@ def arched_curve(fold: Fold, grasp: int = 0, spans: float = ARCHED) -> Parameter
 
 
 def low_curves(fold: Fold) -> list[Parameters]:
-    """Return curves from the corners that rise a little and pass low over the cloth that lies still.
+    """Return low curves with grasps at the corners. Hands rise a little and pass low over the cloth that lies still.
 
     If no cloth is pushed, the shortest paths to a good fold are low curves. How low they may be depends on the cloth.
     The lowest of the curves crushes the cloth on coarse meshes.
@@ -108,12 +126,12 @@ def low_curves(fold: Fold) -> list[Parameters]:
 
 
 def _lowest(fold: Fold) -> float:
-    """Return the lowest height of P1 and P2 above the grasp P0 [m]."""
+    """Return the least allowed height of the control points P1 and P2 above the grasp P0 [m]."""
     return max(0.0, *(float(hand[:, 1].max()) for hand in fold.releases)) if fold.fingers.stated else 0.0
 
 
 def transfer(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:
-    """Return the parameters for `fold` that correspond to `parameters` of the fold `before`.
+    """Return the parameters for the fold `fold` that correspond to `parameters` of another fold, `before`.
 
     P1 and P2 keep their positions as fractions of the span. Grasps keep their relative positions in the row of
     candidates, from the corner inwards.

@@ -7,24 +7,28 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 BESIDE, FARTHER_OUT = 0.55, 0.1
-"""Distance along the edge, and distance across it [cells].
+"""Two limits that decide which vertices form a row across the edge of the cloth, in spacings of the mesh.
 
-Two vertices of a layer form a row across the edge under two conditions. Their distance along the edge is below the
-first value, and their distance across the edge is above the second value. Then only the outer vertex is held."""
+Two vertices of a layer form such a row under two conditions. Their distance along the edge is below the first limit.
+Their distance across the edge is above the second limit. Of these two vertices, only the outer vertex is held.
+"""
 SAME_PLACE = 0.55
-"""Largest horizontal distance between vertices that lie over each other [cells]."""
+"""Largest horizontal distance of two vertices that count as one above the other, in edge lengths of the mesh."""
 APART = 1.05
-"""Distance between pressed layers, in thicknesses of the cloth."""
+"""Distance between neighbouring layers that fingers press together, in thicknesses of the cloth."""
 NOTICEABLE = 1.0
-"""Smallest displacement by which a vertex is pressed down, in thicknesses. Otherwise the vertex does not move."""
+"""Smallest displacement of a vertex that closing fingers press down, in thicknesses of the cloth.
+
+If the displacement would be smaller, the vertex does not move.
+"""
 
 
 def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing: float) -> np.ndarray:
     """Return which vertices under a finger pad are held. These are the outermost row of each layer.
 
     The cloth turns about the outermost row. On fine meshes, a pad covers a second row, too. If hands held both rows,
-    they would also hold the slope of the cloth. Because hands do not turn, they would lay the flap down with its hem
-    turned up. The flap would jump when the hands open.
+    they would also fix the slope of the cloth. Because hands do not turn, they would lay the moving side down with its
+    hem turned up. This hem would jump when the hands open.
 
     Args:
         across: Distances of the k vertices from the fold line [m], shape (k,). Outer vertices have lower values.
@@ -46,8 +50,8 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
     """Return the displacements of the cloth between closing fingers.
 
-    Every vertex goes down to its layer. For example, a vertex with two others below it stops two thicknesses above the
-    lowest vertex. Layers that already lie flat on each other do not move.
+    Every vertex moves down onto the layers below it. For example, a vertex above two other vertices stops two
+    thicknesses above the lowest vertex. Layers that already lie flat on each other do not move.
 
     Args:
         points: The k vertices under the finger pad [m], shape (k, 3).

@@ -20,9 +20,9 @@ from tatamu.garments import Garment
 from tatamu.records import Record
 
 AUTO = "auto"
-"""Name that stands for the edge farthest from the line."""
+"""Name in a fold plan that stands for the garment's edge farthest from the fold line."""
 SIDES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
-"""Direction from the line to the moving side, by the name of the side."""
+"""Direction from the fold line to the side of the cloth that moves, by the name of this side."""
 
 Place = tuple[float, float]
 
@@ -39,14 +39,16 @@ class Step(Record):
     line: tuple[Place, Place]
     """Two points (x, y) of the fold line, in the plan's unit."""
     moves: Literal["+x", "-x", "+y", "-y"]
-    """Side of the line on which the cloth moves."""
+    """Side of the fold line on which the cloth moves."""
     grasp: Annotated[tuple[str, ...], BeforeValidator(_names), Field(min_length=1, max_length=2)] = (AUTO,)
     """Edge of the garment that both hands grasp, or the edges of the left and of the right hand.
 
-    `auto` stands for the edge farthest from the line."""
+    `auto` stands for the edge farthest from the fold line.
+    """
     hands: Literal[1, 2] = 2
     area_ratio: float | None = Field(None, gt=0.0, le=1.0)
-    """Area after the fold divided by the area before, for cloth without thickness; None for the ratio of the target."""
+    """Area after the fold divided by the area before, for cloth without thickness; None to use the ratio of the target
+    shape."""
 
     press: Press | None = None
     """The press that flattens the fold after the hands have left; None if the fold is not pressed."""
@@ -66,9 +68,10 @@ class Plan(Record):
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[\w -]+$")
     unit: Literal["fraction", "m"] = "fraction"
-    """Unit of the lines' coordinates, which start at the garment's middle.
+    """Unit of the coordinates of the fold lines, which are 0 at the garment's middle.
 
-    The unit is a metre (`m`), or a `fraction` of the garment's length (x) and width (y)."""
+    The unit is a metre (`m`), or a `fraction` of the garment's length (x) and width (y).
+    """
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=20, alias="step")]
 
     def to_toml(self) -> str:
@@ -82,12 +85,15 @@ class Plan(Record):
         return np.array(step.line) * scale
 
     def line(self, step: Step, garment: Garment) -> FoldLine:
-        """Return the fold line of a step on the table."""
+        """Return the fold line of a step, in metres on the table."""
         return line_of(self.points(step, garment), step.moves)
 
 
 def line_of(points: np.ndarray, moves: str) -> FoldLine:
-    """Return the line through two points [m], shape (2, 2), with the moving side in the direction `moves`."""
+    """Return the fold line through two points [m], shape (2, 2).
+
+    Its moving side is in the direction `moves`.
+    """
     direction = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
     normal = np.array([direction[1], -direction[0]])
     normal = np.where(normal == 0.0, 0.0, normal)  # no negative zero

@@ -14,11 +14,12 @@ from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
 from tatamu.garments import Garment
 
 THIRD = 0.18
-"""Distance from the middle to the lines over which the sides of a T-shirt are folded.
+"""Distance from a T-shirt's middle to the lines over which its sides are folded.
 
 It is a fraction of the shirt's width, measured over the sleeves.
 
-If it were a sixth, the end of the sleeve that is folded first would lie exactly on the second fold line.
+The distance is not a sixth, because then the end of the sleeve that is folded first would lie exactly on the second
+fold line.
 """
 
 
@@ -43,7 +44,7 @@ QUARTERS = _plan(
     _lengthwise(0.0, title="in half along the length", moves="-y", area_ratio=0.5),
 )
 ANY = {"half": _plan("half", _across(0.0, title="in half across the length", moves="-x"))}
-"""Plans that fit every garment."""
+"""Fold plans that fit every garment, by name."""
 
 PLANS: dict[str, dict[str, Plan]] = {
     "towel": {"half": HALF, "quarters": QUARTERS},
@@ -71,7 +72,7 @@ PLANS: dict[str, dict[str, Plan]] = {
         ),
     },
 }
-"""Plans of each garment, by the names of garment and plan."""
+"""Built-in fold plans, by the name of the garment and the name of the plan."""
 
 
 def make_plan(name: str, garment: Garment) -> Plan:

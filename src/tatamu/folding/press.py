@@ -2,10 +2,11 @@
 
 A plate flattens the crease, or a hand slides along the crease. Then the plate or the hand leaves.
 
-A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. For this, the strip
-between two parallel plates is an elastica whose ends lie flat on both plates. B is the bending rigidity of the cloth [N
-m], and P the force per length of the crease [N/m]. phi is the angle between strip and plates, and s the arc length [m].
-The first formula gives the angle phi. The second gives the distance D between the mid-surfaces of the layers:
+A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. For this conversion,
+the crease is modelled as an elastica (a thin elastic strip) between two parallel plates. The ends of the strip lie flat
+on the plates. B is the bending rigidity of the cloth [N m], and P the force per length of the crease [N/m]. phi is the
+angle between strip and plates, and s the arc length [m]. The first formula gives the angle phi. The second gives the
+distance D between the mid-surfaces of the layers:
 
     B/2 (d phi/ds)^2 = P sin phi
     D = sqrt(B / 2P) c,   c = integral of sqrt(sin phi) from 0 to pi = 2.396
@@ -26,21 +27,26 @@ from tatamu.material import Material, Number
 from tatamu.records import Record
 
 FLAT = 2.396
-"""The constant c of the module's formula: twice the integral of sqrt(sin) over a quarter turn [-]."""
+"""The constant c of the module's formula: twice the integral of sqrt(sin) over a quarter turn [-].
+
+The formula gives the distance between two layers that are pressed together.
+"""
 PLATE, HAND = (0.06, 0.4), (0.02, 0.03)
-"""Default sizes of a plate and of a hand, each across the fold line and along it [m]."""
+"""Default sizes of a plate and of a pressing hand, each across the fold line and along it [m]."""
 HALF_THICKNESS = 0.005
 """Half the thickness of a plate or of a pressing hand [m]."""
 BEYOND = 0.01
-"""Distance by which a plate extends over the fold line, to the side from which the cloth came [m]."""
+"""Distance by which a plate extends beyond the fold line, to the side from which the moved cloth came [m]."""
 RESTS = 0.3
-"""Time for which the cloth can fall before it is pressed, and for which it can rise afterwards [s]."""
+"""Time from the departure of the hands until the pressing begins, in which the cloth can fall [s]. It is also the time
+in which the cloth can rise after the pressing."""
 MOVES = 0.4
 """Time in which a plate comes down or goes up [s]."""
 HIGH, ABOVE = 0.8, 0.05
-"""Height at which a plate waits above the hands, and height from which it comes down to press [m]."""
+"""Two heights [m]: the plate waits at the first height, which is above the hands. It comes down to press from the
+second height."""
 KNOTS = 16
-"""Number of knots of each motion."""
+"""Number of knots (times with positions) that describe each motion of the plate or the hand."""
 
 Side = Annotated[Number, Field(ge=0.005, le=3.0)]
 
@@ -51,9 +57,10 @@ class Press(Record):
     tool: Literal["plate", "hand"] = "plate"
     """Tool: a plate that covers the whole crease, or a hand that slides along the crease."""
     size: tuple[Side, Side] | None = None
-    """Size across the fold line and along it [m].
+    """Size of the plate or the hand, across the fold line and along it [m].
 
-    None for the default, 0.06 x 0.4 (a plate) or 0.02 x 0.03 (a hand)."""
+    If it is None, a plate has the size 0.06 x 0.4, and a hand has the size 0.02 x 0.03.
+    """
     gap: Annotated[Number, Field(gt=0.0, le=0.1)] | None = None
     """Distance between the table and the plate or the hand [m]."""
     weight: Annotated[Number, Field(gt=0.0, le=1000.0)] | None = None
@@ -70,7 +77,7 @@ class Press(Record):
 
     @property
     def area(self) -> tuple[float, float]:
-        """Size of the tool across the fold line and along it [m]."""
+        """Size of the plate or the hand, across the fold line and along it [m]."""
         return self.size or (PLATE if self.tool == "plate" else HAND)
 
     @property
@@ -79,7 +86,7 @@ class Press(Record):
         return 2.0 * RESTS + 3.0 * MOVES + self.seconds
 
     def gap_over(self, material: Material, stack: float, crease: float) -> float:
-        """Return the distance between the table and the tool [m].
+        """Return the distance between the table and the plate or the hand that presses [m].
 
         Args:
             material: Material of the cloth.
@@ -101,13 +108,13 @@ class Press(Record):
 
 
 def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: float, begins: float) -> Body:
-    """Return the plate or the hand that presses, as a body with a motion.
+    """Return the plate or the hand that presses, as a rigid body with a prescribed motion.
 
     Args:
         press: Options of the press.
         line: The fold line.
         ends: Coordinates of both ends of the crease along the line [m].
-        gap: Distance between the table and the plate [m].
+        gap: Distance between the table and the plate or the hand [m].
         begins: Time at which the hands have left [s].
     """
     across, along = press.area

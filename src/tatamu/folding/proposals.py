@@ -24,26 +24,29 @@ from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
 SHORT_FLAP = 2.0
-"""Width below which a folded part counts as short, in widths of its crease. Most of a short part is loop."""
+"""Least width of a folded part that does not count as short, in widths of its crease.
+
+Most of a short part belongs to the loop of cloth at the crease.
+"""
 AUTO_PLAN = "auto"
-"""Name under which the best proposal is available."""
+"""Name of the best fold plan that is proposed for a garment."""
 SIDES = ("bottom", "top", "left", "right")
-"""Names that `garments.sides` gives to edges if the user has not named them."""
+"""Names that `tatamu.garments.sides` gives to a garment's edges if the user has not named them."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A fold plan that suits a garment's outline."""
+    """A fold plan that is proposed because it suits a garment's outline."""
 
     plan: Plan
     missed: tuple[tuple[int, Part], ...]
-    """Parts that no hand carries, each with the number of its step, from 0."""
+    """Parts of the cloth that no hand carries, each with the number of the step, counted from 0."""
     short: bool = False
     """Whether a folded part is so narrow, compared with its crease, that it hardly lies flat."""
 
     @property
     def text(self) -> str:
-        """Titles of the steps, in one line."""
+        """Titles of the plan's steps, in one line."""
         return ", ".join(step.title for step in self.plan.steps)
 
 
@@ -67,7 +70,7 @@ def propose(garment: Garment) -> list[Proposal]:
 
 
 def best_plan(garment: Garment) -> Plan:
-    """Return the best proposal for a garment, under the name `auto`.
+    """Return the best fold plan for a garment's outline, under the name `auto`.
 
     Raises:
         InputError: If no line is found over which the garment can be folded.
@@ -76,7 +79,10 @@ def best_plan(garment: Garment) -> Plan:
 
 
 def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
-    """Return plans as names with lists of folds. The most common plan for such a garment is first."""
+    """Return the fold plans to try for a garment, each as a name and a list of folds.
+
+    The most common plan for such a garment is first.
+    """
     outline = silhouette(garment)
     legs = has_legs(outline)
     parts = [part for part in appendages(outline) if not (legs and part.facing == "-x")]
@@ -99,7 +105,7 @@ def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
 
 
 def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
-    """Return the title of the fold of an appendage."""
+    """Return the title of the step that folds a sleeve or another appendage in."""
     pair = {"+y", "-y"} <= {each.facing for each in parts}
     if part.facing in ("+y", "-y"):
         return f"{'left' if part.facing == '+y' else 'right'} {'sleeve' if pair else 'side'} in"
@@ -110,17 +116,17 @@ def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
 
 
 class _Wanted(NamedTuple):
-    """A fold over a line that is parallel to an axis."""
+    """A fold, from which a step of a plan is made. Its line is parallel to the x or the y axis."""
 
     title: str
     moves: str
     at: float
-    """X or y coordinate of the line [m]."""
+    """X or y coordinate of the fold line [m]."""
 
 
 @dataclass(frozen=True)
 class _Inwards:
-    """A fold that lays a part that sticks out on the body of the garment."""
+    """A fold that lays an appendage (a part that sticks out, such as a sleeve) on the garment's body."""
 
     part: Appendage
     title: str
@@ -131,7 +137,7 @@ class _Inwards:
 
 @dataclass(frozen=True)
 class _Halving:
-    """A fold over the middle of the area that the garment covers after the earlier folds."""
+    """A fold in half: its line is in the middle of the area that the garment covers after the earlier folds."""
 
     axis: str
 
@@ -146,7 +152,7 @@ _Fold = _Inwards | _Halving
 
 
 def _ends(moves: str, at: float) -> np.ndarray:
-    """Return two points of the line at x or y = `at`, shape (2, 2)."""
+    """Return two points of the fold line at x = `at` or y = `at`, shape (2, 2)."""
     return np.array([[at, -0.5], [at, 0.5]] if moves[1] == "x" else [[-0.5, at], [0.5, at]])
 
 
@@ -164,7 +170,10 @@ class _Folded:
 def _folded(
     garment: Garment, folds: tuple[_Fold, ...], known: dict[tuple[_Fold, ...], _Folded | None]
 ) -> _Folded | None:
-    """Return the garment after these folds, or None if a fold is impossible. Results are stored in `known`."""
+    """Return the garment after the given folds; None if a fold is impossible.
+
+    Results are stored in `known`.
+    """
     if folds not in known:
         before = _folded(garment, folds[:-1], known)
         try:

@@ -21,15 +21,22 @@ from tatamu.records import OpenRecord
 from tatamu.zbuffer import mask
 
 ALPHA = 0.01
-"""The factor alpha of Eq. (10), as in the paper."""
+"""Factor alpha of the shape distance D in the objective C = l_x + alpha D, Eq. (10). The value is the paper's."""
 TAIL = 1.28
-"""Factor of the standard deviation in Eq. (13). Errors above mu + 1.28 sigma count as unnecessary bending."""
+"""Factor of the standard deviation in Eq. (13).
+
+The cloth is bent unnecessarily at a vertex whose distance from its target exceeds the mean of all distances by more
+than 1.28 standard deviations.
+"""
 PIXEL = 0.001
-"""Width of a pixel in the view from above [m]."""
+"""Width of a pixel in the view of the cloth from above [m]."""
 
 
 class Measured(Protocol):
-    """The measures that decide whether a fold succeeds; None if the simulation of the fold failed."""
+    """The measures that decide whether a fold succeeds. They are None if the simulation of the fold failed.
+
+    Each is None if the simulation of the fold failed.
+    """
 
     @property
     def mean_vertex_distance(self) -> float | None:
@@ -38,35 +45,35 @@ class Measured(Protocol):
 
     @property
     def moving_vertex_distance(self) -> float | None:
-        """Mean distance e_i of the vertices in the part that moves [m]; None if it was not measured."""
+        """Mean distance e_i between vertices that should move and their targets [m]; None if it was not measured."""
         ...
 
     @property
     def mask_iou(self) -> float | None:
-        """Overlap of the outcome and the target, seen from above [-]."""
+        """Overlap of the folded cloth and its target, seen from above: intersection over union [-]."""
         ...
 
 
 def judged_distance(measured: Measured) -> float | None:
     """Return the vertex distance that decides whether a fold succeeds [m].
 
-    It is the mean over the whole cloth or the mean over the part that moves, whichever is larger.
-
-    When a cloth is folded in half, half of it never moves. The mean over all vertices would hide half of the error.
+    Of two means, it is the larger one: the mean over the whole cloth, and the mean over the part that moves. When a
+    cloth is folded in half, half of it never moves. The mean over all vertices alone would hide half of the error.
     """
     whole, moving = measured.mean_vertex_distance, measured.moving_vertex_distance
     return whole if whole is None or moving is None else max(whole, moving)
 
 
 class Limits(OpenRecord):
-    """The limits of a successful fold."""
+    """The limits that a fold must meet to count as successful."""
 
     mean_vertex_distance: float = 0.0125
-    """Largest mean distance e_i of a successful fold [m], over the whole cloth and over the part that moves.
+    """Largest mean distance between the vertices and their targets in a successful fold [m]. The limit is for the mean
+    over the whole cloth, and for the mean over the part that moves.
 
     BiFold 2025 uses 12.5 mm over all points."""
     mask_iou: float = 0.80
-    """Smallest overlap, seen from above, of a successful fold [-] (FoldBack 2026)."""
+    """Smallest overlap of the cloth and its target, seen from above, in a successful fold [-] (FoldBack 2026)."""
 
     def hold(self, measured: Measured) -> bool:
         """Return whether a fold succeeds. The result is False if the simulation of the fold failed."""
@@ -79,8 +86,8 @@ class Limits(OpenRecord):
     def slack(self, measured: Measured) -> float:
         """Return how far a fold is from failure, as a fraction of the limits.
 
-        The result is 1 for a fold without any error, 0 at the limits, and negative if the fold fails. It is -1 if the
-        errors are at least twice the limits, or if the simulation failed.
+        The result is 1 for a fold without any error, 0 for a fold at the limits, and negative for a fold that fails.
+        The smallest result is -1, for errors of at least twice the limits or a failed simulation.
         """
         distance = judged_distance(measured)
         if distance is None or measured.mask_iou is None:
@@ -94,29 +101,33 @@ class Score(OpenRecord):
     """All measures of one fold. Their sources are in docs/guide/learning.md."""
 
     objective: float
-    """Objective C = l_x + alpha D, Eq. (10)."""
+    """Objective C = l_x + alpha D, Eq. (10), with the trajectory length l_x and the shape distance D."""
     trajectory_length: float
     """Trajectory length l_x: mean length of the hands' paths [m]."""
     shape_distance: float
-    """Shape distance D: sum of w_i e_i, Eq. (11) [m]."""
+    """Shape distance D: the sum of the vertices' distances from their targets, e_i, times their weights w_i, Eq. (11)
+    [m]."""
     mean_vertex_distance: float
     """Mean distance e_i of the vertices from their targets [m].
 
-    Below 0.002 a fold is near perfect, around 0.005 it is good, and above 0.02 it failed (De Gusseme and wyffels
-    2022)."""
+    A fold below 0.002 is near perfect, a fold around 0.005 is good, and a fold above 0.02 has failed (De Gusseme and
+    wyffels 2022).
+    """
     moving_vertex_distance: float | None = None
-    """Mean distance e_i over the part that moves [m]; None in files of earlier versions."""
+    """Mean distance e_i between the vertices that should move and their targets [m]; None in files of earlier
+    versions."""
     mask_iou: float
-    """Overlap of the outcome and the target, seen from above: intersection over union [-]."""
+    """Overlap of the folded cloth and its target, seen from above: intersection over union [-]."""
     area_error: float
     """Error of the folded area: E_f = 100/r abs(A_f/A_i - r) [%].
 
     A_i and A_f are the areas before and after the fold, seen from above. r is 0.5 for a fold in half (Garcia-Camacho et
-    al. 2020). For other folds, r is the ratio of the target."""
+    al. 2020). For other folds, r is the ratio of the target shape's area to the area before the fold."""
     slip: float
-    """Mean horizontal displacement of the part that should not move [m]."""
+    """Mean horizontal displacement of the part of the cloth that should not move [m]."""
     residual_bend: float
-    """Largest amount by which a distance e_i exceeds mu + 1.28 sigma [m] (the paper's Fig. 2)."""
+    """Largest amount by which a vertex's distance from its target exceeds mu + 1.28 sigma [m] (the paper's Fig. 2). The
+    mean of all distances is mu, and their standard deviation is sigma."""
 
     @property
     def succeeds(self) -> bool:
@@ -125,26 +136,29 @@ class Score(OpenRecord):
 
 
 MEASURES = tuple(Score.model_fields)
-"""Names of all measures."""
+"""Names of all measures of a fold."""
 
 
 def vertex_distances(target: np.ndarray, outcome: np.ndarray) -> np.ndarray:
-    """Return the distances e_i of Eq. (12) between target and outcome [m], shape (n,)."""
+    """Return the distance e_i of each vertex from its target [m], Eq. (12), shape (n,)."""
     return np.linalg.norm(target - outcome, axis=1)
 
 
 def weights(e: np.ndarray) -> np.ndarray:
-    """Return the weights w_i of Eq. (13) from the distances e_i [m], shape (n,)."""
+    """Return the weights w_i of the vertices, Eq. (13), from their distances e_i [m], shape (n,)."""
     return np.asarray(np.maximum(e - (e.mean() + TAIL * e.std()), 0.0) + 1.0)
 
 
 def shape_distance(e: np.ndarray) -> float:
-    """Return the shape distance D of Eq. (11) from the distances e_i [m]."""
+    """Return the shape distance D of Eq. (11) from the vertices' distances e_i [m]."""
     return float((weights(e) * e).sum())
 
 
 def residuals(e: np.ndarray) -> np.ndarray:
-    """Return a vector whose squares sum to alpha D of Eq. (10), from the distances e_i [m], shape (n,)."""
+    """Return a vector, shape (n,), whose squares sum to the term alpha D of Eq. (10).
+
+    It is computed from the distances e_i [m].
+    """
     return np.asarray(np.sqrt(ALPHA * weights(e) * e))
 
 
@@ -169,7 +183,11 @@ def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
 
 
 def intersection_over_union(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the overlap of two masks [-]: the area of their intersection divided by the area of their union."""
+    """Return the overlap of two masks [-]: the area of their intersection divided by the area of their union.
+
+    A mask states which pixels a shape covers.
+
+    """
     return float((one & other).sum() / max((one | other).sum(), 1))
 
 

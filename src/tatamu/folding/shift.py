@@ -19,18 +19,18 @@ Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class HandShift(OpenRecord):
-    """The correction of one hand [m]."""
+    """The correction of the path of one hand [m]."""
 
     grasp: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Shift of the point where the hand grasps [m], along the fold and across it."""
+    """Shift of the point where the hand grasps [m]: in the direction of the fold, and to the left of it."""
     release: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Shift of the point where the hand lets go [m], along the fold and across it."""
+    """Shift of the point where the hand lets go [m]: in the direction of the fold, and to the left of it."""
     height: float = 0.0
     """Upward shift of the whole path of the hand [m]."""
 
     @property
     def is_none(self) -> bool:
-        """Whether the correction changes nothing."""
+        """Whether the correction leaves the path unchanged."""
         return not any((*self.grasp, *self.release, self.height))
 
 
@@ -64,6 +64,9 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
 
 
 def _in_scene(fold: Fold, vector: Sequence[float]) -> np.ndarray:
-    """Return a vector, given along the fold and across it, in the coordinates of the scene, shape (3,)."""
+    """Return a horizontal vector in the coordinates of the scene, shape (3,).
+
+    It is given by its components in the direction of the fold and to the left of this direction.
+    """
     along, across = vector
     return np.array([*(along * fold.normal + across * fold.crease.along), 0.0])

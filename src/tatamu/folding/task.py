@@ -28,16 +28,19 @@ from tatamu.simulators import named
 
 
 def _no_refusal(manipulation: Manipulation) -> None:
-    """Do nothing, because no manipulation is refused. This is not a lambda, because a lambda cannot be pickled."""
+    """Return None, which means that a robot can execute any manipulation.
+
+    It is the default of `Reach.refusal`. It is not a lambda, because a lambda cannot be pickled.
+    """
 
 
 def _forget_nothing() -> None:
-    """Do nothing."""
+    """Do nothing. This is the default of `Reach.forget`, for robots without stored placements."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """The manipulations that a robot can execute."""
+    """Describes which manipulations a robot can execute."""
 
     robot: str
     """Name of the robot."""
@@ -56,18 +59,18 @@ class Reach:
 
     A call does not change later results of `quality`."""
     forget: Callable[[], None] = _forget_nothing
-    """Function that deletes the placements of the robot that `quality` stores."""
+    """Function that deletes the placements of the robot (where it stands) that `quality` has stored."""
 
 
 class TaskOptions(OpenRecord):
-    """The names of the garment and the fold, and the options, all as the user gave them."""
+    """The options of a task, exactly as the user gave them, such as the names of the garment and the fold."""
 
     garment: str
     fold: str
     size: list[float] | None = None
     """Width and length of the garment [m]; None for the garment's own size."""
     spacing: float | None = None
-    """Distance between neighbouring vertices [m]; None for the garment's own spacing."""
+    """Distance between neighbouring vertices of the mesh [m]; None for the garment's own spacing."""
     scale: float | None = None
     """Metres per unit of the garment's file; None if the file states its unit."""
     hands: int | None = None
@@ -95,13 +98,13 @@ class Task:
     hands: int | None = None
     """Number of hands that fold; None for the number in the plan."""
     reach: Reach | None = None
-    """The manipulations that the robot can execute; None if any manipulation is allowed."""
+    """Describes which manipulations the robot can execute; None if any manipulation is allowed."""
     asked: TaskOptions | None = None
     """The names and options from which the task was made; None if the task was made from objects."""
     fingers: Fingers = field(default_factory=Fingers)
     """The fingers of the hands."""
     number: int = 0
-    """Number of the step in the plan, from 0."""
+    """Number of the step in the fold plan, counted from 0."""
     state: np.ndarray | None = None
     """Positions of the cloth before the fold [m], shape (n, 3); None if the cloth lies flat."""
     settle: float = SETTLE
@@ -110,12 +113,15 @@ class Task:
     """Correction of each hand's path, left before right; empty if no correction is needed."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, without the robot. Only the process that proposes trials needs the robot."""
+        """Return the state for pickling, without the robot.
+
+        Only the process that proposes trials needs the robot.
+        """
         return {**self.__dict__, "reach": None}
 
     @cached_property
     def fold(self) -> Fold:
-        """The fold line, the target shape and the grasps."""
+        """The fold of this step, with its fold line, target shape and grasp candidates."""
         made = fold_of(self.garment, self.plan, self.plan.steps[self.number], self.state, self.hands)
         return replace(made, fingers=self.fingers)
 
@@ -135,7 +141,7 @@ class Task:
         return self.plan.steps[self.number].title
 
     def at(self, number: int, state: np.ndarray | None) -> Task:
-        """Return the task for another step of this plan.
+        """Return the task for another step of the same fold plan.
 
         Args:
             number: Number of the step, from 0.
@@ -144,7 +150,7 @@ class Task:
         return replace(self, number=number, state=state)
 
     def next(self, state: np.ndarray) -> Task:
-        """Return the task for the next step of the plan.
+        """Return the task for the next step of the fold plan.
 
         Args:
             state: Positions of the cloth after this step [m], shape (n, 3).
@@ -220,7 +226,7 @@ def make_task(
         scale: Metres per unit of the garment's file; None if the file states its unit.
         simulator: Name of the simulator.
         hands: Number of hands that fold, 1 or 2; None for the number in the plan.
-        reach: The manipulations that the robot can execute; None if any manipulation is allowed.
+        reach: Describes which manipulations the robot can execute; None if any manipulation is allowed.
         fingers: The fingers of the hands; None for hands without fingers.
 
     Raises:
@@ -244,9 +250,9 @@ def make_task(
 
 
 def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) -> TaskOptions | None:
-    """Return the names and options from which a task was made.
+    """Return the names and options, as the user gave them, from which a task was made.
 
-    The result is None if its garment was not made by `make_garment`.
+    The result is None if the garment was not made by `make_garment`.
     """
     source = garment.source
     if source is None:

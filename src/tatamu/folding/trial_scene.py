@@ -23,7 +23,7 @@ _CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
 
 @dataclass(frozen=True)
 class Carry:
-    """The motion of a hand that carries the vertices it holds."""
+    """The motion of a hand that carries the vertices that it holds."""
 
     hand: Hand
     vertex: int
@@ -31,13 +31,17 @@ class Carry:
     times: np.ndarray
     """Times of the k knots of the motion [s], shape (k,). The hand starts to move at the first knot."""
     displacements: np.ndarray
-    """Displacement from the grasp at each knot [m], shape (k, 3).
+    """Displacement of the hand from the grasp at each knot [m], shape (k, 3).
 
-    At the first knot, the hand has closed and has not moved yet."""
+    At the first knot, the hand has closed and has not moved yet.
+    """
     opens: float
     """Time at which the hand opens [s]."""
     beside: np.ndarray | None = None
-    """Position of the hand relative to the vertex at each knot [m], shape (k, 3); None if the hand is at the vertex."""
+    """Position of the hand relative to the grasped vertex at each knot [m], shape (k, 3).
+
+    It is None if the hand is at the vertex.
+    """
 
 
 def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
@@ -58,13 +62,13 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
 
 
 def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
-    """Return the scene of hands with any motion, including motions that no `Manipulation` can describe.
+    """Return a scene whose hands may have any motion, even motions that no `Manipulation` can describe.
 
     Args:
         fold: The fold.
         carries: Motion of each hand.
         ends: Time at which the scene ends [s].
-        material: Material of the cloth. Thicker cloth lies higher.
+        material: Material of the cloth. If this material is thicker than the garment's material, the cloth lies higher.
     """
     grippers = [
         Gripper(hand=carry.hand, vertices=held, closes=0.0, opens=carry.opens, times=knots, displacements=path)
@@ -91,7 +95,9 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
 
 
 def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
-    """Return the vertices that a hand holds, in groups with the distance by which the fingers press them down [m].
+    """Return the vertices that a hand holds, in groups that its closing fingers press down equally far.
+
+    Each group comes with this distance [m].
 
     The group that is not pressed down comes first.
     """
@@ -101,14 +107,14 @@ def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
 
 
 def _bodies(fold: Fold, carries: Sequence[Carry], thickness: float) -> list[Body]:
-    """Return the fingers of all hands as bodies. The list is empty if the hands have no fingers."""
+    """Return the fingers of all hands as rigid bodies. The list is empty if the hands have no fingers."""
     if not fold.fingers.stated:
         return []
     return [body for carry in carries for body in _fingers(fold, carry, thickness)]
 
 
 def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
-    """Return the fingers of a hand as bodies, around the layers that the hand holds."""
+    """Return the fingers of a hand as rigid bodies, around the layers that the hand holds."""
     heights = np.concatenate([fold.start[held, 2] + down for held, down in _held(fold, carry.vertex)])
     heights = heights * thickness / fold.garment.material.thickness
     middle = 0.5 * (heights.min() + heights.max())
@@ -127,7 +133,7 @@ def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
 
 
 def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
-    """Return knots [s] and displacements [m] of vertices that closing fingers press down and then carry.
+    """Return the motion of vertices that closing fingers press down and then carry: knots [s] and displacements [m].
 
     Args:
         carry: Motion of the hand.
@@ -143,7 +149,10 @@ def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
 
 
 def _cloth(fold: Fold, thicker: float) -> Cloth:
-    """Return the cloth before the fold. Its shape without strain is the flat shape, even after earlier folds."""
+    """Return the simulated cloth as it is before the fold.
+
+    Its unstrained shape is the flat garment, even after earlier folds.
+    """
     garment = fold.garment
     rest = garment.rest if fold.start is garment.vertices else garment.unstrained
     start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]

@@ -15,14 +15,14 @@ from tatamu.garments.tshirt import tshirt
 from tatamu.material import Material, load_material, measured_size
 
 GARMENTS: dict[str, Callable[..., Garment]] = {"towel": towel, "tshirt": tshirt, "trousers": trousers}
-"""Name of each garment and the function that makes it from size, material and spacing."""
+"""Function that makes each built-in garment from its size, material and mesh spacing, by the garment's name."""
 
 DESCRIPTIONS = {
     "towel": "one rectangular panel",
     "tshirt": "a child's, front and back",
     "trousers": "a child's, front and back",
 }
-"""Short descriptions of the garments."""
+"""Short descriptions of the garments, by the garment's name."""
 
 __all__ = [
     "DESCRIPTIONS",
@@ -39,12 +39,12 @@ __all__ = [
 
 
 def register_garment(name: str, make: Callable[..., Garment], description: str = "") -> None:
-    """Register a garment. After this call, `make_garment(name)` returns this garment.
+    """Register a garment under a name. After this call, `make_garment` with this name returns this garment.
 
     Args:
         name: Name of the garment.
-        make: Function that makes the garment from the keywords `size`, `material` and `spacing`. The function must
-            have a default for each keyword.
+        make: Function that makes the garment from the keywords `size`, `material` and `spacing`. The function must have
+            a default for each keyword.
         description: Description of the garment in a few words.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Turns a piece of a drawing into the outline of a garment.
+"""Turns a piece of a drawing, such as a sewing pattern, into the outline of a garment.
 
 The outline is the largest closed curve of the piece. Closed curves inside are holes, and open curves along the outline
 name parts of the outline.
@@ -20,19 +20,23 @@ from tatamu.garments.outline import Outline, counted
 from tatamu.garments.sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
-"""Largest distance by which an outline may change when unnecessary points are left out [m]."""
+"""Largest distance by which an outline may change when points that it does not need are left out [m]."""
 MOST_CORNERS = 2_000
-"""Largest number of corners of each curve of an outline. It is limited because libraries recurse once for each corner,
-or try all pairs of corners."""
+"""Largest number of corners of each curve of an outline. The number is limited because libraries recurse once for each
+corner, or try all pairs of corners."""
 MOST_NOTES = 5
-"""Largest number of notes on curves that are no openings; further curves are only counted."""
+"""Largest number of notes to the user about named curves that name no opening, because they are not on the outline.
+
+If there are more such curves, one further note states their number.
+"""
 SAME = 0.99
-"""Largest area of a hole, as a fraction of the outline's area.
+"""Largest area of a hole, as a fraction of the area inside the outline.
 
 A larger curve is the outline itself, drawn a second time.
 """
 WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
-"""Largest width of seam allowances and hems: in metres, and as a fraction of the square root of a piece's area."""
+"""Two limits of the width of a seam allowance or a hem; the smaller limit applies. The first limit is in metres. The
+second limit is a fraction of the square root of the piece's area."""
 MARK = 0.05
 """Largest extent of a mark, such as a notch, as a fraction of the outline's extent. A mark is a small closed curve that
 crosses the outline."""
@@ -46,19 +50,19 @@ class Cut:
     outline: Outline
     """The outline in the garment's frame [m]."""
     openings: tuple[str, ...]
-    """Names of the open sides of the outline."""
+    """Names of the open sides of the outline, which are not sewn."""
     notes: tuple[str, ...]
     """Notes for the user on how the drawing was understood."""
 
 
 def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path, holes: bool | None = None) -> Cut:
-    """Return the outline of a piece.
+    """Return the outline of a garment from a piece of a drawing.
 
     Args:
         piece: Piece of the drawing, with its curves.
         matrix: Matrix that turns the drawing's coordinates into metres in a garment's frame, shape (2, 2).
-        openings: The openings: curves in the drawing's coordinates by name, or names of open curves or of sides. With
-            None, every named open curve along the outline is an opening.
+        openings: The openings of the garment: names of open curves or of sides, or curves in the drawing's coordinates
+            by name. With None, every named open curve along the outline is an opening.
         path: Path of the file, for messages.
         holes: Whether closed curves inside are holes. With None, a closed curve is a hole unless it follows the
             outline.
@@ -96,8 +100,9 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
     """Return the cloth within the first closed curve, and notes on how the other closed curves were interpreted.
 
-    A pattern may have two lines around a piece: the cut line and, inside the cut line, the sewn line. No drawing states
-    whether a closed curve inside is a hole or the sewn line. But only a sewn line follows the outline.
+    A pattern may have two lines around a piece: the cut line and, inside the cut line, the line along which the piece
+    is sewn. No drawing states whether an inner closed curve is a hole or the sewn line. But only a sewn line follows
+    the outline.
     """
     outer, *inner = (_valid(_bounded(ring, path), path) for ring in rings)
     extent = max(np.ptp(rings[0], axis=0))
@@ -132,7 +137,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
 
 
 def _follows(inner: shapely.Polygon, outer: shapely.Polygon) -> bool:
-    """Return whether the inner curve runs along the whole outer curve, at most a seam allowance inside it."""
+    """Return whether the inner curve runs along the whole outer curve, at most a seam allowance's width inside it."""
     allowance = min(WIDEST_ALLOWANCE, ALLOWANCE * float(np.sqrt(outer.area)))
     return bool(outer.exterior.hausdorff_distance(inner.exterior) < allowance)
 
@@ -145,7 +150,7 @@ def _valid(points: np.ndarray, path: Path) -> shapely.Polygon:
 
 
 def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Polygon:
-    """Return a half piece joined with its mirror image."""
+    """Return a whole piece of a sewing pattern from its drawn half: the half is joined with its mirror image."""
     start, along = line[0], (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
 
     def image(points: np.ndarray) -> np.ndarray:
@@ -161,7 +166,9 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """Return a closed curve with at most `MOST_CORNERS` points. A curve with more points is simplified part by part.
+    """Return a closed curve with at most `MOST_CORNERS` points.
+
+    If the given curve has more points, it is simplified.
 
     Raises:
         InputError: If the simplified curve still has too many points.
@@ -178,13 +185,13 @@ def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
 
 
 def _ring(region: shapely.Polygon) -> np.ndarray:
-    """Return the outer curve, counter-clockwise, without unnecessary points, shape (k, 2)."""
+    """Return the outer curve of a region, counter-clockwise and without unnecessary points, shape (k, 2)."""
     points = np.array(shapely.simplify(shapely.Polygon(region.exterior), SMOOTH).exterior.normalize().coords[:-1])
     return points if shapely.is_ccw(shapely.LinearRing(points)) else points[::-1]
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return curves by name.
+    """Return curves by their names.
 
     Repeated names are numbered. For example, all curves in one DXF layer have the same name.
     """

@@ -12,7 +12,7 @@ from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 from tatamu.material import preset_names
 
 LARGEST_SCALE = 1e3
-"""Largest length of one unit of a file [m]."""
+"""Largest allowed length of one unit of a garment's file [m]."""
 Position = tuple[float, float]
 
 
@@ -48,9 +48,9 @@ class GarmentFile(BaseModel):
     """Name of the built-in garment whose fold plans suit this garment. This garment must have edges with the same
     names, because the plans grasp edges by name."""
     outline: str | None = None
-    """Name of an SVG or DXF file in the same folder."""
+    """Name of an SVG or DXF file in the same folder that contains the garment's outline."""
     mesh: str | None = None
-    """Name of an OBJ, PLY, STL or GLB file in the same folder."""
+    """Name of an OBJ, PLY, STL or GLB file in the same folder that contains the garment's mesh."""
     scale: Annotated[float, AfterValidator(_scale)] | None = None
     """Length of one unit of the outline or mesh [m]. The default is the unit that the file states. If the file states
     no unit, the default is 0.001 for outlines and 1 for meshes."""
@@ -58,7 +58,7 @@ class GarmentFile(BaseModel):
     """Axis of the outline or mesh that points away from the hem. The default is y for flat files; for other files, the
     axis is found from the shape."""
     piece: str | None = None
-    """Name of the piece to use if the file has several pieces."""
+    """Name of the piece to use if the outline or mesh has several pieces."""
     grain: bool = True
     """Whether to turn the piece of a pattern so that its grain line runs along the garment's length."""
     layers: Literal[1, 2] | None = None
@@ -68,14 +68,14 @@ class GarmentFile(BaseModel):
     """Openings of an outline: names of open curves in the file, or curves by name in units of the file. By default,
     every named open curve along the outline is an opening."""
     holes: bool | None = None
-    """Whether closed curves inside an outline are holes. By default, a closed curve that follows the outline is a sewn
-    line, and every other one is a hole."""
+    """Whether closed curves inside an outline are holes. By default, a closed curve that follows the outline is the
+    line along which the piece is sewn. Every other closed curve is a hole."""
     size: tuple[Side, Side] | None = None
-    """Width and length to which the garment is scaled [m]; None to keep the size of the file."""
+    """Width and length to which the garment is scaled [m]; None to keep the size in the file."""
     spacing: Annotated[float, AfterValidator(_spacing)] | None = None
     """Edge length of the mesh [m]; None for the default."""
     fabric: str | None = None
-    """Name of a material preset. If the file has a table [material], it replaces the preset."""
+    """Name of a material preset. If the file has a table [material], this table replaces the preset."""
     weld: bool = False
     """Whether to join vertices that have the same position."""
     remesh: bool = False

@@ -15,7 +15,7 @@ FARTHEST = 1e9
 MOST_POINTS = 100_000
 """Largest number of points of a curve in a drawing."""
 SAME = 1e-3
-"""Largest distance between the two ends of a closed curve, as a fraction of the curve's length."""
+"""Largest distance between both ends of a curve that counts as closed, as a fraction of the curve's length."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,14 @@ class Piece:
 
 @dataclass(frozen=True)
 class DrawnPieces:
-    """Pieces and unit of a drawing."""
+    """The pieces of a drawing, and the drawing's unit."""
 
     pieces: tuple[Piece, ...]
     unit: Unit
 
 
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
-    """Make a curve without repeated points; None if fewer than two points are left.
+    """Make a curve without repeated points, or return None if fewer than two points are left.
 
     Raises:
         InputError: If a coordinate is not finite or exceeds `FARTHEST`, or the curve has too many points.

@@ -1,7 +1,7 @@
 """Reads DXF files: their curves and their unit.
 
-If the file is a sewing pattern in the apparel industry's form of DXF, the pieces of the pattern are read. Otherwise
-each layer gives curves, which have the name of the layer.
+If the file is a sewing pattern in the apparel industry's form of DXF, the pieces of the pattern are read. In other
+files, each layer gives curves, which have the name of the layer.
 """
 
 from __future__ import annotations
@@ -22,22 +22,25 @@ from tatamu.garments.units import NAMES, Unit
 from tatamu.garments.unpacking import LARGEST_DRAWING, MOST_PARTS, check_unpacked
 
 KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
-"""Types of DXF entities that are curves."""
+"""Types of DXF entities (the parts of a drawing) that are curves."""
 NAMELESS = ("0", "defpoints")
 """Layers that every DXF file has. Curves in these layers have no name."""
 FLATNESS = 1e-4
-"""Largest distance between an arc and the polyline that replaces it [m]."""
+"""Largest distance between an arc and the polyline that replaces it, unless the arc is very large [m]."""
 RELATIVE_FLATNESS = 1e-5
-"""Distance between an arc and its polyline that is always allowed, as a fraction of the arc's extent.
+"""Largest distance between a very large arc and the polyline that replaces it, as a fraction of the arc's extent.
 
-It keeps the number of points of very large arcs small.
+Because of this limit, the polyline of a very large arc does not need very many points.
 """
 MOST_ENTITIES = 60_000
-"""Largest number of entities of an unpacked drawing. Reading takes a third of a millisecond per entity."""
+"""Largest number of entities (curves, texts and so on) of a drawing, after each inserted block is replaced by its own.
+
+Reading takes a third of a millisecond per entity.
+"""
 MOST_BENT = 10_000
 """Largest number of curves of a drawing; straight lines are not counted. Reading takes a millisecond per curve."""
 MEETING = 1e-6
-"""Largest distance between two ends that count as the same point [m]."""
+"""Largest distance between two ends of curves that count as the same point [m]."""
 Layers = dict[str, list[np.ndarray]]
 
 
@@ -56,10 +59,12 @@ def read_dxf(path: Path) -> DrawnPieces:
 
 
 def _check_unpacked(document: Any) -> None:
-    """Check that a drawing does not unpack to too many entities, because a block may include other blocks many times.
+    """Check that a drawing does not have too many entities after each inserted block is replaced by its entities.
+
+    The number may be very large, because a block may include other blocks many times.
 
     Raises:
-        InputError: If the unpacked drawing has too many entities.
+        InputError: If the drawing then has too many entities.
     """
     blocks = {"": document.modelspace(), **{f"*{block.name.casefold()}": block for block in document.blocks}}
 
@@ -92,14 +97,17 @@ def _pieces(document: Any, path: Path) -> DrawnPieces:
 
 
 def _parts(entities: Iterable[Any]) -> Iterable[Any]:
-    """Yield all entities, with inserted blocks replaced by their entities at the position of the insertion."""
+    """Yield all entities of a drawing.
+
+    Each inserted block is replaced by its entities at the position of the insertion.
+    """
     from ezdxf.disassemble import recursive_decompose
 
     return recursive_decompose(entities)
 
 
 def _texts(entities: Iterable[Any]) -> list[str]:
-    """Return the texts of a drawing."""
+    """Return all texts that a drawing contains."""
     return [
         one_line(str(entity.dxf.text if entity.dxftype() == "TEXT" else entity.plain_text()))
         for entity in entities
@@ -108,9 +116,9 @@ def _texts(entities: Iterable[Any]) -> list[str]:
 
 
 def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
-    """Return the unit of a drawing. A unit in a text of the drawing overrides $INSUNITS in the header.
+    """Return the unit of a drawing.
 
-    The reason is that many programs do not set $INSUNITS.
+    A unit in a text of the drawing overrides $INSUNITS in the header, because many programs do not set $INSUNITS.
     """
     from ezdxf.enums import InsertUnits
     from ezdxf.units import conversion_factor
@@ -131,7 +139,7 @@ def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
 
 
 def _layers(entities: Iterable[Any], scale: float) -> Layers:
-    """Return all polylines of a drawing by layer, each of shape (k, 2).
+    """Return all polylines of a drawing, each of shape (k, 2), by the layer that contains them.
 
     Raises:
         InputError: If there are too many polylines, or they have too many points.
@@ -153,10 +161,10 @@ def _layers(entities: Iterable[Any], scale: float) -> Layers:
 
 
 def _flattened(entity: Any, scale: float) -> np.ndarray:
-    """Return points along an entity, shape (k, 2).
+    """Return points along a curve of a DXF file, shape (k, 2).
 
     Raises:
-        InputError: If a coordinate exceeds `FARTHEST`, or the entity needs too many points.
+        InputError: If a coordinate exceeds `FARTHEST`, or the curve needs too many points.
     """
     from ezdxf.path import make_path
 
@@ -185,14 +193,17 @@ def _curves(layers: Layers, scale: float) -> list[DrawnCurve]:
 
 
 def _merged(lines: list[np.ndarray], near: float) -> list[np.ndarray]:
-    """Return the lines, with lines that touch at their ends joined into one."""
+    """Join lines that touch at their ends, and return all lines."""
     rounded = [np.round(line / near) for line in lines]
     joined = shapely.line_merge(shapely.MultiLineString([line for line in rounded if len(np.unique(line, axis=0)) > 1]))
     return [near * np.array(line.coords) for line in shapely.get_parts(joined)]
 
 
 def _pattern(blocks: list[tuple[str, list[Any]]], loose: list[Any], scale: float) -> tuple[Piece, ...]:
-    """Return the pieces of a sewing pattern in the apparel industry's form; none if the drawing is no such pattern."""
+    """Return the pieces of a sewing pattern in the apparel industry's form.
+
+    The result is empty if the drawing is not a pattern in this form.
+    """
     made = []
     for block, entities in blocks:
         curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(entities, scale).items()}

@@ -1,8 +1,8 @@
 """Computes the direction of the warp in each triangle of a garment whose panels have different warp directions.
 
 The warp is the direction of the threads along the length of a fabric. A garment cut from one outline has its warp along
-its length, +x, in all triangles. A mesh file may have a UV map that is the sewing pattern of the garment. Then the warp
-is along +v of every panel, because patterns are drawn along the grain.
+its length, +x, in all triangles. A mesh file may have a UV map that is the sewing pattern of the garment. If the file
+has such a UV map, the warp is along +v of every panel, because patterns are drawn along the grain.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from tatamu.topology import facing_down
 
 
 def along_v(uv: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return the direction of the UV map's +v axis in each of m triangles, as unit vectors of shape (m, 3).
+    """Return the direction of a UV map's +v axis in each of m triangles of a garment, as unit vectors, shape (m, 3).
 
     Args:
         uv: Corners of the triangles in the pattern, shape (m, 3, 2).
@@ -35,9 +35,10 @@ def carried(
     new_points: np.ndarray,
     new_faces: np.ndarray,
 ) -> np.ndarray:
-    """Return the warp direction in each of the k triangles of a new mesh of a flat garment, shape (k, 3).
+    """Return the warp direction in each of the k triangles of a new mesh, copied from an old mesh, shape (k, 3).
 
-    Each new triangle has the direction of the nearest old triangle in the same layer.
+    Both meshes are of the same flat garment. Each new triangle has the direction of the nearest old triangle in the
+    same layer.
 
     Args:
         fibre: Warp direction in each of the m triangles of the old mesh, shape (m, 3).

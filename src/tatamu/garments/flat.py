@@ -22,14 +22,16 @@ from tatamu.topology import Topology, edge_lengths
 
 OVERLAP = 1.01
 """Largest ratio of two areas: the area of all triangles that face one way, and the area that they cover on the table.
-With a larger ratio, triangles lie on each other."""
+
+If the ratio is larger, triangles lie on each other.
+"""
 
 UNLIKE = 0.02
-"""Largest area in which the outlines of front and back may differ, as a fraction of the garment's area."""
+"""Largest area by which the outlines of a garment's front and back may differ, as a fraction of the garment's area."""
 
 
 def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """Return a garment that has the vertices and triangles of a flat mesh.
+    """Return a garment with the vertices and triangles of a mesh that is flat already.
 
     Args:
         name: Name of the garment.
@@ -65,7 +67,7 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
 
 
 def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
-    """Return a garment with the outline and the openings of the given garment, but a new mesh.
+    """Return a garment with the same outline and openings as the given garment, but with a new mesh.
 
     Raises:
         InputError: If front and back differ, or the outline cannot be meshed.
@@ -94,7 +96,7 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
 
 
 def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.ndarray]:
-    """Return the edges of the back, by name, at openings where the front ends lower, such as a neck.
+    """Return the edges of a garment's back, by name, at openings where the front ends lower, such as a neck.
 
     Each edge is a path of shape (k, 2).
     """
@@ -122,7 +124,7 @@ def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
 
 
 def _facing(plan: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles, and whether each triangle faces up, shape (m,).
+    """Return the triangles of a flat mesh, and whether each triangle faces up, shape (m,).
 
     If all triangles face down, the orientation of each triangle is reversed, so a single layer faces up.
     """
@@ -145,7 +147,7 @@ def _outer_loop(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _between(faces: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the edges between a triangle that faces up and a triangle that faces down, shape (s, 2)."""
+    """Return the mesh edges between a triangle that faces up and a triangle that faces down, shape (s, 2)."""
     topology = Topology(faces)
     ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
     return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]

@@ -1,9 +1,9 @@
 """Flattens the mesh of a worn garment: front and back lie in one plane, one over the other, with little distortion.
 
-First, every triangle is assigned to the front, which faces up, or to the back, which faces down. The garment is folded
-where front and back meet: at the side seams and along the top of the sleeves.
+First, every triangle is assigned to the front, which faces up, or to the back, which faces down. Front and back meet at
+folds of the flat garment: at the side seams and along the top of the sleeves.
 
-Then all vertices are moved into the plane. Each triangle keeps its shape as well as possible, except for a rotation. A
+Then all vertices are moved into the plane. The triangles are rotated, but keep their shapes as well as possible. A
 triangle of the back becomes its mirror image. This method is called "as rigid as possible" (Sorkine and Alexa 2007; Liu
 et al. 2008 for the plane). The shape to keep is the triangle's shape in the mesh. If the file has a UV map that is the
 sewing pattern, the shape in the pattern is kept instead.
@@ -24,47 +24,60 @@ from tatamu.topology import Topology
 
 ROUNDS = 400
 PASSES, TENSE = 3, 0.3
-"""Number of passes, and a relative change of length. After each pass, triangles whose sides changed get more weight.
-The weight is doubled if the relative change is TENSE."""
-SMOOTHINGS, SLIVER = 60, 0.12
-"""Largest number of passes that correct triangles, and the least height of a triangle as a fraction of its length.
-Thinner triangles are corrected, and so are triangles that face the wrong way."""
-STILL = 1e-6
-"""Motion of a vertex per step below which the iteration ends, as a fraction of the garment's extent."""
-LEAST_WEIGHT = 0.05
-"""Smallest cotangent weight of an edge, because obtuse triangles would give negative weights."""
-PRICES = (0.35, 1.0, 3.0)
-"""Costs of an edge on the border between front and back. The unit is the cost of one triangle that faces the wrong way.
-With a higher cost, the border is shorter and follows wrinkles less. All costs are tried, and the flat garment with the
-least strain is kept."""
-ONE_SIDED = 0.5
-"""Limit for a panel: the difference between its area that faces up and its area that faces down, divided by its whole
-area.
+"""Number of passes in which a garment is flattened, and the relative change of length that doubles a triangle's weight.
 
-Above this limit, the whole panel belongs to the front or to the back.
+After each pass, triangles whose sides changed get more weight. TENSE is the second number.
+"""
+SMOOTHINGS, SLIVER = 60, 0.12
+"""Largest number of passes that correct bad triangles, and the least height of a triangle that is not bad.
+
+The height is a fraction of the triangle's longest side. Triangles that face the wrong way are bad, too.
+"""
+STILL = 1e-6
+"""Largest motion of a vertex in one step at which the flattened garment counts as at rest.
+
+It is a fraction of the garment's extent. The iteration ends when no vertex moves farther in a step.
+"""
+LEAST_WEIGHT = 0.05
+"""Smallest weight of a triangle's side in the flattening of a garment.
+
+The weight is half the cotangent of the opposite angle, but an obtuse angle would give a negative weight.
+"""
+PRICES = (0.35, 1.0, 3.0)
+"""Costs of a mesh edge on the border between front and back, when a garment's triangles are assigned to both.
+
+The unit is the cost of one triangle that faces the wrong way. With a higher cost, the border is shorter and follows
+wrinkles less. All costs are tried, and the flat garment with the least strain is kept.
+"""
+ONE_SIDED = 0.5
+"""Limit that decides whether a whole panel of a garment belongs to the front or to the back.
+
+The limit is for the difference between the panel's area that faces up and its area that faces down, divided by its
+whole area. Above the limit, the panel is not divided between front and back.
 """
 
 
 @dataclass(frozen=True)
 class Flattened:
-    """A garment that was flattened into the plane."""
+    """The mesh of a garment after it was flattened into the plane."""
 
     plan: np.ndarray
     """Positions of the vertices [m], shape (n, 2)."""
     strain: np.ndarray
-    """Relative elongation of each triangle's edges, compared with the mesh or the sewing pattern, shape (m, 3)."""
+    """Relative elongation of each triangle's edges in the plane, compared with the mesh or the sewing pattern, shape
+    (m, 3)."""
 
     wrong: int
-    """Number of triangles that face the wrong way."""
+    """Number of triangles that face the wrong way: up instead of down, or down instead of up."""
 
     @property
     def median(self) -> float:
-        """Median relative change of the edges' lengths."""
+        """Median of the relative changes of the edges' lengths by the flattening."""
         return float(np.median(np.abs(self.strain)))
 
     @property
     def most(self) -> float:
-        """95 % quantile of the relative change of the edges' lengths."""
+        """95 % quantile of the relative changes of the edges' lengths by the flattening."""
         return float(np.quantile(np.abs(self.strain), 0.95))
 
 
@@ -84,10 +97,10 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
 
 
 def _laid_out(plan: np.ndarray, faces: np.ndarray, lengths: np.ndarray, up: np.ndarray) -> Flattened:
-    """Return the garment in the plane.
+    """Return a garment that is flattened into the plane, for a given division into front and back.
 
-    The iteration starts from the positions `plan`, shape (n, 2). Triangles that the mask `up` selects must face up in
-    the result.
+    The iteration starts from the positions `plan`, shape (n, 2). The mask `up` selects the triangles of the front,
+    which must face up in the result.
     """
     stress = np.ones(len(faces))
     for _ in range(PASSES):
@@ -108,7 +121,7 @@ def side_lengths(corners: np.ndarray) -> np.ndarray:
 
 
 def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
-    """Return the number of the pattern's panel to which each triangle belongs, shape (m,).
+    """Return the number of the sewing pattern's panel to which each triangle belongs, shape (m,).
 
     Without a UV map, all triangles belong to panel 0.
     """
@@ -123,11 +136,11 @@ def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
 
 
 def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: float) -> np.ndarray:
-    """Return whether each triangle belongs to the front, shape (m,); `price` is the cost of an edge of the border.
+    """Return whether each triangle belongs to the front, shape (m,).
 
     If most of a panel faces one way, the whole panel belongs to that side. Other panels are divided into a part that
-    mostly faces up and a part that mostly faces down, with a short border between both parts. The division is a minimum
-    cut of the graph of neighbouring triangles.
+    mostly faces up and a part that mostly faces down, with a short border between both parts. Each edge of this border
+    has the cost `price`. The division is a minimum cut of the graph of neighbouring triangles.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)[:, 2]
@@ -141,16 +154,19 @@ def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: 
 
 
 def inside_out(points: np.ndarray, faces: np.ndarray) -> bool:
-    """Return whether the normals of a garment point inwards."""
+    """Return whether the normals of a garment's triangles point inwards."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     outwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), (a + b + c) / 3.0 - points.mean(axis=0))
     return float(outwards.sum()) < 0.0
 
 
 def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) -> np.ndarray:
-    """Return whether each triangle is on the front's side of the minimum cut, shape (m,).
+    """Return whether each triangle belongs to the garment's front, shape (m,).
 
-    A positive `wish` means that the triangle faces the front. Each edge of the border has the cost `price`.
+    The front and the back are the two sides of a minimum cut of the graph of neighbouring triangles.
+
+    A positive `wish` means that the triangle faces the front. Each edge of the border between front and back has the
+    cost `price`.
     """
     topology = Topology(faces)
     count = len(faces)
@@ -184,7 +200,7 @@ def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) 
 
 
 def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the corners of each triangle in the plane as complex numbers, shape (m, 3).
+    """Return the corners of each triangle, laid in the plane without distortion, as complex numbers, shape (m, 3).
 
     Triangles that face up are counter-clockwise, and the others are clockwise.
     """
@@ -196,12 +212,12 @@ def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """Return the positions in the plane at which all triangles keep their shapes as well as possible.
+    """Return the positions of the vertices in the plane at which all triangles keep their shapes as well as possible.
 
-    The local step finds the best rotation of each triangle: the phase of a weighted sum over its corners, which are
-    complex numbers. The global step finds the best positions of the vertices for these rotations. The positions solve
-    a linear system with a constant matrix. Both steps are repeated until convergence. Each triangle has a weight
-    `stress`, shape (m,).
+    Two steps are repeated until convergence. The local step finds the best rotation of each triangle: the phase of a
+    weighted sum over its corners, which are complex numbers. The global step finds the best positions of the vertices
+    for these rotations, which solve a linear system with a constant matrix. Each triangle has a weight `stress`, shape
+    (m,).
     """
     count = len(plan)
     weights = _cotangents(templates) * stress[:, None]
@@ -236,7 +252,7 @@ def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: n
 
 
 def _in_one_piece(faces: np.ndarray, up: np.ndarray) -> bool:
-    """Return whether the front is a single piece of cloth, and the back as well.
+    """Return whether the front and the back are each a single piece of cloth.
 
     Triangles belong to one piece if they are connected by shared edges. A piece must not touch itself at a vertex.
     """
@@ -251,7 +267,9 @@ def _in_one_piece(faces: np.ndarray, up: np.ndarray) -> bool:
 
 
 def _turned_right(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the plan with the corners of inverted or thin triangles moved until they are correct.
+    """Return the flat positions of the vertices after all inverted or thin triangles have been corrected.
+
+    The corners of such triangles are moved until they are correct.
 
     A corner moves towards the middle of its neighbours. If the corner lies on the fold between front and back, only
     neighbours along the fold count.
@@ -273,7 +291,7 @@ def _turned_right(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> np.nda
 
 
 def _neighbours(edges: np.ndarray, count: int) -> csr_array:
-    """Return the matrix that computes the mean over the neighbours of each vertex, shape (count, count)."""
+    """Return the matrix that computes the mean over the neighbours of each vertex of a mesh, shape (count, count)."""
     both = np.concatenate([edges, edges[:, ::-1]])
     joined = coo_array((np.ones(len(both)), both.T), shape=(count, count)).tocsr()
     number = np.maximum(np.asarray(joined.sum(axis=1)).ravel(), 1.0)
@@ -291,7 +309,7 @@ def _narrow(plan: np.ndarray, faces: np.ndarray, up: np.ndarray, least: float) -
 
 
 def _cotangents(templates: np.ndarray) -> np.ndarray:
-    """Return half the cotangent of the angle at each corner, but at least `LEAST_WEIGHT`, shape (m, 3)."""
+    """Return half the cotangent of the angle at each triangle's corners, but at least `LEAST_WEIGHT`, shape (m, 3)."""
     out = np.empty(templates.shape)
     for k in range(3):
         a, b = (templates[:, (k + j) % 3] - templates[:, k] for j in (1, 2))

@@ -1,8 +1,8 @@
 """Finds a garment in a photo, by its difference in colour from a plain table.
 
 A smooth function of the position in the photo models the colour of the table, so uneven light does no harm. The
-function is fitted to a frame along the border of the photo. A pixel belongs to a region if it differs from the table's
-colour by more than Otsu's threshold. The largest region is the garment.
+function is fitted to a frame along the border of the photo. Pixels that differ from the table's colour by more than
+Otsu's threshold form connected regions. The largest region is the garment.
 """
 
 from __future__ import annotations
@@ -16,20 +16,28 @@ import shapely
 from tatamu.errors import InputError
 
 FRAME = 0.04
-"""Width of the frame along the photo's border that shows only the table, as a fraction of the photo's width and
-height."""
+"""Width of the frame along a photo's border that shows only the table, as a fraction of the photo's extent."""
 LIGHTNESS = 0.6
-"""Weight of lightness compared with colour. It is below 1 because a shadow changes lightness, but not colour."""
+"""Weight of differences in lightness, compared with differences in colour, in the search for a garment in a photo.
+
+The weight is below 1 because a shadow changes lightness, but not colour.
+"""
 FAINTEST = 6.0
-"""Least difference of a garment from its table [CIELAB units]."""
+"""Least difference in colour between a garment and the table in a photo [CIELAB units]."""
 SMALLEST, LARGEST = 0.02, 0.9
 """Smallest and largest fraction of the photo that a garment may cover."""
 EDGE = 4
-"""Distance from the photo's border below which a garment counts as touching the border [pixels]."""
+"""Least distance between a garment and the border of its photo [pixels].
+
+If the distance is smaller, the garment counts as touching the border, and the photo is refused.
+"""
 SIMILAR = 0.05
-"""Least area of a region that may belong to the garment, as a fraction of the garment's area."""
+"""Least area of a region of a photo that may belong to the garment, as a fraction of the largest region's area.
+
+Smaller regions are ignored.
+"""
 FACING = 1.1
-"""Factor that determines which border points of two regions face each other.
+"""Factor that decides which border points of two regions of a photo face each other.
 
 Two points face each other if their distance is at most this factor times the distance between the regions.
 """
@@ -37,18 +45,19 @@ Two points face each other if their distance is at most this factor times the di
 
 @dataclass(frozen=True)
 class Foreground:
-    """The garment in a picture."""
+    """The garment in a photo, separated from the table."""
 
     mask: np.ndarray
     """Whether each pixel shows the garment, with holes filled, shape (h, w)."""
     others: tuple[float, ...]
-    """Areas of the other regions as fractions of the garment's area, from the largest to the smallest."""
+    """Areas of further regions that were not added to the garment, as fractions of its area, from the largest to the
+    smallest."""
 
 
 def stand_out(
     image: np.ndarray, path: Path, join: bool, apart: np.ndarray, ignored: np.ndarray | None = None
 ) -> Foreground:
-    """Find the largest region that differs from the table.
+    """Find the largest region of a photo whose colour differs from the table's colour.
 
     Args:
         image: Red, green and blue from 0 to 1, shape (h, w, 3).
@@ -88,14 +97,14 @@ def stand_out(
 
 
 def _holds(region: np.ndarray, places: np.ndarray) -> bool:
-    """Return whether at least one of the positions [pixels] lies in a region."""
+    """Return whether a region of a photo contains at least one of the given positions [pixels]."""
     x, y = np.round(places).astype(int).reshape(-1, 2).T
     inside = (x >= 0) & (y >= 0) & (x < region.shape[1]) & (y < region.shape[0])
     return bool(region[y[inside], x[inside]].any())
 
 
 def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """Return the difference in colour between each pixel and the table [CIELAB units], shape (h, w)."""
+    """Return the difference in colour between each pixel of a photo and the table [CIELAB units], shape (h, w)."""
     from scipy.ndimage import gaussian_filter
     from skimage.color import rgb2lab
 
@@ -116,7 +125,7 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
 
 
 def _joined(regions: list[np.ndarray]) -> np.ndarray:
-    """Return several regions as one region.
+    """Return one region that contains several regions of a photo.
 
     The gap between two regions is filled with the convex hull of the border points that face each other.
     """
@@ -132,7 +141,10 @@ def _joined(regions: list[np.ndarray]) -> np.ndarray:
 
 
 def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return the distance between two regions [pixels], and their border points that face each other, shape (k, 2)."""
+    """Return the distance between two regions of a photo [pixels], and their border points that face each other.
+
+    The border points have the shape (k, 2).
+    """
     from scipy.spatial import cKDTree
 
     borders = [_border(one), _border(other)]

@@ -22,7 +22,7 @@ class GarmentSource:
     spacing: float | None = None
     """Edge length of the mesh given by the user [m]; None for the default."""
     scale: float | None = None
-    """Length of one unit of the garment's file [m]; None if the user gave none."""
+    """Length of one unit of the garment's file [m]; None if the user gave no length."""
     material: str | None = None
     """Name or file of the material; None if the user gave no name or file."""
 
@@ -42,29 +42,32 @@ class Garment:
     spacing: float
     """Typical edge length of the mesh [m]."""
     vertices: np.ndarray
-    """Flat positions [m], shape (n, 3)."""
+    """Positions of the vertices in the flat garment [m], shape (n, 3)."""
     faces: np.ndarray
     """Triangles, shape (m, 3). The normals of the front point up, and the normals of the back point down."""
     material: Material
     seams: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     """Edges of the mesh without bending stiffness, such as seams, shape (s, 2)."""
     rest: np.ndarray | None = None
-    """Positions in the unstrained shape [m], shape (n, 3); None if this shape is `vertices`. With two layers, both are
-    at z = 0."""
+    """Positions of the vertices in the unstrained shape [m], shape (n, 3); None if this shape is `vertices`.
+
+    If there are two layers, both layers are at z = 0.
+    """
     fibre: np.ndarray | None = None
     """Direction of the warp, the lengthwise threads, in the unstrained shape, shape (m, 3) or (1, 3); None for x."""
     edges: dict[str, np.ndarray] = field(default_factory=dict)
-    """Named parts of the flat outline, each as a path of vertices. With two layers, it is a path in the upper layer."""
+    """Named parts of the flat outline, each as a path of vertices. If there are two layers, the path is in the upper
+    layer."""
     openings: tuple[str, ...] = ()
     """Names of the `edges` at which the layers are not sewn together."""
 
     own: bool = False
-    """Whether the garment came from a user's file. Its fold plans are then the plans of its `kind` or, without a kind,
-    the plans that suit any garment."""
+    """Whether the garment came from a user's file. If true, its fold plans are the plans of its `kind`. If it has no
+    `kind`, they are the plans that suit any garment."""
     kind: str = ""
-    """Name of the built-in garment whose fold plans this garment uses; empty if the user's file names none."""
+    """Name of the built-in garment whose fold plans this garment uses; empty if the user's file names no garment."""
     reading: str = ""
-    """Unit in which the file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
+    """Text on the unit in which the garment's file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()
     """Notes for the user on changes that were made to a garment from a file."""
 
@@ -73,12 +76,12 @@ class Garment:
 
     @property
     def spacing_given(self) -> bool:
-        """Whether the spacing was chosen by the user."""
+        """Whether the spacing (edge length) of the mesh was chosen by the user."""
         return self.source is not None and self.source.spacing is not None
 
     @property
     def layers(self) -> int:
-        """Number of layers: two if some triangles face down."""
+        """Number of layers of cloth: two if some triangles face down, otherwise one."""
         return 2 if facing_down(self.vertices, self.faces).any() else 1
 
     @property

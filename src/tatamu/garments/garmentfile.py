@@ -19,7 +19,7 @@ from tatamu.presets import load_preset
 SUFFIXES = (".toml", *READERS, *FORMATS)
 """File name endings of files that describe a garment."""
 FABRIC = "jersey"
-"""Name of the material preset that is used if the file names no fabric."""
+"""Name of the material preset of a garment whose file names no fabric."""
 
 
 def load_garment(
@@ -61,9 +61,9 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _read(path: Path) -> tuple[GarmentFile, Material]:
-    """Return the description of a garment, and its fabric.
+    """Return the description of a garment from a user's file, and the garment's fabric.
 
-    A TOML file has a description. For an outline or a mesh alone, a description with default values is made.
+    A TOML file has a description. If the file is an outline or a mesh, a description with default values is made.
     """
     kind = path.suffix.lower()
     if kind != ".toml":

@@ -1,9 +1,9 @@
 """Finds the hem, the sleeves and the neck of a T-shirt from its outline alone.
 
 A pocket is a gap between the outline and its convex hull. Under each sleeve there is a pocket. The lower end of this
-pocket is the corner of the hem, and its deepest point is the underarm. A curved neck is another pocket. A straight neck
-has no pocket: it is the level part at the top of the outline. Between underarm and neck, the outline has several sides.
-The side that is farthest from the midpoint between underarm and neck is the end of the sleeve.
+pocket is the corner of the hem, and the deepest point of this pocket is the underarm. A curved neck is another pocket.
+A straight neck has no pocket: it is the level part at the top of the outline. Between underarm and neck, the outline
+has several sides. The side that is farthest from the midpoint between underarm and neck is the end of the sleeve.
 """
 
 from __future__ import annotations
@@ -16,34 +16,41 @@ import shapely
 from tatamu.errors import InputError
 
 DEEP = 0.05
-"""Least depth of the gap between the outline and its convex hull under a sleeve, as a fraction of the outline's width.
+"""Least depth of the gap between a T-shirt's outline and its convex hull under a sleeve.
+
+It is a fraction of the outline's width.
 """
 CENTRAL = 0.25
-"""Largest distance between the middle of the neck and the middle of the outline, as a fraction of the width."""
+"""Largest distance between the middle of a T-shirt's neck and the middle of its outline, as a fraction of the width."""
 DIP = 0.01
-"""Least depth of a curved neckline, as a fraction of the outline's height. A neckline with less depth counts as
-straight."""
+"""Least depth of a curved neckline of a T-shirt, as a fraction of the outline's height.
+
+A neckline with less depth counts as straight.
+"""
 LEVEL = np.tan(np.radians(12.0))
-"""Largest slope of a straight neckline; steeper parts of the outline are shoulders."""
+"""Largest slope of a T-shirt's straight neckline. Steeper parts of the outline are shoulders."""
 NARROWEST, WIDEST = 0.08, 0.6
-"""Smallest and largest width of the neck, as fractions of the outline's width."""
+"""Smallest and largest width of a T-shirt's neck, as fractions of the outline's width."""
 STRAIGHT = 0.02
-"""Largest distance between a side and the straight line through its ends, as a fraction of the outline's width."""
+"""Largest distance between a side of a T-shirt's outline and the straight line through the side's ends.
+
+It is a fraction of the outline's width.
+"""
 ALIKE = 2.0
-"""Largest ratio of the widths of two sleeves."""
+"""Largest ratio of the widths of both sleeves of a T-shirt."""
 
 
 @dataclass(frozen=True)
 class _Pocket:
-    """A part of the outline inside its convex hull."""
+    """A part of a T-shirt's outline that lies inside the outline's convex hull."""
 
     ends: np.ndarray
-    """Numbers of the points of the outline where the pocket begins and ends, the left one first, shape (2,)."""
+    """Numbers of the two points of the outline where the pocket begins and ends, the left point first, shape (2,)."""
     middle: np.ndarray
     """Midpoint between the ends of the pocket, shape (2,)."""
     depth: float
     deepest: int
-    """Number of the point that is farthest from the line between the ends of the pocket."""
+    """Number of the outline's point that is farthest from the line between the ends of the pocket."""
 
 
 def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
@@ -85,7 +92,10 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
-    """Return the numbers of the neck's two end points, the left one first; empty if no neck is found."""
+    """Return the numbers of the points at both ends of a T-shirt's neck, the left point first.
+
+    The result is empty if no neck is found.
+    """
     low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
     centre = low[0] + 0.5 * width
     top = [p for p in pockets if abs(p.middle[0] - centre) < CENTRAL * width and p.middle[1] - low[1] < height / 3.0]
@@ -99,9 +109,11 @@ def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
 
 
 def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
-    """Return both ends of the level part at the top of a curve around the line x = centre, shape (2,).
+    """Return the numbers of the points at both ends of the level part at the top of a curve, shape (2,).
 
-    The result is empty if the top is steep there.
+    The level part contains the line x = `centre`.
+
+    The result is empty if the top of the curve is steep at this line.
     """
     after = np.roll(points, -1, axis=0)
     across = np.flatnonzero((points[:, 0] - centre) * (after[:, 0] - centre) <= 0.0)
@@ -121,7 +133,7 @@ def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
 
 
 def _pockets(points: np.ndarray) -> list[_Pocket]:
-    """Return the pockets of a closed curve: its parts inside its convex hull."""
+    """Return the pockets of a closed curve, which are its parts inside its convex hull."""
     hull = shapely.MultiPoint(points).convex_hull
     on_hull = np.flatnonzero(shapely.distance(hull.exterior, shapely.points(points)) < 1e-9 * float(np.ptp(points)))
     found = []
@@ -142,12 +154,12 @@ def _by_x(ends: np.ndarray, points: np.ndarray) -> tuple[int, int]:
 
 
 def _beside(pocket: _Pocket, side: float, low: np.ndarray, width: float) -> bool:
-    """Return whether a pocket lies in the left third (`side` 0) or the right third (`side` 1) of the width."""
+    """Return whether a pocket of a T-shirt's outline lies in the left third (`side` 0) or right third (`side` 1)."""
     return bool(abs((pocket.middle[0] - low[0]) / width - side) < 1.0 / 3.0)
 
 
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
-    """Return the two ends of a sleeve's opening, as numbers of points.
+    """Return both ends of a sleeve's opening, as numbers of points of a T-shirt's outline.
 
     The outline has several sides between underarm and neck. The opening is the side that is farthest from the midpoint
     between underarm and neck.
@@ -162,7 +174,7 @@ def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]
 
 
 def _shorter_way(points: np.ndarray, start: int, end: int) -> np.ndarray:
-    """Return the numbers of the points from `start` to `end`, both included, along the shorter part of the curve."""
+    """Return the numbers of a closed curve's points from `start` to `end`, both included, along the shorter way."""
     count = len(points)
     ways = [np.arange(start, end + 1 + (count if end < start else 0)) % count]
     ways.append((np.arange(end, start + 1 + (count if start < end else 0)) % count)[::-1])

@@ -16,12 +16,15 @@ from tatamu.simulators import simulate
 
 SECONDS = 2.0
 DRAG = 2.0
-"""Air drag during the fall [N s/m^3], which is so large that the garment sinks slowly."""
+"""Air drag of a garment that falls onto the table [N s/m^3]. It is so large that the garment sinks slowly."""
 FALL = 0.01
-"""Height above the table at which the garment starts [m]."""
+"""Height above the table from which a garment falls [m]."""
 LYING, HIGHEST = 0.02, 0.04
-"""Two heights of a garment after its fall [m]. Above the first, a note says that the garment does not lie flat. Above
-the second, the garment is refused, because such a heap cannot be folded."""
+"""Two limits of a garment's height after it has fallen onto the table [m].
+
+Above the first limit, a note says that the garment does not lie flat. Above the second limit, the garment is refused,
+because such a heap cannot be folded.
+"""
 
 ADVICE = (
     "give up under [garment], the file's axis from hem to top, if it was turned wrongly, or its pattern: as the UV map "
@@ -31,7 +34,9 @@ ADVICE = (
 
 
 def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """Drop a garment onto the table and return it. Its shape before the fall remains the unstrained shape.
+    """Simulate the fall of a garment onto the table, and return the garment as it then lies.
+
+    Its shape before the fall remains the unstrained shape.
 
     Args:
         name: Name of the garment.
@@ -78,7 +83,10 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
 
 
 def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return vertices of the top layer along the garment's outline from above, counter-clockwise, shape (k,)."""
+    """Return the vertices of the top layer along a garment's outline, seen from above, shape (k,).
+
+    The order is counter-clockwise.
+    """
     near = 0.35 * typical_edge(lying, faces)
     around = shapely.union_all(shapely.polygons(lying[faces][..., :2])).buffer(0)
     largest = max(shapely.get_parts(around), key=lambda part: float(part.area))

@@ -20,13 +20,13 @@ from tatamu.garments.plyfile import parse_ply
 from tatamu.topology import Topology, areas, longest_sides
 
 FARTHEST = 1e9
-"""Largest allowed coordinate in a file, in the file's unit."""
+"""Largest allowed coordinate in a mesh file, in the file's unit."""
 MOST_NODES = 10_000
 """Largest allowed number of nodes of a GLB file."""
 SAME = 1e-5
 """Largest distance between vertices that count as one vertex, as a fraction of the mesh's extent."""
 SLIVER = 1e-3
-"""Area below which a triangle is degenerate, as a fraction of the square of its longest edge."""
+"""Least area of a triangle that is not degenerate, as a fraction of the square of its longest edge."""
 
 
 def read_mesh(path: Path) -> TriangleMesh:
@@ -80,7 +80,10 @@ def _read_by_trimesh(path: Path) -> TriangleMesh:
 
 
 def _plain(data: bytes) -> bytes:
-    """Return the bytes of an STL file. In a text file, bytes that are not ASCII become question marks."""
+    """Return the bytes of an STL file, with only ASCII characters if the file is text.
+
+    In text, bytes that are not ASCII become question marks.
+    """
     count = int.from_bytes(data[80:84], "little")
     if len(data) == 84 + 50 * count:
         return data
@@ -88,7 +91,7 @@ def _plain(data: bytes) -> bytes:
 
 
 def _check_glb(data: bytes) -> None:
-    """Check that a GLB file does not unpack to too many elements, because its header may state any number.
+    """Check that a GLB file does not contain too many elements, because its header may state any number.
 
     Raises:
         InputError: If the accessors of the file have too many elements, or the nodes repeat its meshes too often.
@@ -111,7 +114,7 @@ FORMATS = tuple(READERS)
 
 
 def welded(mesh: TriangleMesh) -> TriangleMesh:
-    """Join vertices at the same position. Triangles that then have no area are left out."""
+    """Join the vertices of a mesh that have the same position. Triangles that then have no area are left out."""
     number = _places(mesh.vertices)
     first = np.unique(number, return_index=True)[1]
     faces = number[mesh.faces]
@@ -120,10 +123,10 @@ def welded(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def _places(vertices: np.ndarray) -> np.ndarray:
-    """Return a number for each vertex, shape (n,). Vertices at the same position have the same number.
+    """Return a number for the position of each vertex, shape (n,). Vertices at the same position have the same number.
 
-    Positions are rounded first, which leaves fewer points to compare. Then points at a small distance are joined, even
-    if they were rounded to different positions.
+    Positions are rounded first, so fewer points must be compared. Then points at a small distance from each other are
+    joined, even if they were rounded to different positions.
     """
     near = max(SAME * float(np.ptp(vertices, axis=0).max()), 1e-12)
     _, first, cell = np.unique(np.round(vertices / near), axis=0, return_index=True, return_inverse=True)
@@ -160,14 +163,20 @@ def _place(point: np.ndarray) -> str:
 
 
 def _turned(topology: Topology) -> int:
-    """Return the number of inner edges that have the same direction in both of their triangles."""
+    """Return the number of inner edges that have the same direction in both of their triangles.
+
+    At such an edge, the two triangles have opposite orientations.
+    """
     sides = np.concatenate([topology.faces[:, [0, 1]], topology.faces[:, [1, 2]], topology.faces[:, [2, 0]]])
     _, passes = np.unique(sides, axis=0, return_counts=True)
     return int((passes == 2).sum())
 
 
 def pieces(faces: np.ndarray) -> np.ndarray:
-    """Return the number of the piece to which each triangle belongs, shape (m,). The largest piece has number 0."""
+    """Return the number of the connected piece of a mesh to which each triangle belongs, shape (m,).
+
+    The largest piece has number 0.
+    """
     rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
     count = int(faces.max()) + 1
     joined = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))

@@ -14,9 +14,9 @@ from tatamu.garments.polygons import triangulate
 LARGEST_MESH = 64 * MIB
 """Largest size of a mesh file [bytes]."""
 MOST_TRIANGLES = 200_000
-"""Largest number of triangles of a mesh. With a tenth of this number, a simulation takes minutes already."""
+"""Largest number of triangles of a mesh. A mesh with a tenth of this number already takes minutes to simulate."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
-"""Largest number of vertices of a mesh. It allows three vertices for each triangle, as in STL files."""
+"""Largest number of vertices of a mesh. This number allows three vertices for each triangle, as in STL files."""
 LONGEST_LINE = 100_000
 """Largest number of characters in a line of an OBJ file."""
 
@@ -26,7 +26,7 @@ class TriangleMesh:
     """A triangle mesh that was read from a file."""
 
     vertices: np.ndarray
-    """Positions in the file's unit, shape (n, 3)."""
+    """Positions of the vertices in the file's unit, shape (n, 3)."""
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
     uv: np.ndarray | None = None
@@ -35,7 +35,7 @@ class TriangleMesh:
     """Name of the part to which each triangle belongs, m names; empty if the file names no parts."""
 
     def kept(self, faces: np.ndarray) -> TriangleMesh:
-        """Return the mesh of the triangles that the mask `faces` selects, shape (m,)."""
+        """Return the mesh of only those triangles that the mask `faces` selects, shape (m,)."""
         used, index = np.unique(self.faces[faces], return_inverse=True)
         return TriangleMesh(
             self.vertices[used],
@@ -79,7 +79,7 @@ class _Reader:
         self.part = ""
 
     def take(self, words: list[str]) -> None:
-        """Read the words of one line."""
+        """Read the words of one line of an OBJ file."""
         if len(self.faces) > MOST_TRIANGLES or max(len(self.vertices), len(self.texture)) > MOST_VERTICES:
             raise InputError(f"mesh: must have at most {MOST_TRIANGLES} triangles and {MOST_VERTICES} vertices")
         match words[:1]:
@@ -102,7 +102,7 @@ class _Reader:
             self.parts.append(self.part)
 
     def mesh(self) -> TriangleMesh:
-        """Return the mesh that was read."""
+        """Return the mesh that was read from an OBJ file."""
         vertices = np.array(self.vertices, dtype=float).reshape(-1, 3)
         corners = np.array(self.corners, dtype=np.int64).reshape(-1, 3)
         mapped = bool(len(corners)) and bool((corners >= 0).all())
@@ -112,7 +112,7 @@ class _Reader:
 
 
 def _index(word: str, count: int) -> int:
-    """Return the index of a vertex, which counts from 0, for the number `word` in an OBJ file.
+    """Convert a vertex number in an OBJ file, `word`, into an index, which counts from 0.
 
     Numbers in the file count from 1. Negative numbers count backwards from -1, which is the last vertex.
     """

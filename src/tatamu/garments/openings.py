@@ -1,4 +1,4 @@
-"""Divides the sides of a flat mesh into seams and openings."""
+"""Divides the sides of a flat garment's mesh into seams and openings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tatamu.garments.sides import SHORTEST
 
 @dataclass
 class _Part:
-    """A sewn or open part of a side, from its `first` to its `last` point."""
+    """A sewn or open part of a garment's side, from its `first` to its `last` point."""
 
     first: int
     last: int
@@ -22,20 +22,21 @@ class _Part:
 
     @property
     def points(self) -> slice:
-        """Slice of the side's points that belong to the part."""
+        """Slice that selects the points of the part from the points of its side."""
         return slice(self.first, self.last + 1)
 
 
 def divided(
     sides: Mapping[str, np.ndarray], border: np.ndarray, plan: np.ndarray
 ) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """Divide the sides into sewn and open parts. Return all parts by name, and the names of the open parts.
+    """Divide the sides of a garment into sewn parts and open parts.
 
-    The longest sewn part of a side keeps the name of the side. An open part is called, for example, "top opening".
+    The function returns all parts by name, and the names of the open parts. The longest sewn part of a side keeps the
+    name of the side. An open part of the side "top" is called "top opening".
 
     Args:
         sides: Paths of vertices by name; each path begins at the end of the previous path.
-        border: Edges that belong to a single triangle, shape (b, 2).
+        border: Edges of the mesh that belong to a single triangle, shape (b, 2).
         plan: Positions of the vertices [m], shape (n, 2).
     """
     free = {tuple(pair) for pair in border.tolist()}
@@ -57,7 +58,7 @@ def _lengths(points: np.ndarray) -> np.ndarray:
 
 
 def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_Part]:
-    """Return the sewn and the open parts of a side.
+    """Return the sewn and the open parts of a garment's side.
 
     A part that is shorter than `shortest` [m] is joined with its longer neighbour.
     """
@@ -74,7 +75,7 @@ def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_P
 
 
 def _name(parts: list[_Part], side: str, taken: set[str]) -> None:
-    """Name the parts of a side.
+    """Return the names of the parts of a garment's side.
 
     The longest sewn part gets the name of the side. If a side has only one part, this part gets the name of the side.
     """

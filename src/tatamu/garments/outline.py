@@ -12,7 +12,7 @@ from shapely import Polygon
 CORNER = np.radians(30.0)
 """Least change of an outline's direction at a corner [rad]; the mesh keeps all corners."""
 FEWEST = 4
-"""Least number of segments of a closed curve."""
+"""Least number of segments of a closed curve in a mesh."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Outline:
         return float(width), float(length)
 
     def without_marks(self, spacing: float) -> tuple[Outline, tuple[str, ...]]:
-        """Return the outline without holes that are narrower than the mesh spacing [m], and a note on them.
+        """Return the outline without holes that are narrower than the mesh spacing [m], and a note on these holes.
 
         Such small curves are usually buttons, drill holes or letters, and a mesh could not follow them.
         """
@@ -76,7 +76,7 @@ class Outline:
 
 
 def counted(rings: Sequence[Polygon], what: str) -> str:
-    """Return the number of closed curves and their area as text."""
+    """Return a text that states the number of closed curves and their area."""
     area = sum(ring.area for ring in rings)
     size = f"{area:.4f} m2" if area >= 1e-3 else f"{1e6 * area:.0f} mm2"
     return f"1 {what} of {size}" if len(rings) == 1 else f"{len(rings)} {what}s of {size} in all"
@@ -105,7 +105,7 @@ def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
 
 
 def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
-    """Return n points at distances of about `spacing` along a polyline with k points, shape (n, 2).
+    """Return n points along a polyline with k points, at distances of about `spacing`, shape (n, 2).
 
     The ends and the corners of the polyline are kept.
     """

@@ -22,23 +22,30 @@ from tatamu.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.topology import Topology, edge_lengths
 
 DROPPED = (0.56, 0.62, 0.68, 0.74)
-"""Least distances of lattice points from the outline [spacings]. A mesh is made with each of these distances, and the
-best mesh is kept."""
+"""Least distances of lattice points from the outline [spacings, the desired edge length of the mesh].
+
+A mesh is made with each of these distances, and the best mesh is kept.
+"""
 NEAREST = 0.52
-"""Least distance between an inner point and the outline [spacings]. It is more than half a spacing, because Delaunay
-triangulation then keeps the edges of the outline."""
+"""Least distance between an inner point of a mesh and the outline [spacings, the desired edge length].
+
+The distance is more than half a spacing, because Delaunay triangulation then keeps the edges of the outline.
+"""
 RELAXED = 1.7
-"""Distance from the outline within which lattice points are moved [spacings]."""
+"""Largest distance from the outline at which lattice points are moved [spacings, the desired edge length]."""
 PASSES = 12
 SHARPEST = np.radians(20.0)
-"""Least angle of a triangle after an edge is flipped [rad]."""
+"""Least angle that a triangle of a mesh may have after an edge is flipped [rad]."""
 SHORTEST = 0.15
-"""Least allowed length of an edge [spacings]."""
+"""Least allowed length of an edge of a mesh [spacings, the desired edge length]."""
 CLEAR = 0.01
-"""Least distance between parts of the outline [spacings]. With a smaller distance, edges would be too short, so the
-outline is refused at once."""
+"""Least distance between parts of an outline [spacings, the desired edge length of the mesh].
+
+If the distance is smaller, the outline is refused at once, because edges would be too short.
+"""
 SPLITS = 4
-"""Largest number of times that edges of the outline are halved because the triangulation lacks them."""
+"""Largest number of attempts to mesh an outline. After each attempt, edges of the outline that are too short, or that
+the triangulation does not contain, are halved."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,7 @@ class Panel:
     """A triangle mesh in the plane, with the vertices in rows of rising x."""
 
     points: np.ndarray
-    """Positions [m], shape (n, 2)."""
+    """Positions of the vertices [m], shape (n, 2)."""
     faces: np.ndarray
     """Counter-clockwise triangles, shape (m, 3)."""
     paths: dict[str, np.ndarray]
@@ -96,10 +103,10 @@ def _too_near(place: np.ndarray, spacing: float) -> InputError:
 
 
 def _quality(mesh: Panel, spacing: float) -> float:
-    """Return the quality of a mesh; 1 is good.
+    """Return the quality of a mesh of triangles; 1 is good.
 
-    Two ratios are computed. The first ratio is the smallest angle divided by 30 degrees. The second ratio is 1.7
-    spacings divided by the longest edge. The quality is the smaller ratio.
+    The quality is the smaller of two ratios. The first ratio is the smallest angle divided by 30 degrees. The second
+    ratio is 1.7 spacings divided by the longest edge.
     """
     longest = float(edge_lengths(mesh.points, Topology(mesh.faces).edges).max())
     return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)
@@ -121,7 +128,10 @@ def _sampled(outline: Outline, spacing: float) -> dict[str, np.ndarray]:
 
 
 def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dropped: float) -> Panel:
-    """Return the mesh. Lattice points nearer than `dropped` spacings to one of the curves are left out."""
+    """Return a mesh of the region inside an outline.
+
+    The lattice has no points that are nearer than `dropped` spacings to one of the curves.
+    """
     fixed, paths = _welded(curves, 1e-3 * spacing)
     border = shapely.MultiLineString([fixed[path] for path in paths.values()])
     region = shapely.Polygon(
@@ -141,7 +151,7 @@ def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dro
 
 
 def _welded(curves: dict[str, np.ndarray], near: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return all distinct points of the curves, and each curve as numbers of these points."""
+    """Return all distinct points of several curves, and each curve as numbers of these points."""
     everything = np.concatenate(list(curves.values()))
     _, first, number = np.unique(np.round(everything / near), axis=0, return_index=True, return_inverse=True)
     ends = np.cumsum([len(curve) for curve in curves.values()])[:-1]
@@ -178,7 +188,7 @@ def _relaxed(
     border: shapely.MultiLineString,
     spacing: float,
 ) -> np.ndarray:
-    """Return all points, after inner points next to the border have moved to the middle of their neighbours."""
+    """Return all points of a mesh, with inner points next to the border moved to the middle of their neighbours."""
     points = np.concatenate([fixed, inner])
     loose = len(fixed) + np.flatnonzero(shapely.distance(shapely.points(inner), border) < RELAXED * spacing)
     for _ in range(PASSES if len(loose) else 0):
@@ -201,19 +211,19 @@ def _missing(mesh: Panel) -> list[tuple[int, int]]:
 
 
 def _shorter(mesh: Panel, least: float) -> list[tuple[int, int]]:
-    """Return the edges that are shorter than `least`. Such edges would need short time steps in a simulation."""
+    """Return the edges of a mesh that are shorter than `least`. They would need short time steps in a simulation."""
     edges = Topology(mesh.faces).edges
     return [(int(a), int(b)) for a, b in edges[edge_lengths(mesh.points, edges) < least]]
 
 
 def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) -> np.ndarray:
-    """Return the curve with an additional point in the middle of each missing edge."""
+    """Return a curve with an additional point in the middle of each edge that a mesh lacks."""
     here = [k + 1 for k in range(len(path) - 1) if tuple(sorted(path[k : k + 2].tolist())) in missing]
     return np.insert(curve, here, [0.5 * (curve[k - 1] + curve[k]) for k in here], axis=0) if here else curve
 
 
 def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
-    """Return the mesh without inner edges between two `sewn` vertices.
+    """Return a mesh without inner edges between two `sewn` vertices.
 
     If two layers are sewn together at these vertices, both layers would share such an edge. Each of these edges is
     therefore flipped, so it joins two other vertices. If this would make triangles that are too sharp, the edge gets a
@@ -234,7 +244,7 @@ def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
 
 
 def _chords(faces: np.ndarray, sewn: np.ndarray) -> np.ndarray:
-    """Return inner edges between two sewn vertices, as rows of four vertices (a, b, c, d), shape (k, 4).
+    """Return the inner edges of a mesh between two sewn vertices, as rows of four vertices (a, b, c, d), shape (k, 4).
 
     The edge joins a and b. The vertices c and d are to its left and right.
     """

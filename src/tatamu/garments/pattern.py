@@ -64,7 +64,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
 
 
 def _hole_note(garment: Garment) -> list[str]:
-    """Return the note on closed curves that were treated as holes."""
+    """Return the note to the user on closed curves that were treated as holes."""
     paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
     if not paths:
         return []
@@ -73,7 +73,7 @@ def _hole_note(garment: Garment) -> list[str]:
 
 
 def _turn_note(turn: np.ndarray, up: str) -> list[str]:
-    """Return the note on a piece that was turned so that its grain line runs along the garment."""
+    """Return the note to the user on a piece that was turned so that its grain line runs along the garment."""
     ahead = turn @ direction(up)[:2]
     degrees = round(float(np.degrees(np.arctan2(ahead[1], ahead[0]))), 1)
     if abs(degrees) < 0.1:

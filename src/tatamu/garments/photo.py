@@ -28,12 +28,12 @@ FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
 LONGEST = 1400
 """Largest number of pixels along the longer side of a photo after it is reduced for speed."""
 MASKED = 0.97
-"""Largest fraction of a picture that an alpha channel with a cut-out garment keeps.
+"""Largest fraction of a picture that an alpha channel may keep to count as the mask of a cut-out garment.
 
-An alpha channel that keeps more may only round the picture's corners.
+If it keeps a larger fraction, it probably only rounds the picture's corners, and does not cut out a garment.
 """
 SIMPLER = 0.004
-"""Largest distance by which simplification may move the outline, as a fraction of the garment's larger extent."""
+"""Largest distance by which simplification may move the outline, as a fraction of the garment's longer side."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Photo:
     """A photo and the outline of the garment in it."""
 
     pixels: np.ndarray
-    """8-bit RGB, shape (h, w, 3)."""
+    """Pixels of the photo in 8-bit RGB, shape (h, w, 3)."""
     outline: np.ndarray
     """Points of the closed outline [pixels], x to the right and y down, shape (k, 2). The first point is not repeated
     at the end."""
@@ -93,11 +93,14 @@ class Picture:
     """The contents of a picture file, turned upright."""
 
     pixels: np.ndarray
-    """8-bit RGB, shape (h, w, 3)."""
+    """Pixels of the picture in 8-bit RGB, shape (h, w, 3)."""
     alpha: np.ndarray | None
-    """Alpha channel, shape (h, w); None if the picture has none or it cuts nothing out."""
+    """Alpha channel, shape (h, w); None if the picture has no alpha channel, or the channel cuts nothing out."""
     film: float | None
-    """Focal length for 35 mm film that the camera wrote into the file [mm]; None if the file states none."""
+    """Focal length that gives the same field of view on 35 mm film [mm]; None if the file does not state it.
+
+    The camera has written it into the file.
+    """
 
 
 def read_picture(path: Path) -> Picture:
@@ -131,7 +134,7 @@ def read_picture(path: Path) -> Picture:
 
 
 def _film(image: Any) -> float | None:
-    """Return the focal length for 35 mm film that a picture states [mm]; None if no plausible value is stated."""
+    """Return the focal length, converted to 35 mm film, that a picture states [mm]; None if no value is plausible."""
     from PIL import ExifTags
 
     stated = image.getexif().get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
@@ -139,14 +142,17 @@ def _film(image: Any) -> float | None:
 
 
 def reduction(pixels: np.ndarray) -> int:
-    """Return the width of pixel blocks by which a picture is reduced before the search for a garment [pixels]."""
+    """Return the width of the blocks of pixels that are averaged to reduce a picture [pixels].
+
+    A picture is reduced before the search for a garment.
+    """
     return max(1, int(np.ceil(max(pixels.shape[:2]) / LONGEST)))
 
 
 def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return how much the largest region of an alpha channel covers each pixel, and notes.
+    """Return how much of each pixel the garment in an alpha channel covers, from 0 to 1, and notes for the user.
 
-    The coverage is from 0 to 1, and holes are filled.
+    The garment is the largest region of the alpha channel. Its holes are filled.
     """
     from scipy.ndimage import binary_fill_holes
     from skimage.measure import label
@@ -163,21 +169,24 @@ def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
 
 
 def blocks(pixels: np.ndarray, size: int) -> np.ndarray:
-    """Return the mean of each block of `size` x `size` pixels, from 0 to 1, shape (h, w, channels)."""
+    """Return the mean of each block of `size` x `size` pixels of a picture, from 0 to 1, shape (h, w, channels)."""
     height, width = (side // size for side in pixels.shape[:2])
     blocks = pixels[: height * size, : width * size].reshape(height, size, width, size, -1)
     return blocks.mean(axis=(1, 3)) / 255.0
 
 
 def softened(mask: np.ndarray) -> np.ndarray:
-    """Return a mask with a soft border, shape (h, w)."""
+    """Return a mask whose border is smoothed to values between 0 and 1, shape (h, w)."""
     from scipy.ndimage import gaussian_filter
 
     return np.asarray(gaussian_filter(mask.astype(float), 1.0))
 
 
 def contour(share: np.ndarray) -> np.ndarray:
-    """Return the border of a region as x and y [pixels], with less than a pixel's error, shape (k, 2)."""
+    """Return points on the border of a mask's region, as x and y [pixels], shape (k, 2).
+
+    Their error is less than a pixel.
+    """
     from skimage.measure import find_contours
 
     longest = max(find_contours(np.pad(share, 1), 0.5), key=len)
@@ -185,7 +194,7 @@ def contour(share: np.ndarray) -> np.ndarray:
 
 
 def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
-    """Return the matrix from pixels to metres that maps four corners to the corners of a rectangle, shape (3, 3).
+    """Return the matrix from pixels to metres that maps four corners in a photo to those of a rectangle, shape (3, 3).
 
     Args:
         corners: Corners in the order top left, top right, bottom right, bottom left [pixels], shape (4, 2).
@@ -211,7 +220,7 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
 
 
 def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Convert an outline from pixels to positions on the table [m], shape (k, 2).
+    """Convert an outline from pixels of a photo to positions on the table [m], shape (k, 2).
 
     Raises:
         InputError: If a part of the outline lies behind the horizon of the table.

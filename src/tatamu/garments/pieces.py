@@ -12,20 +12,19 @@ from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
 from tatamu.garments.unpacking import MOST_CURVES
 
 INSIDE = 0.5
-"""Fraction of a closed curve's area. If more of the area lies inside another closed curve, both curves belong to one
-piece."""
+"""Least fraction of a closed curve's area inside another closed curve if both curves belong to one piece."""
 MOST_OVERLAPS = 100_000
-"""Largest number of pairs of closed curves that overlap. It is limited because each pair takes time."""
+"""Largest allowed number of pairs of closed curves that overlap. The number is limited because each pair takes time."""
 MARK = 1e-3
 """Largest area of a mark, such as a notch, as a fraction of the piece's area. A mark is a small closed curve that
 crosses the border of a piece."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
-    """Group curves into pieces, and return the pieces from the largest to the smallest.
+    """Group the curves of a drawing into pieces, and return the pieces from the largest to the smallest.
 
-    Every closed curve that lies in no other closed curve makes a piece. Curves inside this curve and next to it belong
-    to the piece. A drawing without closed curves is one piece.
+    Every closed curve that lies in no other closed curve makes a piece. Closed curves inside this curve, and open
+    curves that are nearest to this curve, belong to the piece. A drawing without closed curves is one piece.
 
     Raises:
         InputError: If there are too many curves.
@@ -50,9 +49,9 @@ def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
 
 
 def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
-    """Group regions, which are given from the largest to the smallest.
+    """Return groups of regions. The regions are given from the largest to the smallest.
 
-    Each group is an outermost region and all regions inside it, as numbers of regions.
+    Each group contains the numbers of an outermost region and of all regions inside it.
     """
     tree = shapely.STRtree(regions)
     groups: dict[int, list[int]] = {}
@@ -75,7 +74,7 @@ def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
 
 
 def _region(loop: DrawnCurve) -> shapely.Geometry:
-    """Return the region inside a curve. If the curve crosses itself, the result is the region's convex hull."""
+    """Return the region inside a closed curve. If the curve crosses itself, the result is the region's convex hull."""
     region = shapely.Polygon(loop.points)
     if region.is_valid:
         shapely.prepare(region)
@@ -84,7 +83,7 @@ def _region(loop: DrawnCurve) -> shapely.Geometry:
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Return the names, with a number appended to each repeated name."""
+    """Return names that are all different: a number is appended to each repeated name."""
     return [
         name if name not in names[:number] else f"{name} {names[:number].count(name) + 1}"
         for number, name in enumerate(names)

@@ -1,4 +1,4 @@
-"""Cuts faces of more than three corners into triangles."""
+"""Cuts faces of a mesh that have more than three corners into triangles."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 import shapely
 
 MOST_CORNERS = 2_000
-"""Largest number of corners of a face."""
+"""Largest number of corners that a face of a mesh may have."""
 
 
 def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int, int, int]]:
-    """Cut a face into triangles that have the orientation of the face.
+    """Cut a face of a mesh into triangles that have the orientation of the face.
 
     A convex face becomes a fan of triangles around its first corner. A concave face is projected onto the plane that
     fits it best (Newell's normal), and is divided inside its outline.

@@ -3,8 +3,10 @@
 The directions of the garment are found from its shape:
 
 - Front to back: the direction in which the mesh is thinnest.
-- Width: a direction across the first, along which the garment is its own mirror image.
-- Hem: the end with the longest opening in the middle. Trousers have two openings beside the middle, the legs.
+- Width: the direction, perpendicular to the thinnest direction, in which the garment is symmetric. Mirrored in this
+  direction, the garment does not change.
+- Hem: the end with the longest opening in the middle of the width. For trousers, which have only one opening in the
+  middle, the hem is the end with two openings beside the middle.
 - Front: the side with the lower neckline.
 
 If the shape is ambiguous, usual axes of files are assumed. If the mesh is thinnest along y, then z points up and the
@@ -24,16 +26,19 @@ from tatamu.garments.frame import direction
 from tatamu.garments.meshfile import border_loops
 
 ALIGNED = np.cos(np.radians(30.0))
-"""Cosine of an angle. A direction at a smaller angle to an axis of the file is replaced by this axis."""
+"""Cosine of the largest angle at which a direction is replaced by the nearest axis of the file."""
 CLEAR = 0.6
-"""Limit for the error of the mirror image along the width, divided by the error of the mirror image along the length.
+"""Limit for the ratio of two errors of symmetry, with which the direction of a garment's width is chosen.
 
-With a larger ratio, the width is ambiguous.
+The first error is for the best direction. The second error, by which the first is divided, is for the direction that is
+usual in files.
+
+If the ratio is at least this limit, the best direction is not clear, and the usual direction is used.
 """
 MIDDLE = 0.12
-"""Largest distance between the middle plane and an opening in the middle, as a fraction of the width."""
+"""Largest distance between an opening in the middle of a garment and the middle plane, as a fraction of the width."""
 LONGER = 1.1
-"""Least ratio of the hem's length to the length of any other opening in the middle."""
+"""Least ratio of the hem's length to the length of every other opening in the middle of a garment."""
 TILTED = 0.08
 """Least height difference between the front and the back of a neckline, as a fraction of the garment's length.
 
@@ -54,7 +59,7 @@ class Posture:
 
     @property
     def words(self) -> str:
-        """Directions of hem and front in the file, in a few words."""
+        """Directions in the file of the garment's hem and front, in a few words."""
         return f"up from its hem is {self.up} of the file, its front faces {self.front}"
 
 
@@ -89,7 +94,7 @@ def _openings(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
 
 
 def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None = None) -> np.ndarray:
-    """Return the direction perpendicular to `across` in which the mesh is thinnest.
+    """Return the direction, perpendicular to `across`, in which a garment's mesh is thinnest.
 
     If this direction is near an axis of the file, the axis is returned.
     """
@@ -104,7 +109,7 @@ def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None =
 
 
 def _snapped(way: np.ndarray) -> np.ndarray:
-    """Return the axis of the file that is near a direction. If no axis is near, return the direction itself.
+    """Return the axis of the file that is near the direction `way`, or `way` itself if no axis is near.
 
     The sign of the direction is chosen so that its largest component is positive.
     """
@@ -114,9 +119,9 @@ def _snapped(way: np.ndarray) -> np.ndarray:
 
 
 def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """Return the direction along the garment, which is perpendicular to its width.
+    """Return the direction along a garment, which is perpendicular to its width.
 
-    The width is the direction along which the garment is its own mirror image.
+    The width is the direction in which the garment is symmetric: mirrored in this direction, it does not change.
     """
     usual = np.array([0.0, 0.0, 1.0]) if abs(through[1]) > ALIGNED else np.array([0.0, 1.0, 0.0])
     along = usual - (usual @ through) * through
@@ -130,21 +135,27 @@ def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
 
 
 def _principal(points: np.ndarray, through: np.ndarray) -> list[np.ndarray]:
-    """Return the two directions perpendicular to `through` with the largest and smallest spread of points."""
+    """Return the directions in which points have the largest and the smallest spread.
+
+    Both directions are perpendicular to `through`.
+    """
     inside = points - np.outer(points @ through, through)
     axes = np.linalg.eigh(np.cov(inside.T))[1]
     return [axes[:, 2], axes[:, 1]]
 
 
 def _asymmetry(points: np.ndarray, axis: np.ndarray) -> float:
-    """Return the mean distance between mirror images of the points and the nearest points."""
+    """Return how much points differ from their mirror images along `axis`.
+
+    The result is the mean distance from each mirror image to the nearest point.
+    """
     heights = points @ axis
     image = points - 2.0 * np.outer(heights - 0.5 * (heights.min() + heights.max()), axis)
     return float(cKDTree(points).query(image)[0].mean())
 
 
 def _sense(ahead: np.ndarray, aside: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
-    """Return 1 if `ahead` points from the hem to the other end of the garment, otherwise -1."""
+    """Return 1 if the direction `ahead` points from the hem to the other end of the garment, otherwise -1."""
     width, length = (float(np.ptp(points @ axis)) for axis in (aside, ahead))
     central = [loop for loop in loops if abs(float((loop @ aside).mean())) < MIDDLE * width]
     outer = [loop for loop in loops if not any(loop is other for other in central)]
@@ -168,7 +179,7 @@ def _around(loop: np.ndarray) -> float:
 
 
 def _forward(ahead: np.ndarray, through: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
-    """Return 1 if `through` points out of the front of the garment, and -1 if it points out of the back."""
+    """Return 1 if the direction `through` points out of the garment's front, and -1 if it points out of its back."""
     usual = 1.0 if through[int(np.abs(through).argmax())] > 0.0 and abs(through[1]) < ALIGNED else -1.0
     if not loops:
         return usual

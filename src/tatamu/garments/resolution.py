@@ -8,21 +8,28 @@ from tatamu.errors import InputError
 from tatamu.material import Material
 
 CELLS_PER_BENDING_LENGTH = 2.0
-"""Ratio of a material's bending length to the default spacing. Folds are accurate if the spacing is at most 0.55
-bending lengths (docs/theory/bending.md)."""
+"""Ratio of a material's bending length to the default spacing.
+
+Folds are accurate if the spacing is at most 0.55 bending lengths (docs/theory/bending.md).
+"""
 PASSABLE = 0.65
-"""Largest spacing at which folds are still passable, in bending lengths (docs/theory/bending.md)."""
+"""Largest mesh spacing (edge length) at which folds are still passable, in bending lengths of the material.
+
+The source is docs/theory/bending.md.
+"""
 COARSEST, FINEST = 0.02, 0.004
-"""Largest and smallest spacing that is chosen from the bending length [m]."""
+"""Largest and smallest mesh spacing (edge length) that is chosen from the material's bending length [m]."""
 FINEST_GIVEN = 1e-3
-"""Smallest spacing that the user may give [m]."""
+"""Smallest mesh spacing (edge length) that the user may give [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
 MOST_VERTICES = 50_000
 MOST_BY_DEFAULT = 3_000
-"""Approximate largest number of vertices of both layers with the default spacing. With more, a study would take longer
-than minutes."""
+"""Approximate largest number of vertices of a garment's mesh, in all layers, with the default spacing.
+
+With more vertices, a study would take longer than minutes.
+"""
 CELL = np.sqrt(0.75)
-"""Area per vertex of an equilateral mesh, divided by the square of the spacing."""
+"""Area per vertex of a mesh of equilateral triangles, divided by the square of the edge length."""
 
 
 def spacing_for(material: Material) -> float:
@@ -33,8 +40,8 @@ def spacing_for(material: Material) -> float:
 def default_spacing(material: Material, area: float) -> float:
     """Return the default spacing of a garment's mesh [m].
 
-    This spacing resolves the folds of the material. It is larger if the mesh would otherwise have too many vertices for
-    the area of all layers `area` [m^2].
+    This spacing resolves the folds of the material. The spacing is larger if the mesh would otherwise have too many
+    vertices. The number of vertices follows from the area of all layers, `area` [m^2].
     """
     return max(spacing_for(material), float(np.sqrt(area / CELL / MOST_BY_DEFAULT)))
 

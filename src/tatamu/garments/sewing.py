@@ -25,12 +25,14 @@ from tatamu.material import Material
 from tatamu.topology import Topology
 
 FINER, STEP = 4, 0.75
-"""Number of default spacings that are tried until the outline can be meshed, and the ratio of each to the previous one.
+"""Largest number of default spacings (edge lengths) that are tried, and the ratio of each spacing to the previous one.
+
+Spacings are tried until the outline can be meshed.
 """
 
 
 def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:
-    """Make a garment of a single panel; every side of the outline is open.
+    """Make a garment of a single panel. Every side of its outline is open.
 
     Raises:
         InputError: If the outline is too large or too small, or cannot be meshed with this spacing.
@@ -94,7 +96,7 @@ def front_and_back(
 def _meshed(
     given: float | None, outline: Outline, material: Material, layers: int
 ) -> tuple[Panel, float, tuple[str, ...]]:
-    """Return the mesh of the panel, the given or chosen spacing [m], and notes."""
+    """Return the mesh of a garment's panel, its spacing (edge length), which is given or chosen [m], and notes."""
     area = layers * outline.polygon.area
     check_size(outline.size)
     if given is not None:
@@ -116,7 +118,7 @@ def _meshed(
 
 
 def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:
-    """Return whether each triangle belongs to the largest part into which the lines divide the mesh, shape (m,)."""
+    """Return whether each triangle belongs to the largest part into which lines divide a mesh, shape (m,)."""
     topology = Topology(mesh.faces)
     walls = {tuple(sorted(pair)) for line in lines for pair in pairwise(line.tolist())}
     through = np.array([tuple(edge) not in walls for edge in topology.edges.tolist()])[topology.face_edges]

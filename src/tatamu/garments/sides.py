@@ -10,19 +10,26 @@ from shapely import LineString, Point, distance, line_interpolate_point, points
 from tatamu.errors import InputError
 
 QUARTERS = ("bottom", "right", "top", "left")
-"""Names of sides by the direction that a side faces: -x, -y, +x, +y."""
+"""Names of the sides of an outline that face the directions -x, -y, +x and +y."""
 SHORTEST = 0.03
-"""Least length of an unnamed side, as a fraction of the outline's length. A shorter side becomes part of its
-neighbour."""
+"""Least length of an unnamed side of an outline, as a fraction of the outline's length.
+
+A shorter side becomes part of its neighbour.
+"""
 FARTHEST = 0.03
-"""Largest distance between the outline and an end of a named curve, as a fraction of the outline's larger extent."""
+"""Largest distance between an outline and an end of a curve that names one of its sides.
+
+It is a fraction of the outline's larger extent.
+"""
 BESIDE = 0.15
-"""Largest distance between the outline and any other point of a named curve, as a fraction of the outline's larger
-extent. It is large because a straight curve may name a curved neckline."""
+"""Largest distance between an outline and any other point of a curve that names one of its sides.
+
+It is a fraction of the outline's larger extent. The limit is large because a straight curve may name a curved neckline.
+"""
 
 
 def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
-    """Cut a closed loop into named sides.
+    """Cut a closed loop, the outline of a garment, into named sides.
 
     Args:
         loop: Points in counter-clockwise order [m], shape (k, 2). The first point is not repeated at the end.
@@ -58,7 +65,7 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
 
 
 def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
-    """Return whether a curve with k points [m] starts and ends on the loop, and stays next to the loop in between."""
+    """Return whether a curve with k points [m] starts and ends on a closed loop, and stays next to it in between."""
     extent = float(np.ptp(loop, axis=0).max())
     ring = LineString(np.vstack([loop, loop[:1]]))
     places = line_interpolate_point(LineString(curve), np.linspace(0.0, 1.0, 33), normalized=True)
@@ -68,7 +75,7 @@ def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
 
 
 def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
-    """Return the numbers of the loop's segments that a curve follows."""
+    """Return the numbers of the segments of a closed loop that a curve follows."""
     extent = float(np.ptp(loop, axis=0).max())
     away = np.linalg.norm(loop[:, None] - curve[[0, -1]], axis=2)
     start, end = (int(k) for k in away.argmin(axis=0))
@@ -81,7 +88,7 @@ def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
 
 
 def _absorb(label: np.ndarray, length: np.ndarray, kept: set[str]) -> None:
-    """Join short sides without a given name with their longer neighbour.
+    """Join each short side without a given name with its longer neighbour.
 
     The array `label` has the name of the side of each segment, and is changed. Sides in `kept` remain unchanged.
     """
@@ -106,7 +113,7 @@ def _name(runs: list[tuple[int, int]], label: np.ndarray, k: int) -> str:
 
 
 def _runs(label: np.ndarray) -> list[tuple[int, int]]:
-    """Return runs of segments with equal labels around the loop.
+    """Return runs of equally labelled segments around a closed loop.
 
     Each run is given by its first segment and by the first segment after the run.
     """
@@ -119,7 +126,10 @@ def _runs(label: np.ndarray) -> list[tuple[int, int]]:
 def _main_first(
     runs: list[tuple[int, int]], label: np.ndarray, extremes: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]]:
-    """Return the runs in another order: the outermost of all runs that face one direction comes first."""
+    """Return runs, which are sides of an outline, in another order.
+
+    Of all runs that face one direction, the outermost run comes first.
+    """
 
     def rank(run: tuple[int, int]) -> float:
         reach = extremes.get(str(label[run[0] % len(label)]))
@@ -129,7 +139,7 @@ def _main_first(
 
 
 def with_ends(loop: np.ndarray, named: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the loop with an additional point at each end of a named curve."""
+    """Return a closed loop with an additional point at each end of a curve that names one of its sides."""
     ring = LineString(np.vstack([loop, loop[:1]]))
     corners = [ring.project(Point(p)) for p in loop]
     ends = [ring.project(Point(p)) for curve in named.values() for p in np.asarray(curve, dtype=float)[[0, -1]]]

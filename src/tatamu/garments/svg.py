@@ -1,8 +1,8 @@
 """Reads SVG files: their curves, and the length of one unit of the drawing.
 
 Coordinates stay in the units of the outermost `viewBox`. The length of a unit follows from the attribute `width`. In
-`width`, px is 1/96 inch and pt is 1/72 inch (CSS Values and Units, section 6.2). There are exceptions: a px of
-Illustrator is 1/72 inch, and a px of Inkscape before 0.92 is 1/90 inch.
+`width`, the unit px is 1/96 inch and the unit pt is 1/72 inch (CSS Values and Units, section 6.2). There are two
+exceptions: a px of Illustrator is 1/72 inch, and a px of Inkscape before 0.92 is 1/90 inch.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from tatamu.garments.unpacking import LARGEST_DRAWING, check_unpacked
 STEPS = 32
 """Number of points per curved segment of an SVG path."""
 LONGEST_STYLE = 32_768
-"""Largest length of a style sheet that is read [characters]. A longer style sheet can be skipped, because colours and
-line widths do not matter."""
+"""Largest length of a style sheet that is read [characters]. A longer style sheet is skipped, which does no harm,
+because colours and line widths do not matter."""
 INCH = 0.0254
 LENGTHS = {
     "mm": (1e-3, "millimetres"),
@@ -39,14 +39,14 @@ LENGTHS = {
     "pt": (INCH / 72.0, "points of 1/72 inch"),
     "pc": (INCH / 6.0, "picas of 1/6 inch"),
 }
-"""Length in metres and name of each unit, except px, that `width` may have."""
+"""Length in metres and name of each unit that `width` may have, except px."""
 LENGTH = re.compile(r"\s*([+-]?[0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*(mm|cm|q|in|pt|pc|px|)\s*", re.IGNORECASE)
 GIVEN_BY_PROGRAM = re.compile(
     r"(path|line|polyline|polygon|rect|rectangle|ellipse|circle|vector|shape|curve|group|g|use|svg|layer|spline|object)"
     r"[\s_.-]*[0-9][0-9\s_.-]*|(path|line|polyline|polygon|rect|rectangle|ellipse|circle|vector|shape|curve)",
     re.IGNORECASE,
 )
-"""Names that drawing programs give automatically, such as path1234, Rectangle_2 or Vector."""
+"""Regular expression for names that drawing programs give automatically, such as path1234, Rectangle_2 or Vector."""
 NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
 XLINK = "{http://www.w3.org/1999/xlink}href"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
@@ -54,7 +54,7 @@ INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 
 @dataclass(frozen=True)
 class _Program:
-    """The program that wrote a file."""
+    """The program that wrote an SVG file."""
 
     name: str
     pixels: int = 96
@@ -79,7 +79,7 @@ def read_svg(path: Path) -> DrawnPieces:
 
 
 def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
-    """Return the curves of a drawing, in the drawing's units and with y up."""
+    """Return the curves of an SVG drawing, in the drawing's units and with y up."""
     import svgelements
 
     width, height = _viewbox(root) or (1000.0, 1000.0)
@@ -100,7 +100,7 @@ def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
 
 
 def _style(text: str) -> str:
-    """Return a style sheet without comments.
+    """Return a style sheet of an SVG file without its comments.
 
     A long style sheet is replaced by an empty one, because the time to read it grows with the square of its length.
     """
@@ -109,7 +109,7 @@ def _style(text: str) -> str:
 
 
 def _check_entities(text: str) -> None:
-    """Refuse XML entities that would unpack to too much text.
+    """Refuse an SVG file whose XML entities would expand to too much text.
 
     Raises:
         InputError: If entities refer to other entities, or entities are used too often.
@@ -123,10 +123,10 @@ def _check_entities(text: str) -> None:
 
 
 def _check_unpacked(root: ElementTree.Element) -> None:
-    """Refuse a drawing that would unpack to too many elements, because `use` elements repeat other elements.
+    """Refuse a drawing that has too many elements after each `use` element is replaced by the elements that it repeats.
 
     Raises:
-        InputError: If the unpacked drawing has too many elements.
+        InputError: If the drawing then has too many elements.
     """
     named = {element.get("id"): element for element in root.iter() if element.get("id")}
 
@@ -143,7 +143,7 @@ def _check_unpacked(root: ElementTree.Element) -> None:
 
 
 def _name(shape: Any) -> str:
-    """Return the name that the author gave a shape; empty if the name was given by a program."""
+    """Return the name that the author of a drawing gave a shape; empty if a program gave the name."""
     own = shape.values.get("attributes", {})
     label = own.get(f"{INKSCAPE}label") or own.get("data-name") or own.get("id") or ""
     label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # Illustrator's codes
@@ -151,7 +151,7 @@ def _name(shape: Any) -> str:
 
 
 def _viewbox(root: ElementTree.Element) -> tuple[float, float] | None:
-    """Return the width and height of the visible area in units of the drawing; None if the file states no area."""
+    """Return the width and height of a drawing's visible area, in its units; None if the file states no area."""
     numbers = [float(number) for number in re.split(r"[\s,]+", root.get("viewBox", "").strip()) if number]
     if len(numbers) == 4 and numbers[2] > 0.0 and numbers[3] > 0.0:
         return numbers[2], numbers[3]
@@ -171,7 +171,7 @@ def _program(root: ElementTree.Element, text: str) -> _Program:
 
 
 def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
-    """Return the length of a unit of the drawing's coordinates."""
+    """Return the unit of a drawing's coordinates, with its length."""
     program = _program(root, text)
     pixel = INCH / program.pixels
     pixels = "points of 1/72 inch" if program.pixels == 72 else f"pixels of 1/{program.pixels} inch"

@@ -11,7 +11,7 @@ from tatamu.meshing import staggered_rectangle
 from tatamu.presets import load_preset
 
 FABRIC = "terry"
-"""Name of the default material preset."""
+"""Name of the material preset that a towel has by default."""
 SIZE = (0.34, 0.80)
 """Width and length of the default towel, a face towel [m]."""
 
@@ -33,7 +33,7 @@ def towel(size: tuple[float, float] = SIZE, material: Material | None = None, sp
 
 
 def _sides(vertices: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the four sides as paths of vertices, in counter-clockwise order."""
+    """Return the four sides of a towel as paths of vertices, in counter-clockwise order."""
     x = vertices[:, 0]
     y = vertices[:, 1]
     bottom = np.flatnonzero(x == x.min())

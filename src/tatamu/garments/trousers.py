@@ -11,18 +11,19 @@ from tatamu.material import Material
 from tatamu.presets import load_preset
 
 FABRIC = "usual-trousers"
-"""Name of the default material preset."""
+"""Name of the material preset that trousers have by default."""
 SIZE = (0.34, 0.60)
-"""Width over both hems and length of the default trousers [m]. They are for a child of three to four years. The source
-is a chart of garment measurements by Stone Harbor. In this chart, the waist laid flat is 10 in (25.4 cm), and the full
-length is 23.5 in (60 cm)."""
+"""Width over both hems and length of the default trousers [m]. The trousers are for a child of three to four years. The
+source is a chart of garment measurements by Stone Harbor. In this chart, the waist laid flat is 10 in (25.4 cm), and
+the full length is 23.5 in (60 cm)."""
 OPENINGS = ("waist", "right_hem", "left_hem")
 CORNERS = {"inner_hem": (0.0, 0.035), "outer_hem": (0.0, 0.17), "hip": (0.44, 0.157), "waist": (0.60, 0.127)}
-"""Corners of the left half [m], with x measured from the hems and y from the middle.
+"""Corners of the left half of the trousers [m], with x measured from the hems and y from the middle.
 
 Waist and length are from the chart of garment measurements. Three sizes are assumed: the hem (13.5 cm), the hip (31 cm
 laid flat) and the crotch (19 cm below the waist). There is a small gap between the legs, because hands that lay out
-trousers leave such a gap."""
+trousers leave such a gap.
+"""
 CROTCH = (0.41, 0.012)
 """Distance of the crotch from the hems, and half the distance between the legs just below the crotch [m]. The crotch is
 round."""

@@ -13,13 +13,13 @@ from tatamu.material import Material
 from tatamu.presets import load_preset
 
 FABRIC = "usual-tshirt"
-"""Name of the default material preset."""
+"""Name of the material preset that a T-shirt has by default."""
 SIZE = (0.54, 0.46)
 """Width over both sleeves and length from shoulder to hem of the default T-shirt [m].
 
-It is for a child of four years. The source is the chart of garments laid flat of the 23rd New Zealand Scout Jamboree.
-In the row "youth 4", half the chest is 32 cm and the length is 46 cm. For men's size M, half the chest is 52 cm and the
-length is 70 cm. With sleeves in proportion, this is the size 0.88x0.70.
+The T-shirt is for a child of four years. The source is the chart of garments laid flat of the 23rd New Zealand Scout
+Jamboree. In the row "youth 4", half the chest is 32 cm and the length is 46 cm. For men's size M, half the chest is 52
+cm and the length is 70 cm. A T-shirt of men's size M with sleeves in proportion therefore has the size 0.88x0.70.
 """
 OPENINGS = ("hem", "right_sleeve", "left_sleeve", "back_neck")
 CORNERS = {
@@ -29,13 +29,13 @@ CORNERS = {
     "shoulder": (0.432, 0.132),
     "neck": (0.460, 0.068),
 }
-"""Corners of the left half [m], with x measured from the hem and y from the middle.
+"""Corners of the left half of the T-shirt [m], with x measured from the hem and y from the middle.
 
 Half the chest and the length are from the chart of garments laid flat. The sleeve (16 cm along its top, 10 cm at its
 hem) and the neck (14 cm) are assumed.
 """
 NECK_DEPTH = {"front": 0.055, "back": 0.015}
-"""Assumed depths of the necklines below the shoulder [m]."""
+"""Assumed depths of a T-shirt's necklines below the shoulder [m]."""
 
 
 def tshirt(
@@ -90,10 +90,10 @@ def pattern() -> Outline:
 
 
 def _neckline(neck: np.ndarray, depth: float, turn: float) -> np.ndarray:
-    """Return the right half of a neckline from the neck point to the middle, shape (k, 2).
+    """Return the right half of a T-shirt's neckline from the neck point to the middle, shape (k, 2).
 
     With `turn` 1, the neckline is a quarter of an ellipse, which is steep at the shoulder. A smaller value gives a
-    neckline that is flatter there.
+    neckline that is flatter at the shoulder.
     """
     angle = np.linspace(0.0, 0.5 * np.pi, 25)
     x = neck[0] - depth * np.sin(angle) ** (1.0 / turn)

@@ -8,11 +8,14 @@ from tatamu.errors import InputError
 from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 
 NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}
-"""Names of usual units of drawings, by the length of a unit in metres."""
+"""Names of units that are usual in drawings, by the length of the unit in metres."""
 USUAL = (0.15, 1.8)
-"""Range of the longer side of most garments [m]."""
+"""Range in which the longer side of most garments is [m]."""
 DOUBTFUL = 2.6
-"""Largest size that is accepted without a note [m]. Hardly any garment is larger, but bed linen may be larger."""
+"""Largest size of a garment from a file that is accepted without a note [m].
+
+Hardly any garment is larger, except for bed linen.
+"""
 
 
 @dataclass(frozen=True)
@@ -41,14 +44,14 @@ class Unit:
         return f"{self.words}{'; scaled to that size' if size else ''}"
 
     def scaled(self, scale: float | None) -> Unit:
-        """Return a unit with the length [m] that the user gave; if `scale` is None, return this unit."""
+        """Return a unit with the length `scale` [m] that the user gave; if `scale` is None, return this unit."""
         if scale is None:
             return self
         return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}", given=True)
 
 
 def probable_scale(longest: float) -> float | None:
-    """Return the length [m] of the unit with which a garment has a usual size; None if no unit gives a usual size.
+    """Return the length [m] of a unit with which the garment has a usual size; None if no unit gives a usual size.
 
     Args:
         longest: Longer side of the garment in units of the file.
@@ -58,9 +61,9 @@ def probable_scale(longest: float) -> float | None:
 
 
 def how_to_scale(longest: float, otherwise: float) -> str:
-    """Return advice on how to give the scale, with the probable scale as an example.
+    """Return advice to the user on how to give the length of a file's unit, with the probable length as an example.
 
-    If no scale is probable, the example is `otherwise`.
+    If no length is probable, the example is `otherwise`.
     """
     scale = probable_scale(longest) or otherwise
     return (
@@ -84,9 +87,10 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 
 
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
-    """Return the note on an unusual width and length [m] in a unit that the user did not give.
+    """Return a note to the user on an unusual width and length [m] of a garment from a file.
 
-    A unit that the file states is doubted as well, because many programs write a wrong unit into the header.
+    There is no note if the user gave the unit. Even a unit that the file states is doubted, because many programs write
+    a wrong unit into the header.
     """
     longest = max(sides)
     probable = probable_scale(longest / unit.metres)

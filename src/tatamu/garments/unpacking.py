@@ -11,9 +11,12 @@ from tatamu.files import MIB
 LARGEST_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MOST_PARTS = 500_000
-"""Largest number of elements of an unpacked drawing; numbers in paths count as elements."""
+"""Largest number of elements of a drawing, after each reference to another part is replaced by that part.
+
+Numbers in paths count as elements.
+"""
 DEEPEST = 100
-"""Largest depth to which elements of a drawing are nested."""
+"""Largest number of levels to which parts of a drawing may include other parts."""
 MOST_CURVES = 5_000
 """Largest number of closed curves of a drawing, and also the largest number of open curves."""
 Part = TypeVar("Part", bound=Hashable)
@@ -22,11 +25,11 @@ Part = TypeVar("Part", bound=Hashable)
 def check_unpacked(
     root: Part, parts: Callable[[Part], Iterable[tuple[Part, int]]], own: Callable[[Part], int], most: int = MOST_PARTS
 ) -> None:
-    """Refuse a drawing that would unpack to too many elements, before it is unpacked.
+    """Refuse a drawing that would have too many elements if each included part were replaced by its elements.
 
     Args:
         root: The whole drawing.
-        parts: Function that returns all parts that a part includes, each with the number of times.
+        parts: Function that returns all parts that a part includes, each with the number of times that it is included.
         own: Function that returns the number of elements of a part, without the elements of included parts.
         most: Largest allowed number of elements of the whole drawing.
 

@@ -26,26 +26,33 @@ from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, ho
 from tatamu.material import Material
 
 OFTEN_UNWELDED = (".stl", ".glb")
-"""File formats that repeat a vertex for each of its triangles, or for each of its texture coordinates."""
+"""Endings of file formats that store a vertex once for each of its triangles, or once for each of its texture
+coordinates."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""Three limits for relative changes of the edges' lengths. A garment is flattened only if half of its edges change by
-at most GENTLE, and 95 % by at most MOST. If more than 5 % of the edges change by more than DOUBTED, a note asks the
-user to check the garment."""
+"""Three limits for relative changes of the edges' lengths when a garment's mesh is flattened.
+
+A garment is flattened only if half of its edges change by at most GENTLE, and 95 % by at most MOST. If more than 5 % of
+the edges change by more than DOUBTED, a note asks the user to check the garment.
+"""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
-"""Limit for the median of the relative differences between edges in the mesh and in the UV map.
+"""Largest median relative difference between the edges of a mesh and of its UV map if the map is a sewing pattern.
 
-The edges are compared with one scale for all panels. With a larger median, the UV map is not the sewing pattern.
+The edges are compared with one scale for all panels. If the median is larger, the UV map is not the sewing pattern.
 """
 DEVELOPABLE = 0.01
-"""Limit for the median of the relative differences between edges in the mesh and in the UV map.
+"""Largest median relative difference between the edges of a mesh and of its UV map if u and v have separate scales.
 
-The edges are compared with separate scales along u and v. With a larger median, one scale is used for both directions.
+The edges are compared with separate scales along u and v. If the median is larger, one scale is used for both
+directions.
 """
 SQUARE = 0.3
-"""Difference from the common scale below which the scales along u and v count as equal [%]."""
+"""Largest difference at which the scales of a UV map along u and v count as equal [%].
+
+The difference is between each scale and the common scale of both directions.
+"""
 ROUNDS = 5
-"""Number of rounds in which the scales along u and v are fitted."""
+"""Number of rounds in which the scales of a UV map along u and v are fitted."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
 """Default directions in the file of a flat mesh, by the number of the axis along which the mesh is thin.
 
@@ -55,10 +62,10 @@ The first direction points away from the hem, the second out of the front.
 
 @dataclass(frozen=True)
 class _Laid:
-    """A mesh in the frame of a garment, before it becomes a garment."""
+    """A mesh that lies in the frame of a garment, before it becomes a garment."""
 
     points: np.ndarray
-    """Positions in the garment's frame [m], shape (n, 3)."""
+    """Positions of the vertices in the garment's frame [m], shape (n, 3)."""
     faces: np.ndarray
     notes: tuple[str, ...]
 
@@ -128,7 +135,7 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
 
 
 def _piece_name(mesh: TriangleMesh, own: np.ndarray, number: int) -> str:
-    """Return the name of a piece: the name that the file gives to most of its triangles or, without names, a number."""
+    """Return the name that a mesh file gives to most triangles of a piece; a number if the file gives no names."""
     parts = [part for part, keep in zip(mesh.parts, own, strict=True) if keep and part] if mesh.parts else []
     return max(sorted(set(parts)), key=parts.count) if parts else f"piece {number + 1}"
 
@@ -188,7 +195,7 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
 
 
 def _sized(plan: np.ndarray, size: tuple[float, float] | None) -> np.ndarray:
-    """Return the positions in the plane, stretched to a width and length [m]; unchanged if `size` is None."""
+    """Return the vertices of a flat mesh, stretched to a width and length [m]; unchanged if `size` is None."""
     return plan if size is None else plan * (np.array(size[::-1]) / np.ptp(plan, axis=0))
 
 
@@ -202,7 +209,7 @@ def _meshed_anew(garment: Garment, spacing: float | None) -> Garment:
 
 @dataclass(frozen=True)
 class _Pattern:
-    """The flat shape of each triangle."""
+    """The flat shape of each triangle of a worn garment, from the sewing pattern or from the mesh."""
 
     lengths: np.ndarray
     """Lengths of the sides of the flat triangles [m], shape (m, 3)."""
@@ -222,7 +229,9 @@ class _Pattern:
 
 
 def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _Pattern:
-    """Return the flat shapes of the triangles: from the UV map if it is the sewing pattern, otherwise from the mesh.
+    """Return the flat shapes of a garment's triangles, from the UV map if it is the sewing pattern.
+
+    Otherwise, the shapes come from the mesh.
 
     If the scaled edges of the UV map have nearly the same lengths as the mesh's edges, the UV map is the pattern.
     """
@@ -273,7 +282,7 @@ def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def _coarseness(garment: Garment) -> list[str]:
-    """Return the note on a mesh that is too coarse for its fabric; empty if the mesh is fine enough."""
+    """Return the note to the user on a mesh that is too coarse for its fabric; empty if the mesh is fine enough."""
     cells = garment.spacing / garment.material.bending_length
     if cells <= PASSABLE:
         return []

@@ -40,11 +40,11 @@ def _solve(gamma: float, s: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, 
 
 @lru_cache(maxsize=256)
 def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
-    """Solve for a dimensionless weight Gamma, starting from the solution for a smaller Gamma.
+    """Solve a cantilever's equations for a dimensionless weight Gamma, from the solution for a smaller Gamma.
 
-    The first result is an array of arc lengths from 0 to 1, in units of the strip's length L. The second result has
-    four values at each of these arc lengths: the slope theta, its derivative, the reach x and the drop y. They are in
-    the same units.
+    The first result is an array of arc lengths from 0 to 1. The second result has four values at each of these arc
+    lengths: the slope theta, its derivative by arc length, the reach x and the drop y. All lengths are in units of the
+    strip's length L.
     """
     if gamma <= SMALLEST:
         s = np.linspace(0, 1, 201)

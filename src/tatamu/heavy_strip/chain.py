@@ -1,4 +1,4 @@
-"""Computes the loop of a folded strip as a chain of links. Validation compares simulations with this loop.
+"""Computes the loop of a folded strip, modelled as a chain of links. Validation compares simulations with this loop.
 
 The chain has n rigid links of length h and slopes theta_i. Its energy, with the bending rigidity B and the weight per
 area w, is:
@@ -13,8 +13,8 @@ The constraints are:
 - The upper half is at least one thickness above the lower half.
 
 There is no friction. The chain starts as a wide loop. Newton's method finds the minimum of the energy, with augmented
-Lagrangians for the constraints. A boundary-value solver is not used, because it finds a wrong solution with a loop of
-only 2 mm.
+Lagrangians for the constraints. A boundary-value solver is not used, because such a solver finds a wrong solution, in
+which the loop measures only 2 mm.
 """
 
 from __future__ import annotations
@@ -27,7 +27,10 @@ from scipy.optimize import minimize
 from tatamu.errors import TatamuError
 
 PENALTIES = (1e2, 1e3, 1e4, 1e4, 1e4, 1e4)
-"""Stiffness of the penalty for violated constraints in each round, in units of the weight per area w."""
+"""Stiffness of the penalty for violated constraints, in units of the weight per area w.
+
+The minimisation runs once with each of these values, in this order.
+"""
 AT_REST = 1e-5
 """Largest moment on a link at rest, in units of w l_b^2: weight per area times the square of the bending length."""
 MET = 1e-4
@@ -76,7 +79,7 @@ class FoldedStrip:
 
 
 def start(length: float, bending_length: float, thickness: float, links: int = 200) -> np.ndarray:
-    """Return the nodes of a wide loop from which a search can start [m], shape (links + 1, 2).
+    """Return the nodes of a wide loop from which the minimisation can start [m], shape (links + 1, 2).
 
     The loop is a half circle between two level parts.
     """
@@ -87,8 +90,8 @@ def start(length: float, bending_length: float, thickness: float, links: int = 2
 class ChainEnergy:
     """The energy of the chain with penalties for violated constraints (augmented Lagrangian).
 
-    It is a function of the links' slopes. Lengths are in units of the bending length l_b. Energies per width are in
-    units of w l_b^2, with the weight per area w.
+    The energy is a function of the links' slopes. Lengths are in units of the bending length l_b. Energies per width
+    are in units of w l_b^2, with the weight per area w.
     """
 
     def __init__(self, strip: FoldedStrip, links: int) -> None:
@@ -103,7 +106,7 @@ class ChainEnergy:
         self.pull = np.zeros(2)  # multipliers of the upper end's position
 
     def start(self) -> np.ndarray:
-        """Return the slopes of the links at the start of the search, shape (links,).
+        """Return the slopes of the links at the start of the minimisation [rad], shape (links,).
 
         The chain is then a half circle between two straight parts. The radius is about one bending length.
         """

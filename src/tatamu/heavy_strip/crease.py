@@ -6,13 +6,14 @@ least energy. The energy is the sum of bending energy and gravitational energy:
 
     E / b = int  B/2 (d phi/du)^2 + rho g z  du,     z >= t/2 below, z >= 3t/2 above,
 
-The strip has the width b, the bending rigidity B, the mass per area rho and the thickness t. At the arc length u, its
+The first condition is for the lower half of the strip (u > 0), the second condition for the upper half (u < 0). The
+strip has the width b, the bending rigidity B, the mass per area rho and the thickness t. At the arc length u, its
 direction is phi and its height is z. The acceleration of gravity is g. The strip is modelled as an inextensible chain
 of short links.
 
-In units of the bending length l_b, the shape depends only on t / l_b. If l_b is as small as t, the cloth is limp, and
-its crease is nearly a circle. A stack of layers that slide on each other has the bending length of a single layer, and
-the thickness of the whole stack.
+In units of the bending length l_b, the shape depends only on t / l_b. If l_b is about as small as t, the cloth is limp,
+and its crease is nearly a circle. A stack of layers that slide on each other has the bending length of a single layer,
+and the thickness of the whole stack.
 """
 
 from __future__ import annotations
@@ -32,15 +33,16 @@ HALF_LENGTH = 4.5
 STEP = 2 * HALF_LENGTH / LINKS
 """Length of a link, in bending lengths."""
 SHARPEST = 0.75
-"""Least bending length for which a crease is computed, in thicknesses.
+"""Least bending length for which a crease is computed, as a multiple of the cloth's thickness.
 
-If the bending length of a cloth is even smaller, this bending length is used.
+A smaller bending length is replaced by this value.
 """
 GUESSED_WIDTH = 1.4
 """Arc length of the bent part at the start of the minimisation, in bending lengths."""
 TOLERANCE = 1e-8
-"""Change of the energy per step at which the minimisation ends, in units of w l_b^2. Here w is the weight per area, and
-l_b is the bending length."""
+"""Tolerance of the minimisation: it ends when the energy changes by less in one step, in units of w l_b^2.
+
+Here w is the weight per area, and l_b is the bending length."""
 MOST_ITERATIONS = 300
 """Largest number of iterations of the minimisation. About 75 iterations are enough for any cloth."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
@@ -63,7 +65,10 @@ class Crease:
     """Heights of the cloth's mid-surface above the table at the points [m], shape (k,)."""
 
     def place(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return x and z of points at arc lengths u. Outside the profile, the layers lie flat on each other."""
+        """Return x and z of the crease at arc lengths u [m].
+
+        Outside the profile, the two layers lie flat on each other.
+        """
         inside = np.abs(u) <= self.arc[-1]
         x = np.where(inside, np.interp(u, self.arc, self.x), np.abs(u))
         z = np.where(inside, np.interp(u, self.arc, self.z), np.where(u > 0, self.z[-1], self.z[0]))
@@ -162,7 +167,7 @@ def least_energy(thickness: float) -> np.ndarray:
 def guess() -> np.ndarray:
     """Return the directions of the links at the start of the minimisation [rad], shape (LINKS,).
 
-    They describe a flat strip that is bent over in a half circle.
+    The directions describe a flat strip that is bent over in a half circle.
     """
     turn = np.clip((np.arange(LINKS) + 0.5 - LINKS / 2) * STEP / GUESSED_WIDTH, -0.5, 0.5)
     return np.pi * (0.5 - turn)

@@ -5,7 +5,8 @@ plate rises. The scene fixes the cloth on the plate. It also fixes half a row of
 the cloth is level where it leaves the plate.
 
 The mesh is a ring of concentric rows. A perfectly flat disc would not buckle. Therefore small random heights are added,
-which represent the unevenness of real fabric. For more unevenness, the unstrained cloth itself can be wavy.
+which represent the unevenness of real fabric. To represent more unevenness, the unstrained shape of the cloth can be
+wavy.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 RISE = 0.1
-"""Height by which the plate rises [m]. It is larger than the length of cloth that hangs down."""
+"""Height by which the plate rises [m]. This height is larger than the length of the cloth that hangs down."""
 RISING = 2.0
 """Time in which the plate rises [s]."""
 SETTLING = 2.0
@@ -70,7 +71,7 @@ class Drapemeter:
 
     @property
     def row(self) -> float:
-        """Distance between two rows of the mesh [m]."""
+        """Distance between two neighbouring rows of the mesh [m]."""
         return (self.specimen - self.plate) / (self.rows + 0.5)
 
     @cached_property

@@ -3,7 +3,7 @@
 The period T is read from the zero crossings of the signal. The decrement delta is read from the extremes a_k, the
 largest deflections between two crossings:
 
-    T = distance of two crossings in the same direction,    delta = 2 ln((a_k + a_(k+1)) / (a_(k+1) + a_(k+2)))
+    T = time between two crossings in the same direction,    delta = 2 ln((a_k + a_(k+1)) / (a_(k+1) + a_(k+2)))
 
 A small error of the position of rest has little effect on these formulas.
 """

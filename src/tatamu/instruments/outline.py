@@ -25,7 +25,7 @@ ANGLES = 360
 TOUCHING = 1e-9
 """Tolerance at the ends of a segment, as a fraction of its length.
 
-Without it, a ray might pass between two segments.
+Without this tolerance, a ray might pass between two neighbouring segments.
 """
 PROMINENCE = 0.003
 """Least prominence of a node, a fold of the hem that stands out from the plate [m]."""
@@ -75,7 +75,7 @@ class PlanOutline:
         return float(0.5 * np.sin(step) * (self.radii * turned).sum())
 
     def drape_coefficient(self, specimen: float, plate: float) -> float:
-        """Return the drape coefficient [-]; the arguments are the radii of the flat cloth and of the plate [m]."""
+        """Return the drape coefficient [-] for a flat cloth and a plate with the given radii [m]."""
         covered = np.pi * plate**2
         return float((self.area - covered) / (np.pi * specimen**2 - covered))
 

@@ -16,17 +16,17 @@ VIDEO = "video"
 
 @dataclass(frozen=True)
 class Feature:
-    """A feature: one entry of every frame."""
+    """A feature: one entry that every frame of a dataset has, such as an action or a picture."""
 
     dtype: str
     """Type of the feature's numbers, by its name in NumPy; or `VIDEO`."""
     shape: tuple[int, ...]
-    """Shape of the feature in one frame."""
+    """Shape of the feature's array in one frame."""
     names: tuple[str, ...] | None = None
     """Names of the feature's numbers, or of the axes of a picture; None if the numbers have no names."""
 
     def __post_init__(self) -> None:
-        """Raise an error if the feature is not a picture and its shape does not have exactly one dimension."""
+        """Check that the feature's shape has exactly one dimension, unless the feature is a picture."""
         if not self.is_video and len(self.shape) != 1:
             raise InputError(f"shape: must be of one dimension, given {self.shape}")
 
@@ -40,7 +40,7 @@ class Feature:
         return {"dtype": self.dtype, "shape": list(self.shape), "names": None if self.names is None else [*self.names]}
 
     def checked(self, name: str, given: np.ndarray, frames: int) -> np.ndarray:
-        """Return the values of an episode, converted to the feature's type.
+        """Check the feature's values in one episode, and return them, converted to the feature's type.
 
         Raises:
             InputError: If the shape of the values is not (frames, *shape), or a value is not finite.
@@ -56,17 +56,17 @@ class Feature:
 
 
 def vector(names: Sequence[str], dtype: str = "float32") -> Feature:
-    """Return the feature for numbers with these names."""
+    """Return a feature for numbers with the given names."""
     return Feature(dtype, (len(names),), tuple(names))
 
 
 def flag() -> Feature:
-    """Return the feature for a flag: true or false."""
+    """Return a feature for a flag, which is true or false."""
     return Feature("bool", (1,))
 
 
 def camera(height: int, width: int | None = None) -> Feature:
-    """Return the feature for a camera's pictures: RGB, uint8, (height, width, 3).
+    """Return a feature for a camera's pictures: RGB, uint8, (height, width, 3).
 
     Without a width, the pictures are square.
     """

@@ -1,4 +1,4 @@
-"""The growing files of a dataset: Parquet files with numbers, and videos with pictures.
+"""The files to which the episodes of a dataset are appended: Parquet files with numbers, and videos with pictures.
 
 When a file has reached its largest size, the next file is started.
 """
@@ -18,7 +18,10 @@ from tatamu.lerobot.video import VideoWriter
 
 
 class NumberFiles:
-    """The files of all features except pictures. They have a row for each frame, and a row group for each episode."""
+    """Parquet files with the numbers of a dataset: all features except pictures.
+
+    They have a row for each frame, and a row group for each episode.
+    """
 
     def __init__(self, folder: Path, largest: int) -> None:
         """Prepare the files. The first file is created with the first episode.
@@ -40,7 +43,7 @@ class NumberFiles:
             columns: Values by the names of the features, shape (frames, k) for a feature with k numbers.
 
         Returns:
-            The position of the episode, as columns of the table of episodes.
+            The place of the episode in the files, as columns of the table of episodes.
 
         Raises:
             InputError: If a file cannot be written.
@@ -83,10 +86,10 @@ class NumberFiles:
 
 
 def _column(array: np.ndarray) -> Any:
-    """Return k numbers for each frame as an Arrow array.
+    """Return numbers as an Arrow array.
 
-    The given array has the shape (frames, k). If k is 1, the result is an array of plain numbers, otherwise an array of
-    lists with fixed length.
+    The numbers are given as an array with k numbers for each frame, shape (frames, k). If k is 1, the result is an
+    array of plain numbers, otherwise an array of lists with fixed length.
     """
     arrow = needed("pyarrow")
     width = array.shape[1]
@@ -120,7 +123,7 @@ class VideoFiles:
             pictures: Pictures of the episode: RGB, uint8, shape (frames, h, w, 3).
 
         Returns:
-            The position of the episode, as columns of the table of episodes.
+            The place of the episode in the videos, as columns of the table of episodes.
 
         Raises:
             InputError: If a file cannot be written.

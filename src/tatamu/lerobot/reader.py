@@ -53,7 +53,7 @@ class LeRobotReader:
 
     @cached_property
     def tasks(self) -> list[str]:
-        """The tasks as text, in the order of their numbers."""
+        """Texts of the tasks, in the order of the tasks' numbers."""
         file = self.root / layout.TASKS
         with foreign(file, "a Parquet file"):
             rows = needed("pyarrow.parquet").read_table(file).to_pylist()
@@ -70,9 +70,10 @@ class LeRobotReader:
         return self.episodes[episode]
 
     def numbers(self, episode: int, *names: str) -> dict[str, np.ndarray]:
-        """Return features of an episode as arrays, shape (frames, k) for k numbers in each frame.
+        """Return features of an episode as arrays.
 
-        Features with a single number have the shape (frames,). Pictures cannot be read with this method.
+        A feature with k numbers in each frame has the shape (frames, k), or (frames,) if k is 1. Pictures cannot be
+        read with this method.
 
         Raises:
             InputError: If there is no such episode or feature, or a file is broken.

@@ -17,9 +17,9 @@ Statistics = Mapping[str, np.ndarray]
 All have the shape of the feature, except count, which has the shape (1,).
 """
 QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
-"""Names of the quantiles, with the fraction of the values that are below each quantile."""
+"""Names of the quantiles, and the fraction of the values that are below each quantile."""
 EVERY = 4
-"""Distance between the pixels that are used for the statistics of pictures, along each side."""
+"""Distance between the pixels that are used for the statistics of pictures, along both sides [pixels]."""
 
 
 def statistics(feature: Feature, values: np.ndarray) -> Statistics:
@@ -36,7 +36,7 @@ def statistics(feature: Feature, values: np.ndarray) -> Statistics:
 
 
 def joined(episodes: Sequence[Statistics]) -> Statistics:
-    """Return the common statistics of several episodes.
+    """Return the statistics of several episodes together.
 
     The quantiles are means of the episodes' quantiles, weighted by the lengths of the episodes.
     """

@@ -1,4 +1,4 @@
-"""Videos in AV1, in LeRobot's format for cameras: libsvtav1, yuv420p, with a key frame in every second frame."""
+"""Videos in AV1, as LeRobot stores them: encoder libsvtav1, pixel format yuv420p, every second frame a key frame."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from tatamu.lerobot.extras import needed
 
 CODEC = "libsvtav1"
 OPTIONS = {"g": "2", "crf": "30", "preset": "12", "svtav1-params": "fast-decode=0:lp=1"}
-"""LeRobot's options of the encoder. With one thread (lp), the bytes do not depend on the machine's processors."""
+"""LeRobot's options of the encoder. The encoder uses one thread (option lp), so that every machine writes the same
+bytes.
+"""
 
 
 def check_codec() -> None:
@@ -40,7 +42,7 @@ class VideoWriter:
 
     Attributes:
         frames: Number of pictures in the video.
-        size: Size of the pictures that are already encoded [bytes]; the last pictures are still missing.
+        size: Size of the pictures that are already encoded [bytes]; the last pictures are not yet included.
     """
 
     def __init__(self, path: Path, fps: int, height: int, width: int) -> None:

@@ -29,7 +29,7 @@ USUAL: Mapping[str, Feature] = {
     "index": Feature("int64", (1,)),
     "task_index": Feature("int64", (1,)),
 }
-"""Features that every dataset has. The writer fills them."""
+"""Features that every dataset has. The writer sets their values."""
 
 
 class LeRobotWriter:
@@ -223,7 +223,7 @@ class LeRobotWriter:
         return {name: each.cast("float64") if each.type == empty else each for name, each in arrays.items()}
 
     def _write_tasks(self) -> None:
-        """Write the table of tasks, with the column `task` as its index in the format of pandas."""
+        """Write the table of tasks in the format of pandas. The column `task` is the index of the table."""
         columns = {"task_index": list(self._tasks.values()), "task": list(self._tasks)}
         kinds = {"task_index": ("int64", "int64"), "task": ("unicode", "object")}
         described = [

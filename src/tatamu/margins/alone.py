@@ -14,20 +14,20 @@ from tatamu.folding.score import Limits
 from tatamu.robustness import Verdict, WorldSearch
 
 FARTHEST = 6.0
-"""Farthest value that is tried, in standard deviations.
+"""Farthest value of a disturbance that is tried, in standard deviations from its mean.
 
-A normal variable is farther from its mean than this with a probability of 2e-9."""
+A normally distributed number is even farther from its mean with a probability of 2e-9."""
 NEAR = 2.0
-"""Value that is tried next if the fold fails at `FARTHEST`, in standard deviations.
+"""Value of a disturbance that is tried next if the fold fails at `FARTHEST`, in standard deviations.
 
-Most ranges end below this value."""
+Most ranges of tolerated values end below this value."""
 HALVINGS = 3
-"""Number of bisections of the remaining interval."""
+"""Number of bisections that locate the end of the range of tolerated values."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """One disturbance in one direction (below or above its mean), without the other disturbances."""
+    """A search along one disturbance, below or above its mean, while the other disturbances keep their means."""
 
     channel: Channel
     deviation: float
@@ -43,14 +43,17 @@ class Side:
         return World({**self.centre.values, self.channel.name: self._value(deviations)})
 
     def shown(self, deviations: float) -> float:
-        """Return the value that is `deviations` standard deviations away from the mean, in the unit for readers."""
+        """Return the disturbance's value at `deviations` standard deviations from its mean, in the unit for readers."""
         return self.channel.shown(self._value(deviations))
 
     def _value(self, deviations: float) -> float:
         return self.centre[self.channel.name] + self.sign * deviations * self.deviation
 
     def search(self, limits: Limits) -> WorldSearch:
-        """Find the farthest value at which the fold still succeeds. The result is None if it succeeds at `FARTHEST`."""
+        """Find the disturbance's farthest value at which the fold still succeeds.
+
+        The result is None if the fold succeeds at `FARTHEST`.
+        """
         if limits.hold((yield self.world(FARTHEST))):
             return None
         near = limits.hold((yield self.world(NEAR)))

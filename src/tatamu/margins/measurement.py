@@ -52,7 +52,7 @@ class Draw:
     verdict: Verdict
     """Result of the fold on the finest mesh on which the draw was simulated."""
     distance: float
-    """Mean vertex distance on the fine mesh [m].
+    """Mean distance of the fine mesh's vertices from their targets [m].
 
     If only the coarse mesh was simulated, the distance is estimated. The estimate uses draws that were simulated on
     both meshes. If the simulation failed, the distance is twice the distance of untouched cloth."""
@@ -62,7 +62,7 @@ class Draw:
 
 @dataclass(frozen=True)
 class Measured:
-    """The measured margins of a fold, and more data for the page."""
+    """The measured margins of a fold (the disturbances that it tolerates), and more data for the page."""
 
     learned: Result
     subject: FoldOnMesh
@@ -156,7 +156,7 @@ def coarser_fold(own: FoldOnMesh) -> FoldOnMesh | None:
 
 
 def check_draws(draws: int, seed: int) -> None:
-    """Check that the number of draws and the seed are within their ranges."""
+    """Check that the number of random draws and their seed are within the allowed ranges."""
     if not 1 <= draws <= 100_000:
         raise InputError(f"draws: must be from 1 to 100000, given {draws}")
     if not 0 <= seed < 2**32:
@@ -164,7 +164,7 @@ def check_draws(draws: int, seed: int) -> None:
 
 
 def _sides(disturbances: Disturbances) -> list[Side]:
-    """Return every disturbance in both directions: first below its mean, then above its mean."""
+    """Return two searches for every disturbance: first below its mean, then above its mean."""
     known = deviations(disturbances)
     channels = [channel for channel in CHANNELS if channel.name in known]
     centre = mean_world(disturbances)

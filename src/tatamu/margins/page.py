@@ -33,7 +33,7 @@ from tatamu.simulators.many import executor_of
 REPLAYED = 3
 """Number of the worst draws that the page replays."""
 NAMED = 3
-"""Number of disturbances that are named for each draw. The largest disturbances are named."""
+"""Number of disturbances that the page names for each draw: the largest ones."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def write_page(measured: Measured, out: Path) -> Path:
 
 
 def page(measured: Measured) -> str:
-    """Return the whole page. The content only depends on the margins."""
+    """Return the page of margins as HTML. The content only depends on the margins."""
     result = measured.result
     shown = _replayed(measured)
     return render(
@@ -155,7 +155,7 @@ def _histogram(measured: Measured) -> Chart:
 
 
 def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
-    """Return the number of a draw, a description of its result, and its largest disturbances."""
+    """Return a draw's number, a description of its result, and its largest disturbances, for the page."""
     known = {margin.name: margin for margin in measured.result.alone}
     ranked = sorted(known.values(), key=lambda margin: -abs(draw.world[margin.name] - margin.mean) / margin.deviation)
     chief = [
@@ -173,7 +173,10 @@ def _value(margin: AloneMargin, world: World) -> float:
 
 
 def _replayed(measured: Measured) -> list[Replayed]:
-    """Return new simulations of the worst draws. Draws whose simulation failed are omitted."""
+    """Simulate the worst draws of the disturbances again, and return these simulations.
+
+    Draws whose simulation failed are omitted.
+    """
     subject = measured.subject
     worst = [draw for draw in measured.draws if draw.verdict.error is None][:REPLAYED]
     with executor_of(None, REPLAYED if capabilities(subject.evaluator.task.simulator).parallel else 1) as workers:
@@ -182,7 +185,7 @@ def _replayed(measured: Measured) -> list[Replayed]:
 
 
 def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
-    """Simulate a draw again on the fine mesh.
+    """Simulate a draw of the disturbances again on the fine mesh.
 
     Return None if this simulation fails, which can happen if the draw was only simulated on the coarse mesh before.
     """
@@ -195,14 +198,14 @@ def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
 
 
 def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:
-    """Return the data for the viewer, which shows the worst draws one after another."""
+    """Return the data for the viewer, which replays the worst draws of the disturbances one after another."""
     goal = measured.subject.evaluator.task.fold.target
     scale = largest(np.linalg.norm(shown[0].rollout.positions[-1] - goal, axis=1))
     return replay_data(_joined(measured, shown), shown[0].scene, _hands(shown), scale)
 
 
 def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
-    """Return the worst draws as one rollout, one after another."""
+    """Return one rollout (motion of the cloth) in which the worst draws of the disturbances follow one another."""
     starts = _starts(shown)
     times = [each.rollout.times + start for each, start in zip(shown, starts, strict=True)]
     positions = np.concatenate([each.rollout.positions for each in shown])
@@ -211,15 +214,15 @@ def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
 
 
 def _starts(shown: Sequence[Replayed]) -> list[float]:
-    """Return the time at which each draw starts [s]. There is a gap of one frame between two draws."""
+    """Return the start of each replayed draw of the disturbances [s]. There is a gap of one frame between two draws."""
     lengths = [each.rollout.times[-1] + 1.0 / each.scene.frame_rate for each in shown]
     return [0.0, *np.cumsum(lengths)[:-1].tolist()]
 
 
 def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
-    """Return the tracks of both hands through all draws.
+    """Return the paths of both hands through all replayed draws of the disturbances.
 
-    If a hand missed the cloth, its track is the track of the other hand.
+    If a hand missed the cloth, the path of the other hand is returned in its place.
     """
     tracks = []
     starts = _starts(shown)

@@ -44,13 +44,16 @@ TITLES = {
     "material.air_drag_turning": "more air drag after turning around",
     "material.air_added_mass": "more air carried along",
 }
-"""What a positive value of each disturbance means, in words."""
+"""Texts that say what a positive value of each disturbance means."""
 SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / 3.141592653589793, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
-"""Units for readers, by the units in files. Each has the factor that converts a value, and the name for readers."""
+"""Units in which readers see values, by the units in files.
+
+Each entry has the factor that converts a value, and the name of the unit for readers.
+"""
 
 
 def amount(value: float, unit: str) -> str:
-    """Return a value with its sign and unit, as text."""
+    """Return the value of a disturbance with its sign and unit, as text."""
     scale, name = SHOWN[unit]
     space = "" if name == "°" else " "
     return f"{scale * value:+.3g}".replace("-", "−") + space + name

@@ -24,14 +24,20 @@ from tatamu.simulators.many import executor_of, processors
 from tatamu.study import Result
 
 USUAL = 100
-"""Number of draws from the given disturbances. They are equal to the first draws of `tatamu margins`."""
+"""Number of draws with the standard deviations that the user gave.
+
+They are equal to the first draws of `tatamu margins`.
+"""
 WIDE = 100
-"""Number of draws with larger deviations. They also cover a set-up whose errors are larger than the user stated."""
+"""Number of draws with larger standard deviations than the user gave.
+
+They also cover a set-up whose errors are larger than the user stated.
+"""
 WIDER = 2.0
-"""Ratio of the deviations of the wider draws to the given deviations."""
+"""Ratio of the standard deviations of the wider draws to those that the user gave."""
 
 Progress = Callable[[int, int], None]
-"""Callback with the number of finished simulations, and their total."""
+"""Callback with two numbers: finished simulations, and all simulations."""
 
 
 @dataclass(frozen=True)
@@ -39,17 +45,16 @@ class Draws:
     """Worlds (random draws of the disturbances), and the results of a fold in them."""
 
     mesh: FoldOnMesh
-    """The fold on the mesh of the draws."""
+    """The fold on the mesh on which all draws of the disturbances were simulated."""
     worlds: list[tuple[World, Verdict]]
     nominal: Verdict
     """Result of the fold on the fine mesh, in the world in which every disturbance has its mean."""
     difference: np.ndarray
     """Marks on the fine mesh minus marks on the mesh of the draws [m], shape (m,).
 
-    Marks are the m lengths that are measured after a fold. The difference is taken with every disturbance at its
-    mean."""
+    Marks are the m lengths that are measured after a fold. For this difference, every disturbance has its mean."""
     simulated: int
-    """Number of new simulations."""
+    """Number of simulations that ran now, because their results had not been saved before."""
 
 
 def draw(
@@ -95,7 +100,7 @@ def draw(
 
 
 def sample(disturbances: Disturbances) -> list[World]:
-    """Return the worlds of all draws."""
+    """Return the worlds (values of all disturbances) of the draws with the given and with the wider deviations."""
     usual = sample_worlds(disturbances, USUAL, 0, Stream.MARGINS)
     wide = sample_worlds(disturbances, WIDE, 0, Stream.OBSERVATION)
     centre = mean_world(disturbances)
@@ -103,7 +108,7 @@ def sample(disturbances: Disturbances) -> list[World]:
 
 
 def widened(world: World, centre: World) -> World:
-    """Return a world whose disturbances are `WIDER` times as far from their means as in the given world."""
+    """Return a world whose disturbances are `WIDER` times as far from their means as in `world`."""
     return World({name: centre[name] + WIDER * (value - centre[name]) for name, value in world.values.items()})
 
 

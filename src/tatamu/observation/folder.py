@@ -38,7 +38,10 @@ class ObservedFolder:
 
     @classmethod
     def of(cls, path: Path) -> ObservedFolder:
-        """Return the folder of the learned fold, given this folder or the folder of a corrected fold in it."""
+        """Return the folder of a learned fold.
+
+        The argument is this folder, or the folder of a corrected fold inside it.
+        """
         inner = path.resolve()
         if not inner.name.startswith(CORRECTED):
             return cls(path)
@@ -61,7 +64,7 @@ class ObservedFolder:
 
     @property
     def digest(self) -> str:
-        """A digest of the fold, its observations and the posterior. They determine the next correction."""
+        """A digest of all that determines the next correction: the fold, its observations and the inferred errors."""
         files = [file for variant in self.variants() for file in self.files(variant)]
         digest = sha256(VERSION.encode())
         for file in (self.path / "result.json", self.posterior_file, *files):
@@ -78,18 +81,18 @@ class ObservedFolder:
         return self.path / f"{CORRECTED}{number}"
 
     def variants(self) -> list[Path]:
-        """Return the folders of all variants that were carried out: the learned fold, then the corrected folds."""
+        """Return the folders of all variants of a fold: the learned fold first, then the corrected folds."""
         numbered = [path for path in self.path.glob(f"{CORRECTED}*") if path.name.removeprefix(CORRECTED).isdecimal()]
         return [self.path, *sorted(numbered, key=lambda path: int(path.name.removeprefix(CORRECTED)))]
 
     @staticmethod
     def files(variant: Path) -> list[Path]:
-        """Return the files of the observations of one of `variants`, in order."""
+        """Return the files with the observations of one variant (the learned fold or a corrected fold), in order."""
         found = [path for path in (variant / OBSERVED).glob("*.json") if path.stem.isdecimal()]
         return sorted(found, key=lambda path: int(path.stem))
 
     def observations(self) -> list[tuple[Path, Observation]]:
-        """Return all observations, each with the folder of the fold that was carried out.
+        """Return all observations, each with the folder of the learned or corrected fold that was carried out.
 
         Raises:
             InputError: If a file cannot be read, or a field is wrong. The message names the file and the field.
@@ -97,7 +100,10 @@ class ObservedFolder:
         return [(variant, Observation.load(file)) for variant in self.variants() for file in self.files(variant)]
 
     def place_of_next(self, variant: Path) -> int:
-        """Return the index that the next observation of a variant will have among all observations."""
+        """Return the index among all observations that the next observation of a variant will have.
+
+        A variant is the learned fold or a corrected fold.
+        """
         known = [each.resolve() for each in self.variants()]
         until = known.index(variant.resolve()) + 1 if variant.resolve() in known else len(known)
         return sum(len(self.files(each)) for each in known[:until])
@@ -108,14 +114,14 @@ class ObservedFolder:
 
     @classmethod
     def add(cls, variant: Path, observation: Observation) -> Path:
-        """Write an observation of one of `variants` with the next number, and return its file."""
+        """Write an observation into the folder of the learned or corrected fold `variant`, and return its file."""
         number = max((int(file.stem) for file in cls.files(variant)), default=0) + 1
         path = variant / OBSERVED / f"{number}.json"
         write_json(path, observation.model_dump())
         return path
 
     def write_posterior(self, posterior: Disturbances) -> None:
-        """Write `posterior.toml`."""
+        """Write `posterior.toml`, the distribution of the errors after the observed folds."""
         plain = posterior.describe()
         if not plain:
             raise InputError(f"{self.posterior_file}: there is nothing uncertain to write")

@@ -34,7 +34,7 @@ WIDE = 400
 
 @dataclass(frozen=True)
 class _Cloth:
-    """The cloth, with the mesh on which the draws of the disturbances were simulated."""
+    """The cloth for pictures, with the mesh on which the draws of the disturbances were simulated."""
 
     fold: TargetFold
 
@@ -59,7 +59,7 @@ def write_page(observed: Observed) -> Path:
 
 
 def page(observed: Observed) -> str:
-    """Return the whole page. The same observations give the same bytes."""
+    """Return the page of the observed folds as HTML. The same observations give the same bytes."""
     posterior, correction = observed.posterior, observed.correction
     return render(
         "observation/page.html",
@@ -166,7 +166,7 @@ def _told(observed: Observed) -> Plot:
 def _points(
     names: Sequence[str], middles: Sequence[float], spread: Sequence[float], name: str, colour: str, width: int
 ) -> dict[str, Any]:
-    """Return points with horizontal error bars, as a trace of a chart."""
+    """Return one point for each name, with a horizontal error bar, as a trace of a chart."""
     return {
         "type": "scatter",
         "mode": "markers",
@@ -215,7 +215,7 @@ def _gain(observed: Observed) -> Plot:
 
 
 def _views(observed: Observed) -> list[TopView]:
-    """Return two views of the fold from above: with the inferred errors, and as expected after the correction."""
+    """Return views of the folded cloth from above: with the inferred errors, and as expected after the correction."""
     if not observed.posterior.used:
         return []
     corrections = [
@@ -239,7 +239,7 @@ def _views(observed: Observed) -> list[TopView]:
 
 
 def _photos(observed: Observed) -> dict[int, str]:
-    """Return the saved photographs, each as an address inside the page, by the number of the fold, counted from 1."""
+    """Return the saved photographs as data URIs for the page, by the number of the observed fold, counted from 1."""
     if observed.learned.folder is None:
         return {}
     files = enumerate(ObservedFolder(observed.learned.folder).photos(), start=1)

@@ -55,9 +55,9 @@ def title(name: str) -> str:
 
 
 def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
-    """Return the name, mean, prior deviation and posterior deviation of the inferred disturbances.
+    """Return the name, mean, and standard deviations before and after observations of the inferred disturbances.
 
-    The disturbance whose deviation was reduced by the largest factor comes first.
+    The disturbance whose standard deviation was reduced by the largest factor comes first.
     """
     posterior = observed.posterior
     means = dict(zip(posterior.names, posterior.mean, strict=True))
@@ -66,7 +66,7 @@ def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
 
 
 def posterior_lines(observed: Observed) -> Iterator[str]:
-    """Yield the lines for the console on the posterior, the errors that were inferred from observed folds."""
+    """Yield lines of text for the terminal: the errors of the set-up that were inferred from observed folds."""
     posterior = observed.posterior
     count = observed.number
     yield (
@@ -87,7 +87,7 @@ def posterior_lines(observed: Observed) -> Iterator[str]:
 
 
 def correction_lines(record: CorrectionRecord) -> Iterator[str]:
-    """Yield the lines on the correction and its expected outcome."""
+    """Yield lines of text: the correction of each hand, and the outcomes that are expected without and with it."""
     before, after = record.expected["before"], record.expected["after"]
     if not record.hands:
         yield f"no correction is expected to bring the fold {1e3 * WORTH:.1f} mm nearer"
@@ -100,7 +100,7 @@ def correction_lines(record: CorrectionRecord) -> Iterator[str]:
 
 
 def next_lines(last: Path, found: Result) -> Iterator[str]:
-    """Yield lines on a fold that was learned after observed folds: its corrections and its expected outcome.
+    """Yield lines of text on a fold that was learned after observed folds: its corrections and its expected outcome.
 
     Args:
         last: Folder of the last observed fold.
@@ -118,7 +118,7 @@ def next_lines(last: Path, found: Result) -> Iterator[str]:
 
 
 def shift_text(shift: HandShift) -> str:
-    """Return the shift of a hand in millimetres, along the fold and across it."""
+    """Return a hand's correction as text: the shifts of its grasp and its release, and its change of height [mm]."""
     grasp, release = (f"{1e3 * along:+.1f}, {1e3 * across:+.1f}" for along, across in (shift.grasp, shift.release))
     return f"grasp {grasp} mm, release {release} mm (along, across), height {1e3 * shift.height:+.1f} mm"
 

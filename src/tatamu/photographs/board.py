@@ -26,17 +26,17 @@ from tatamu.records import Record
 PAPERS = {"a4": (0.210, 0.297), "letter": (0.2159, 0.2794)}
 """Width and height of each paper size [m] (ISO 216, ANSI/ASME Y14.1)."""
 COLUMNS, ROWS = 6, 8
-"""Numbers of squares of the pattern, across and along the page."""
+"""Numbers of squares of the board's chessboard, across and along the page."""
 SQUARE = 0.030
-"""Intended side length of a printed square [m]."""
+"""Intended side length of a square of the board's printed chessboard [m]."""
 MARKER = 0.024
-"""Intended side length of a printed marker [m]."""
+"""Intended side length of a coded marker, which is printed inside a white square of the chessboard [m]."""
 BAR = 0.150
-"""Intended length of the printed scale bar [m]."""
+"""Intended length of the scale bar that is printed on the board [m]."""
 TOP = 0.012
-"""Distance between the pattern and the upper edge of the paper [m]."""
+"""Distance between the board's chessboard and the upper edge of the paper [m]."""
 MARKERS = COLUMNS * ROWS // 2
-"""Number of markers on a page."""
+"""Number of coded markers on a page of the board."""
 Paper = Literal["a4", "letter"]
 
 HEAD = """\
@@ -47,32 +47,32 @@ HEAD = """\
 
 
 class Board(Record):
-    """The description of a printed board."""
+    """The description of a printed board, which gives a photograph its scale."""
 
     paper: Paper = "a4"
     bar: float = Field(BAR, gt=0.5 * BAR, lt=2.0 * BAR)
-    """Measured length of the scale bar [m]."""
+    """Measured length of the scale bar that is printed on the board [m]."""
     pages: int = Field(1, ge=1, le=8)
 
     @property
     def scale(self) -> float:
-        """Ratio of the printed size to the intended size."""
+        """Ratio of the board's printed size to its intended size."""
         return self.bar / BAR
 
     @property
     def size(self) -> np.ndarray:
-        """Width and height of the pattern as printed [m], shape (2,)."""
+        """Width and height of the board's chessboard as printed [m], shape (2,)."""
         return self.scale * SQUARE * np.array([COLUMNS, ROWS])
 
     @property
     def marks(self) -> np.ndarray:
-        """Positions of the marks A, B and C in the board's frame [m], shape (3, 2)."""
+        """Positions of the marks A, B and C at corners of the pattern, in the board's frame [m], shape (3, 2)."""
         width, height = self.size
         return np.array([[0.0, 0.0], [width, 0.0], [0.0, height]])
 
     @property
     def rim(self) -> np.ndarray:
-        """Corners of a page's paper in the frame of this page [m], in counter-clockwise order, shape (4, 2)."""
+        """Corners of the paper of a page, in the frame of this page [m], in counter-clockwise order, shape (4, 2)."""
         wide, tall = PAPERS[self.paper]
         left = 0.5 * (wide - SQUARE * COLUMNS)
         low = -(tall - TOP - SQUARE * ROWS)
@@ -81,13 +81,16 @@ class Board(Record):
 
     @property
     def corners(self) -> np.ndarray:
-        """Inner corners of a page's pattern in the frame of this page [m], in OpenCV's order, shape (35, 2)."""
+        """Positions of the inner corners of a page's chessboard in the frame of this page [m], shape (35, 2).
+
+        They have the order in which OpenCV numbers them.
+        """
         across, down = np.meshgrid(np.arange(1, COLUMNS), np.arange(1, ROWS))
         places = np.column_stack([across.ravel(), ROWS - down.ravel()])
         return self.scale * SQUARE * places
 
     def pattern(self, page: int) -> Any:
-        """Return OpenCV's description of a page; the first page has number 0."""
+        """Return OpenCV's description of a page of the board; the first page has number 0."""
         aruco = opencv().aruco
         dictionary = aruco.getPredefinedDictionary(aruco.DICT_4X4_250)
         ids = MARKERS * page + np.arange(MARKERS)
@@ -107,5 +110,5 @@ def load_board(path: Path) -> Board:
 
 
 def write_board(board: Board, path: Path, pdf: Path) -> None:
-    """Write the file that describes a board; `pdf` is the file from which the board is printed."""
+    """Write the file that describes a board; `pdf` is the PDF file from which the board is printed."""
     write_text(path, HEAD.format(pdf=pdf.name) + tomli_w.dumps({"board": board.model_dump()}))

@@ -12,8 +12,8 @@ The estimated parameters minimise
 
 The first sum is over the corners of the board. For each corner, `seen` is its pixel in the photo, and `projected` is
 its pixel according to the estimated camera. The standard error of a pixel is sigma. The second sum is over the
-parameters of the lens, whose values are roughly known in advance (a prior). `expected` is the value of a parameter that
-is known in advance, and `deviation` is its standard deviation.
+parameters of the lens, whose values are roughly known in advance (a prior). `expected` is the value that is known in
+advance, and `deviation` is its standard deviation.
 
 The board covers only a small part of the picture. Outside the board, the uncertainty of positions depends mostly on the
 prior. The covariance of the parameters describes the uncertainty.
@@ -44,34 +44,38 @@ from tatamu.photographs.opencv import opencv
 from tatamu.photographs.pose import Pose
 
 FINEST = 0.05
-"""Least error that is assumed for a corner of the board in the photo [pixels]."""
+"""Smallest error that is assumed for the position of a corner of the board in the photo [pixels]."""
 SQUARE = 0.6
-"""Difference in height between the points of the cloth's rim that a camera sees on the far side and on the near side.
+"""Difference between two heights at which a camera sees the rim of a cloth, as a fraction of the rim's height.
 
-It is a fraction of the rim's height. The fraction would be 1 for a rim with a square cross-section, and 0.3 for a round
-rim.
+The outline of the cloth in a photo shows a higher point of the rim on the far side than on the near side. The
+difference would be 1 for a rim with a square cross-section, and 0.3 for a round rim.
 """
 SMOOTH = 2
-"""Number of points before and after a point of an outline from which the direction of the outline is computed."""
+"""Number of points on each side of a point of an outline, from which the outline's direction is computed."""
 WORST = 5e-4
-"""Largest root mean square deviation of the corners of the board from the corners of a flat board.
+"""Largest root mean square distance in a photo between the board's corners and the corners of a fitted flat board.
 
 It is a fraction of the picture's longer side.
 """
 GRAZING = 75.0
-"""Largest angle between the direction of a camera and straight down [degrees]."""
+"""Largest allowed angle between the direction in which a camera looks and straight down [degrees]."""
 LENS = 5
-"""Number of parameters of the lens."""
+"""Number of those parameters of a camera that describe its lens."""
 GUESSES = (1.0, 0.6, 1.6)
-"""Focal lengths at which the search starts, as multiples of the expected focal length."""
+"""Focal lengths at which the search for the camera starts, as multiples of the expected focal length."""
 
 Seen = tuple[np.ndarray, np.ndarray]
-"""Positions of a page's k corners in the frame of the page [m], and in the photo [pixels], both of shape (k, 2)."""
+"""Positions of the k visible corners of a page of the board.
+
+The first array has the positions in the frame of the page [m], and the second has those in the photo [pixels]. Both
+have the shape (k, 2).
+"""
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera above a table."""
+    """A camera above a table, which converts positions on the table to pixels and back."""
 
     matrix: np.ndarray
     """Camera matrix with the focal length and the centre [pixels], shape (3, 3)."""
@@ -98,7 +102,7 @@ class Camera:
         return float(np.arccos(np.clip(-self.rotation[2, 2], -1.0, 1.0)))
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Return the pixels of points in the board's frame.
+        """Return the pixels at which the camera sees points of the board's frame.
 
         The points [m] have shape (n, 3), and the pixels have shape (n, 2).
         """
@@ -129,7 +133,7 @@ class Camera:
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
 
     def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
-        """Return the positions on the table [m] of the n points of a cloth's outline, shape (n, 2).
+        """Return the positions on the table [m] of n points of the outline of a cloth in a photo, shape (n, 2).
 
         The rim of the cloth reaches from the table up to the height `top`. On the side of the cloth that is nearer to
         the camera, the outline in the photo shows points near the rim's lower edge. On the far side, the outline shows
@@ -157,13 +161,16 @@ class View:
 
     camera: Camera
     parameters: np.ndarray
-    """The p estimated parameters of the lens, of the camera's pose and of further pages, shape (p,)."""
+    """The p estimated parameters of the lens, the camera's pose and the board's further pages, shape (p,)."""
     covariance: np.ndarray
-    """Covariance matrix of the p parameters, shape (p, p)."""
+    """Covariance matrix of the camera's p estimated parameters, shape (p, p)."""
     rms: float
-    """Root mean square of the distances between the corners seen and the corners projected [pixels]."""
+    """Root mean square distance between the board's corners in the photo and in the estimated camera [pixels]."""
     penalty: float
-    """Value of the sum that the estimate minimises. The smaller the value, the better the camera fits."""
+    """Value of the sum of squared errors that the estimate minimises.
+
+    The smaller the value, the better the camera fits the photograph.
+    """
     lens: Lens | None
     size: tuple[int, int]
     """Width and height of the photograph [pixels]."""
@@ -179,10 +186,10 @@ class View:
             yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
 
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the standard deviations of positions on the table [m], shape (n,).
+        """Return the standard deviations of n positions [m], shape (n,), due to the uncertainty of the camera.
 
-        They result from the uncertainty of the camera, which sees the positions at the given n pixels, shape (n, 2).
-        `height` is the height of the positions above the table [m].
+        The camera sees the positions at n pixels, shape (n, 2). The positions have the height `height` above the table
+        [m].
         """
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]
@@ -190,14 +197,14 @@ class View:
 
     @property
     def pages(self) -> list[Pose]:
-        """Poses of all pages of the board, in the frame of the first page."""
+        """Poses of all pages of the board on the table, in the frame of the first page."""
         return _poses(self.parameters)
 
 
 def estimate(
     pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None = None, focal: float | None = None
 ) -> View:
-    """Find the camera from the corners of a board.
+    """Find the camera of a photo from the corners of a board.
 
     Args:
         pages: Visible corners of each page; the first page defines the board's frame.
@@ -250,7 +257,7 @@ def _fit(
     guess: float,
     start: np.ndarray | None = None,
 ) -> OptimizeResult:
-    """Fit the parameters by `least_squares`. Each residual is divided by its standard deviation."""
+    """Fit the parameters of a camera by `least_squares`. Each residual is divided by its standard deviation."""
 
     def residuals(parameters: np.ndarray) -> np.ndarray:
         camera = _camera(parameters, size, lens)

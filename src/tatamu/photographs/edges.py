@@ -1,4 +1,4 @@
-"""Finds edges of cloth to a fraction of a pixel, from the photograph's colours along lines across the edge."""
+"""Finds edges of cloth to a fraction of a pixel, from the photograph's colours along lines across these edges."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 from tatamu.photographs.opencv import opencv
 
 STEP = 0.5
-"""Distance between samples of the colour along a line [pixels]."""
+"""Distance between samples of the colour along a line that crosses an edge of cloth [pixels]."""
 FAINT = 4.0
-"""Least difference in colour between both sides of an edge [8-bit levels]."""
+"""Smallest difference in colour between the two sides of a line that counts as an edge of cloth [8-bit levels]."""
 NEIGHBOURS = 9
-"""Number of neighbouring lines whose colours are averaged."""
+"""Number of neighbouring lines across an edge, over which the median of the difference in colour is computed."""
 
 
 @dataclass(frozen=True)
 class Edges:
-    """Edge points that were found along a curve."""
+    """The edge of cloth near each of n given points of a curve."""
 
     points: np.ndarray
-    """Points on the edge [pixels], shape (n, 2). If no edge was found at a point, it is the given point."""
+    """Points on the edge [pixels], shape (n, 2). If no edge was found near a given point, the given point itself."""
     found: np.ndarray
-    """Whether an edge was found at each point, shape (n,)."""
+    """Whether an edge was found near each given point, shape (n,)."""
     width: np.ndarray
-    """Width of the edge at each point [pixels], shape (n,)."""
+    """Width over which the colour changes at the edge near each given point [pixels], shape (n,)."""
 
 
 def closed_normals(curve: np.ndarray) -> np.ndarray:
@@ -42,12 +42,14 @@ def closed_normals(curve: np.ndarray) -> np.ndarray:
 
 
 def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reach: float) -> Edges:
-    """Find the edge near each point. The edge is where the colour changes most along a line through the point.
+    """Find the edge of cloth near each of n points.
+
+    The edge is where the colour changes most along a line through the point.
 
     Args:
-        pixels: 8-bit RGB, shape (h, w, 3).
-        points: Points near the edge, in order along it [pixels], shape (n, 2).
-        normals: Direction of the line at each point, shape (n, 2).
+        pixels: Photograph as 8-bit RGB, shape (h, w, 3).
+        points: Points near the edge, in order along the edge [pixels], shape (n, 2).
+        normals: Direction of the line through each point, shape (n, 2).
         reach: Largest distance between the edge and the points [pixels].
     """
     at = np.arange(-2.0 * reach, 2.0 * reach + 1e-9, STEP)

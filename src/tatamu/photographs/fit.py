@@ -19,11 +19,11 @@ from tatamu.photographs.pose import Pose, wrapped
 from tatamu.photographs.shape import Shape
 
 TOLERANCE = 0.002
-"""Distance above which an error counts less than its square [m]."""
+"""Largest error that counts with its square in the fit of an outline [m]. Larger errors count less."""
 GIVEN = 0.001
-"""Standard deviation of a corner that the user gives [m]."""
+"""Assumed standard deviation of the position of a garment's corner that the user gives [m]."""
 LARGEST = 1.5
-"""Natural logarithm of the largest scale."""
+"""Natural logarithm of the largest factor by which the fit may scale a garment."""
 TIE = 0.001
 """Largest difference in score between two poses that count as equally good [m].
 
@@ -35,34 +35,40 @@ STRETCH = 0.02
 This value is added to the score of a pose if the logarithm of length over width changes by 1.
 """
 CORRELATED = 0.05
-"""Length along an outline within which the errors of points are correlated [m]."""
+"""Length along an outline within which the errors of points are correlated, so they do not average out [m]."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The fitted pose and size of an outline."""
+    """The pose and the size of a garment, fitted to an outline in a photograph."""
 
     shape: Shape
     parameters: np.ndarray
-    """Parameters of the fit: x, y [m], yaw [rad] and the logarithms of the scales along and across, shape (5,)."""
+    """Parameters of the fit, shape (5,): x, y [m], yaw [rad], and logarithms of two scales.
+
+    The scales are the factors along the garment and across it.
+    """
     off: np.ndarray
-    """Distance of each found point from the fitted outline [m], shape (n,); positive outside the outline."""
+    """Distance of each point of the outline in the photograph from the fitted outline [m], shape (n,).
+
+    The distance is positive if the point is outside the fitted outline.
+    """
     covariance: np.ndarray
-    """Covariance of the parameters that results from errors of the found outline, shape (5, 5)."""
+    """Covariance of the parameters that results from errors of the outline in the photograph, shape (5, 5)."""
 
     @property
     def pose(self) -> Pose:
-        """Fitted pose of the garment's frame."""
+        """Fitted pose of the garment's frame on the table."""
         x, y, yaw = self.parameters[:3].tolist()
         return Pose(x, y, wrapped(yaw))
 
     @property
     def scale(self) -> np.ndarray:
-        """Scales along the garment (x) and across it (y), shape (2,)."""
+        """Factors by which the fit scales the garment: along the garment (x) and across it (y), shape (2,)."""
         return np.exp(self.parameters[3:])
 
     def place(self, points: np.ndarray) -> np.ndarray:
-        """Return the positions on the table of points in the garment's frame, shape (n, 2).
+        """Convert points of the garment's frame, shape (n, 2), to positions on the table, shape (n, 2).
 
         The points are scaled and moved.
         """
@@ -76,9 +82,10 @@ class Fit:
 
 
 def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outward: Pose | None = None) -> Fit:
-    """Fit the outline of a garment to an outline that was found.
+    """Fit the outline of a garment to an outline that was found in a photograph.
 
-    A rectangle fits equally well in several poses. In such a case, the pose with the least yaw is chosen.
+    A rectangle fits equally well in several poses. In such a case, the pose with the smallest yaw, positive or
+    negative, is chosen.
 
     Args:
         shape: Outline of the garment.
@@ -111,7 +118,10 @@ def _score(fit: Fit) -> float:
 
 
 def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], start: np.ndarray) -> Fit:
-    """Fit the outline of a garment to an outline that was found; the search starts from the parameters `start`."""
+    """Fit the outline of a garment to an outline that was found in a photograph.
+
+    The search starts from the parameters `start`.
+    """
     names = list(given)
     own = np.array([shape.corners[name] for name in names]).reshape(-1, 2)
     wanted = np.array([given[name] for name in names]).reshape(-1, 2)

@@ -20,53 +20,56 @@ from tatamu.photographs.photograph import Photograph
 from tatamu.photographs.pose import Pose
 
 FINEST = 0.0005
-"""Smallest distance between samples in the window [m]."""
+"""Smallest distance between samples of the photo in the window in which an edge is searched [m]."""
 SOFT = 0.0012
-"""Standard deviation of the smoothing across an edge [m]."""
+"""Standard deviation of the Gaussian filter that smooths brightness across an edge of cloth [m]."""
 TURN = 0.14
-"""Largest slope of a line relative to the window."""
+"""Largest slope, relative to an expected edge, of the lines that are tried as this edge."""
 TURNS = 29
-"""Number of directions of lines that are tried."""
+"""Number of directions of lines that are tried in the search for an edge of cloth."""
 CLEAR = 6.0
-"""Least gradient of brightness across an edge, as a multiple of the usual gradient across other lines."""
+"""Least gradient of brightness across an edge of cloth, as a multiple of the usual gradient across other lines."""
 LEAST = 0.25
-"""Least gradient of brightness across an edge [8-bit levels per sample]."""
+"""Least gradient of brightness across an edge of cloth [8-bit levels per sample]."""
 RIM = 0.0045
-"""Distance from the outline within which the picture is ignored [m]."""
+"""Width of the strip along the inside of a cloth's outline in which no inner edge is searched [m]."""
 WIDE = 0.006
 """Largest width of the dark or bright band that the rim of a layer makes in the picture [m]."""
 SEEN = 0.7
-"""Standard deviation of the camera's blur [pixels]."""
+"""Standard deviation of the blur of the camera's picture [pixels]."""
 SECOND = 0.35
-"""Least gradient at the fainter side of the band that a rim makes, as a fraction of the gradient at the other side."""
+"""Least gradient of brightness at the fainter side of the band that the rim of a layer makes in the picture.
+
+It is a fraction of the gradient at the other side.
+"""
 
 
 @dataclass(frozen=True)
 class Window:
-    """The rectangular area in which an edge is expected, in the fold's frame."""
+    """The rectangular area in which an edge of a layer of cloth is expected, in the fold's frame."""
 
     corner: np.ndarray
-    """Starting corner of the window [m], shape (2,)."""
+    """Point at which the window and the expected edge start [m], shape (2,)."""
     along: np.ndarray
     """Unit vector along the expected edge, shape (2,)."""
     outward: np.ndarray
-    """Unit vector across the expected edge, out of the layer, shape (2,)."""
+    """Unit vector across the expected edge, which points out of the layer of cloth, shape (2,)."""
     length: float
-    """Length of the window along the edge [m]."""
+    """Length of the window along the expected edge [m]."""
     reach: float
     """Distance from the expected edge, to either side, within which the edge is searched [m]."""
 
     def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the coordinates of n points along the window, and their coordinates across the window."""
+        """Return two coordinates of each of n points: along the window, and across the window."""
         away = points - self.corner
         return away @ self.along, away @ self.outward
 
     def line(self, middle: float, turn: float, rms: float) -> Line:
-        """Return a line through the window.
+        """Return the line that has a given position and slope in the window.
 
         Args:
-            middle: Coordinate across the window at which the line passes the middle of the window [m].
-            turn: Slope of the line relative to the window.
+            middle: Distance of the line from the expected edge at half the length of the window [m].
+            turn: Slope of the line relative to the expected edge.
             rms: Error of the line [m].
         """
         direction = self.along + turn * self.outward
@@ -122,7 +125,7 @@ def inner_edge(
 
 
 def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> float:
-    """Return the coordinate at which a layer ends, from the gradients of brightness across the edge.
+    """Return the coordinate at which a layer of cloth ends, from the gradients of brightness across its edge.
 
     The rim of a layer may be a dark or bright band, which has a strong gradient at each end. The stronger of the two
     gradients has the index `best`. The band has a width w and is blurred by `soft`. On both sides of the band, the
@@ -141,7 +144,9 @@ def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> floa
 
 
 def outer_edge(points: np.ndarray, window: Window) -> Line | None:
-    """Fit a line to the part of an outline in a window; None if no part of the outline runs along the window.
+    """Fit a line to the part of a cloth's outline that lies in a window.
+
+    The result is None if no part of the outline runs along the window.
 
     Args:
         points: Points of the outline in the fold's frame [m], shape (n, 2).

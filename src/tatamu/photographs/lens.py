@@ -32,7 +32,7 @@ KNOWN_SPREAD = 0.005
 """Relative standard deviation of a focal length from a lens file. It is not zero because focusing changes the focal
 length."""
 CENTRE_SPREAD, KNOWN_CENTRE = 0.01, 0.001
-"""Standard deviation of the centre as a fraction of the picture's longer side.
+"""Standard deviation of the lens's centre in the picture, as a fraction of the picture's longer side.
 
 The first value is used without a lens file, the second with a lens file.
 """
@@ -40,23 +40,26 @@ BENT, BENT_MORE = 0.03, 0.01
 """Standard deviations of the distortion coefficients k1 and k2 without a lens file. They are small because phones
 correct most of the distortion themselves."""
 APART = 20.0
-"""Least angle by which the board must be turned between some two of the photos that determine a lens [degrees]."""
+"""Smallest angle by which the board must turn between two of the photos that determine a lens [degrees].
+
+At least one pair of the photos must differ by this angle.
+"""
 FEWEST = 4
-"""Least number of photos of a board that determine a lens."""
+"""Smallest number of photos of a board from which a lens can be determined."""
 
 Distortion = Annotated[tuple[Annotated[float, Field(ge=-5.0, le=5.0)], ...], Field(max_length=5)]
 
 
 class Lens(Record):
-    """The description of a lens."""
+    """The description of a camera's lens: focal length, centre and distortion."""
 
     width: int = Field(ge=16, le=100_000)
     """Width of the camera's pictures [pixels]."""
     height: int = Field(ge=16, le=100_000)
     focal: float = Field(gt=0.0, le=1e6)
-    """Focal length [pixels]."""
+    """Focal length of the lens [pixels]."""
     centre: tuple[float, float]
-    """Position of the optical axis in the picture [pixels]."""
+    """Position at which the optical axis meets the picture [pixels]."""
     distortion: Distortion = ()
 
 
@@ -78,7 +81,7 @@ def write_lens(lens: Lens, path: Path) -> None:
 
 
 def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
-    """Convert a focal length for 35 mm film, `film` [mm], to pixels; None if `film` is None."""
+    """Convert a focal length `film`, which is stated for 35 mm film [mm], to pixels; None if `film` is None."""
     return None if film is None else 1e-3 * film / DIAGONAL * float(np.hypot(*size))
 
 

@@ -7,23 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 
 ROUNDS = 8
-"""Number of rounds in which the points get new weights."""
+"""Number of rounds of a line fit. In each round, the points get new weights."""
 TUNING = 2.0
-"""Distance from the line above which points count little, in standard deviations."""
+"""Distance from a fitted line, in standard deviations, at which a point has half of the full weight."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line in the plane."""
+    """A line in the plane that was fitted to points."""
 
     origin: np.ndarray
-    """Weighted mean of the fitted points, shape (2,)."""
+    """Weighted mean of the points to which the line was fitted, shape (2,)."""
     direction: np.ndarray
     """Unit vector along the line, shape (2,)."""
     rms: float
-    """Standard deviation of the points across the line."""
+    """Standard deviation of the distances of the fitted points from the line."""
     spread: float
-    """Standard deviation of the points along the line."""
+    """Standard deviation of the positions of the fitted points along the line."""
     count: int
 
     @classmethod
@@ -50,11 +50,11 @@ class Line:
         return np.array([-self.direction[1], self.direction[0]])
 
     def off(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distances of n points from the line, shape (n,)."""
+        """Return the signed distances of n points from the line, shape (n,); positive on the side of `normal`."""
         return np.asarray((points - self.origin) @ self.normal)
 
     def deviation_at(self, point: np.ndarray, independent: float) -> float:
-        """Return the standard deviation of the line's position at a point, measured across the line.
+        """Return how exactly the line is known near a point: the standard deviation of its position across the line.
 
         Args:
             point: The point at which the deviation is computed, shape (2,).

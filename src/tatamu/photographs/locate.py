@@ -23,14 +23,17 @@ TURNED_IN = 0.015
 """Largest distance between a corner of the garment and the found outline [m]. With a larger distance, the corner of the
 cloth counts as turned in."""
 OTHER = 0.15
-"""Largest relative difference in width or length between the cloth and the learned garment.
+"""Largest relative difference in width or length between the cloth and the garment of a learned fold.
 
 With a larger difference, the cloth is another garment, or is only partly visible.
 """
 MOST_TURNED = 2
-"""Largest number of corners that may be turned in. With more turned corners, the cloth counts as another garment."""
+"""Largest number of a garment's corners that may be turned in.
+
+With more turned corners, the cloth counts as another garment.
+"""
 UNLIKE = 0.010
-"""Limit for the root mean square distance between the found outline and the garment's outline [m].
+"""Largest root mean square distance between the outline in a photo and the garment's outline [m].
 
 With a larger distance, the cloth is another garment or has wrinkles.
 """
@@ -156,9 +159,9 @@ def locate_shape(
 
 
 def _turned(covariance: np.ndarray, outer: Pose) -> tuple[float, float, float]:
-    """Convert a covariance of x, y and yaw to standard deviations in an outer frame.
+    """Return the standard deviations of x, y and yaw in an outer frame, from their covariance in an inner frame.
 
-    The covariance is given in an inner frame. `outer` is the pose of this inner frame in the outer frame.
+    `outer` is the pose of the inner frame in the outer frame.
     """
     plane = outer.rotation @ covariance[:2, :2] @ outer.rotation.T
     x, y, yaw = np.sqrt([plane[0, 0], plane[1, 1], covariance[2, 2]]).tolist()
@@ -166,7 +169,7 @@ def _turned(covariance: np.ndarray, outer: Pose) -> tuple[float, float, float]:
 
 
 def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the part of the covariance of a fit's parameters that results from the camera, shape (5, 5)."""
+    """Return the covariance of a fit's parameters that results from the uncertainty of the camera, shape (5, 5)."""
     total = np.zeros((5, 5))
     height = fit.shape.height
     for camera in photograph.view.varied():
@@ -178,7 +181,10 @@ def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mappin
 
 
 def _check_size(path: object, fit: Fit) -> None:
-    """Refuse cloth of a very different size, because a part of the cloth was probably taken for the table."""
+    """Refuse cloth whose size differs much from the expected size.
+
+    A part of the cloth was then probably taken for the table.
+    """
     if not (np.abs(np.log(fit.scale)) < OTHER).all():
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
@@ -189,7 +195,7 @@ def _check_size(path: object, fit: Fit) -> None:
 
 
 def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
-    """Refuse an outline of another shape, and an outline with a corner that is turned in."""
+    """Refuse an outline that does not fit the garment, and an outline with a corner that is turned in."""
     ring = shapely.LinearRing(found)
     gaps = {name: ring.distance(shapely.Point(fit.place(place[None])[0])) for name, place in fit.shape.corners.items()}
     turned = {name: gap for name, gap in gaps.items() if gap > TURNED_IN and name not in shown}

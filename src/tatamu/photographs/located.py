@@ -1,4 +1,7 @@
-"""Describes a garment that was found on the table: pose, size, outline, and difference from the learned garment."""
+"""Describes a garment that was found on the table: pose, size and outline.
+
+It also describes how the garment differs from the garment of a learned fold.
+"""
 
 from __future__ import annotations
 
@@ -13,25 +16,33 @@ from tatamu.photographs.photograph import Photograph
 from tatamu.photographs.pose import Pose
 
 DOUBTFUL = 0.003
-"""Standard deviation of the position above which the user should take a better photo [m]."""
+"""Largest standard deviation of a located garment's position [m].
+
+If it is larger, the user is asked for a better photo.
+"""
 WRINKLED = 0.03
-"""Relative loss of area above which cloth counts as wrinkled or shrunk."""
+"""Largest relative loss of area of a cloth. If the loss is larger, the cloth counts as wrinkled or shrunk."""
 OTHER_SIZE = 0.02
-"""Relative difference in width or length above which the cloth counts as having another size than the learned garment.
+"""Largest relative difference in width or length between a cloth and the garment of a learned fold.
+
+If the difference is larger, the cloth counts as having another size.
 """
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The garment with which the cloth is compared. Its size is given, or comes from the learned fold."""
+    """The garment with which the cloth in a photograph is compared.
+
+    Its size is given by the user, or comes from a learned fold.
+    """
 
     size: tuple[float, float]
-    """Width and length [m]."""
+    """Width and length of the garment [m]."""
     area: float
-    """Area [m2]."""
+    """Area of the garment [m2]."""
 
     def lines(self, located: Located) -> list[str]:
-        """Return the differences between a located garment and this garment as lines of text."""
+        """Return a text that compares a located garment with this garment, as a list of lines."""
         sides = [
             f"{name} {100 * (now / then - 1):+.1f} %"
             for name, now, then in zip(("width", "length"), located.size, self.size, strict=True)
@@ -57,15 +68,15 @@ class Located:
     place: Pose | None
     """Pose of the garment's frame in the robot's base frame; None if the board's pose in this frame is not known."""
     deviation: tuple[float, float, float]
-    """Standard deviations of x, y [m] and yaw [rad]."""
+    """Standard deviations of x, y [m] and yaw [rad] of the garment's pose."""
     size: tuple[float, float]
-    """Width and length [m]."""
+    """Width and length of the garment in the photograph [m]."""
     size_deviation: tuple[float, float]
-    """Standard deviations of width and length [m]."""
+    """Standard deviations of the garment's width and length [m]."""
     area: float
-    """Area inside the outline [m2]."""
+    """Area inside the garment's outline [m2]."""
     outline: np.ndarray
-    """Points of the outline that was found [m], shape (n, 2).
+    """Points of the outline that was found in the photograph [m], shape (n, 2).
 
     If the board's pose in the robot's base frame is known, the points are in the robot's base frame. Otherwise they are
     in the board's frame.
@@ -79,10 +90,10 @@ class Located:
     fit: Fit = field(repr=False)
     photograph: Photograph = field(repr=False)
     edge: np.ndarray = field(repr=False)
-    """Points of the outline in the photograph [pixels], shape (n, 2)."""
+    """Points of the garment's outline in the photograph [pixels], shape (n, 2)."""
 
     def describe(self) -> dict[str, Any]:
-        """Return the result as a dictionary for a JSON file."""
+        """Return the pose, size and outline of the garment as a dictionary for a JSON file."""
         place = self.place
         learned = self.learned
         return {
@@ -102,7 +113,7 @@ class Located:
         }
 
     def lines(self) -> list[str]:
-        """Return the result as lines of text."""
+        """Return the pose and size of the garment, with notes for the user, as lines of text."""
         x, y, yaw = self.deviation
         width, length = self.size
         lens = "" if self.photograph.view.lens is not None else " or --lens"

@@ -1,4 +1,4 @@
-"""Draws pictures for checking: results over the photograph, and the table as seen from above."""
+"""Draws pictures for checking a result: curves over the photograph, and the table as seen from above."""
 
 from __future__ import annotations
 
@@ -20,17 +20,20 @@ from tatamu.presentation.palette import day
 
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
 LONGEST = 1600
-"""Largest number of pixels along the longer side of a picture."""
+"""Largest number of pixels along the longer side of a picture for checking."""
 CLOSE = 1000
 """Longer side of a picture that shows a part of the photograph [pixels]."""
 ROOM = 0.25
 """Margin around the shown part of a photograph, as a fraction of the part's longer side."""
 OUTLINE, FITTED, AXES = "#d02090", "#ffffff", ("#d64a57", "#14968c")
-"""Colours of the found outline, of the garment's outline that is fitted to it, and of the axes x and y."""
+"""Colours of three kinds of lines in a picture.
+
+They are the found outline of the cloth, the garment's outline that is fitted to it, and the axes x and y.
+"""
 ARROW = 0.08
-"""Length of the axes of a frame [m]."""
+"""Length with which the axes of a coordinate frame are drawn [m]."""
 MARGIN = 0.05
-"""Width of the table that is shown around the cloth in the view from above [m]."""
+"""Width of the strip of table that is shown around the cloth in the view from above [m]."""
 FINEST = 0.0005
 """Smallest size of a pixel in the view from above [m]."""
 
@@ -39,7 +42,7 @@ class Overlay:
     """A photograph, or a part of a photograph, on which curves and dots are drawn."""
 
     def __init__(self, photograph: Photograph, around: np.ndarray | None = None) -> None:
-        """Cut and resize the photograph.
+        """Cut and resize the photograph on which curves and dots are drawn.
 
         Args:
             photograph: The photograph.
@@ -64,7 +67,7 @@ class Overlay:
         self._font = ImageFont.load_default(max(11, round(max(size) / 75)))
 
     def curve(self, pixels: np.ndarray, colour: str, width: float = 1.0, closed: bool = False) -> None:
-        """Draw a curve through pixels of the photograph (n, 2)."""
+        """Draw a curve through n pixels of the photograph, shape (n, 2)."""
         points = np.vstack([pixels, pixels[:1]]) if closed else pixels
         self._canvas.line(self._at(points), day(colour), max(1, round(width * self._wide)), joint="curve")
 
@@ -83,7 +86,7 @@ class Overlay:
         self.curve(self._photograph.in_pixels(places), colour, width, closed)
 
     def frame(self, origin: np.ndarray, turn: np.ndarray, name: str) -> None:
-        """Draw the axes of a frame on the table; its origin has shape (2,) and its rotation has shape (2, 2)."""
+        """Draw the axes of a frame on the table. The frame's origin has shape (2,), its rotation matrix (2, 2)."""
         for axis, colour, letter in zip(turn.T, AXES, "xy", strict=True):
             ends = self._photograph.in_pixels(np.array([origin, origin + ARROW * axis]))
             self.curve(ends, colour, 2.0)
@@ -111,7 +114,10 @@ def draw_located(located: Located) -> Image.Image:
 
 
 def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Image.Image:
-    """Draw what was read from the photograph of a fold: the outline, the corners, and the targets of the hem's corners.
+    """Draw what was read from a photograph after a fold.
+
+    The picture shows the outline of the cloth, the corners of the hems, and the positions at which the corners of the
+    moved hem should be.
 
     Args:
         reading: Reading of the fold, with its photograph.
@@ -131,9 +137,10 @@ def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Im
 
 
 def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
-    """Return a picture of the table from straight above, with the board's x axis to the right and its y axis up.
+    """Return a picture of the table from straight above.
 
-    The picture shows the table around the given positions [m], shape (n, 2).
+    The board's x axis points to the right in the picture, and its y axis points up. The picture shows the table around
+    the given positions [m], shape (n, 2).
     """
     low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
     pixel = max(FINEST, photograph.resolution(places), float((high - low).max()) / LONGEST)

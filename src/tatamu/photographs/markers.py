@@ -1,4 +1,4 @@
-"""Finds a board in a photograph: the corners of all visible pages."""
+"""Finds a printed board in a photograph: the corners of the chessboards on all visible pages."""
 
 from __future__ import annotations
 
@@ -12,28 +12,38 @@ from tatamu.photographs.camera import Seen
 from tatamu.photographs.opencv import opencv
 
 FEWEST = 8
-"""Least number of corners that determine the pose of a page."""
+"""Smallest number of corners of a chessboard from which the pose of a page of the board is determined."""
 WINDOW = 0.13
-"""Half the side of the window in which a corner is refined, as a fraction of a square's side.
+"""Half the side of the window of pixels around a corner of a chessboard, from which its position is computed.
 
-The window must be so small that it does not contain the markers inside the squares.
+It is a fraction of the side of a square of the chessboard. The window must be so small that it does not contain the
+markers inside the squares.
 """
 WINDOWS = (2, 10)
-"""Smallest and largest value of half the side of the window in which a corner is refined [pixels]."""
+"""Smallest and largest value of half the side of the window from which a corner's position is computed [pixels]."""
 LOST = 2.0
-"""Largest distance by which the refinement may move a corner [pixels]. A corner that moves farther is dropped."""
+"""Largest distance by which the more exact computation may move a corner of a chessboard [pixels].
+
+A corner that moves farther is dropped.
+"""
 ROUNDS = 8
-"""Number of rounds in which the window is moved to the corner that was found."""
+"""Number of rounds in which a corner of a chessboard is located.
+
+In each round, the window around the corner is moved to the position that the last round found.
+"""
 BLURRED = 9.0
-"""Width of the sharpest edges above which a photograph counts as blurred, in thousandths of its longer side."""
+"""Largest width of the sharpest edges of a photograph, in thousandths of its longer side.
+
+If the edges are wider, the photograph counts as blurred.
+"""
 
 
 @dataclass(frozen=True)
 class FoundPage:
-    """A page of a board in a photograph."""
+    """A page of a printed board that was found in a photograph."""
 
     number: int
-    """Number of the page; the first page has number 0."""
+    """Number of the page of the board; the first page has number 0."""
     corners: Seen
 
 
@@ -73,9 +83,9 @@ def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
 
 
 def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
-    """Refine the pixels of corners. Return the corners' positions on the page and their refined pixels.
+    """Compute the pixels of a chessboard's corners more exactly.
 
-    Corners that move too far are dropped.
+    Return the corners' positions on the page, and their new pixels. Corners that move too far are dropped.
     """
     first = pixels.reshape(-1, 2)
     found = saddles(grey, first)
@@ -84,7 +94,7 @@ def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
 
 
 def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return the corners of a chessboard with an error of a few hundredths of a pixel, shape (n, 2).
+    """Return the positions of a chessboard's corners with an error of a few hundredths of a pixel, shape (n, 2).
 
     At a corner, the brightness has a saddle point. A quadratic function is fitted to the brightness around each corner,
     and the saddle point of this function is the result. The method is by Lucchese and Mitra (2002, Asia-Pacific
@@ -93,7 +103,7 @@ def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
     Args:
         grey: Grey photograph, uint8, shape (h, w).
-        corners: Corners with an error of about a pixel [pixels], shape (n, 2).
+        corners: Positions of the corners with an error of about a pixel [pixels], shape (n, 2).
     """
     apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
     np.fill_diagonal(apart, np.inf)
@@ -131,7 +141,10 @@ def _check(seen: np.ndarray, grey: np.ndarray) -> None:
 
 
 def _other_dictionary(grey: np.ndarray) -> str:
-    """Return the name of another set of markers ("dictionary") that the photo shows; empty if there is none."""
+    """Return the name of a set of markers ("dictionary") that the photo shows, but that this board does not use.
+
+    The name is empty if there is none.
+    """
     aruco = opencv().aruco
     for name in ("DICT_5X5_250", "DICT_6X6_250", "DICT_APRILTAG_36h11"):
         dictionary = aruco.getPredefinedDictionary(getattr(aruco, name))

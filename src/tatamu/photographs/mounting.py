@@ -1,4 +1,7 @@
-"""Determines the pose of a board in the robot's base frame: given by the user, or measured by touching its marks."""
+"""Determines the pose of a board in the robot's base frame.
+
+The user gives the pose, or lets the robot touch the board's marks.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,18 @@ from tatamu.errors import InputError
 from tatamu.photographs.pose import Pose
 
 FARTHEST = 10.0
-"""Largest allowed coordinate in the robot's frame [m]."""
+"""Largest allowed coordinate of a board or a touched mark in the robot's base frame [m]."""
 TOUCHED = 0.005
-"""Largest distance between a touched mark and its position according to the fitted pose of the board [m]."""
+"""Largest distance between the place at which the robot touched a mark and the mark's place on the board [m].
+
+If the distance is larger, the touched places are refused.
+"""
 LEVEL = 0.01
-"""Largest difference in height between the touched marks on a level table [m]."""
+"""Largest difference in height between the touched marks [m]. If it is larger, the table is not level."""
 
 
 def parse_pose(text: str, option: str) -> Pose:
-    """Read a pose from a text "x,y,yaw".
+    """Read the pose of a board from a text "x,y,yaw" [m, m, rad].
 
     Raises:
         InputError: If the text is not a pose. The message names the command line option `option`.
@@ -28,7 +34,7 @@ def parse_pose(text: str, option: str) -> Pose:
 
 
 def parse_touched(text: str) -> np.ndarray:
-    """Read three positions [m] from a text "x,y[,z] x,y[,z] x,y[,z]", shape (3, 2) or (3, 3).
+    """Read the positions of three touched marks [m] from a text "x,y[,z] x,y[,z] x,y[,z]", shape (3, 2) or (3, 3).
 
     Raises:
         InputError: If the text does not contain three positions.

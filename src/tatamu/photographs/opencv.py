@@ -1,4 +1,4 @@
-"""Imports OpenCV, which is installed with the extra `photo` of the package."""
+"""Imports OpenCV, which `pip install tatamu[photo]` installs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tatamu.errors import InputError
 
 
 def opencv() -> Any:
-    """Return the module `cv2`.
+    """Return `cv2`, the Python module of OpenCV.
 
     Raises:
         InputError: If OpenCV is not installed.

@@ -22,21 +22,22 @@ from tatamu.photographs.sheet import SHEETS, Sheet, find_sheet
 ROOM = 0.004
 """Width of the margin around a sheet of paper that is ignored in the search for cloth [m]."""
 SMALLEST = 400
-"""Least number of pixels along the shorter side of a photo."""
+"""Smallest allowed number of pixels along the shorter side of a photo."""
 WIDEST, WIDEST_PIXELS = 0.006, 10.0
-"""Largest width of a sharp edge of cloth, in metres and in pixels.
+"""Largest width over which the colour changes at the outline of the cloth, in metres and in pixels.
 
-The limit in pixels is so large because JPEG files blur colours over 4 pixels.
+If the width exceeds both limits, the photograph counts as blurred. The limit in pixels is so large because JPEG files
+blur colours over 4 pixels.
 """
 SPACING = 2.0
-"""Distance between points along the outline, in pixels of the reduced photograph."""
+"""Distance between points along the outline of a cloth, in pixels of a reduced copy of the photograph."""
 
 Scale = Board | Sheet
-"""The object that gives a photograph its scale."""
+"""The object of known size that gives a photograph its scale: a printed board or a sheet of paper."""
 
 
 def load_scale(name: Path | str) -> Scale:
-    """Return the plain sheet of paper with this name, or read the board of a file.
+    """Return the object that gives a photograph its scale: a plain sheet of paper, or the board of a file.
 
     Raises:
         InputError: If `name` is neither the name of a sheet nor the file of a board.
@@ -60,14 +61,14 @@ class Photograph:
         return self.picture.pixels
 
     def in_pixels(self, table: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the pixels at which positions are seen, shape (n, 2).
+        """Return the pixels at which the camera sees n positions, shape (n, 2).
 
         The positions on the table have shape (n, 2), and are raised by `height` [m].
         """
         return self.view.camera.project(np.column_stack([table, np.full(len(table), height)]))
 
     def resolution(self, table: np.ndarray) -> float:
-        """Return the size of a pixel on the table [m], near the middle of the given positions (n, 2)."""
+        """Return the length on the table that a pixel shows [m], near the middle of the given positions (n, 2)."""
         middle = table.mean(axis=0)
         around = self.in_pixels(middle + 0.01 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]))
         lengths = np.linalg.norm(around[[0, 2]] - around[[1, 3]], axis=1)
@@ -105,7 +106,9 @@ def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photo
 
 
 def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
-    """Find the outline of the cloth in a photograph [pixels]; its points are clockwise on the screen.
+    """Find the outline of the cloth in a photograph [pixels].
+
+    On the screen, the points of the outline are in clockwise order.
 
     Raises:
         InputError: If no cloth differs from the table, the cloth is cut off, or the photograph is blurred.
@@ -142,13 +145,19 @@ def _grey(pixels: np.ndarray) -> np.ndarray:
 
 
 def _signed_area(curve: np.ndarray) -> float:
-    """Return the area inside a curve; it is positive if the curve is clockwise on the screen, where y points down."""
+    """Return the area inside a curve.
+
+    The area is positive if the curve is clockwise on the screen, where y points down.
+    """
     after = np.roll(curve, -1, axis=0)
     return float(0.5 * (curve[:, 0] * after[:, 1] - curve[:, 1] * after[:, 0]).sum())
 
 
 def _drawn(photograph: Photograph, reduced: int, shape: tuple[int, int]) -> np.ndarray:
-    """Return the mask of the pixels of the reduced photograph that show sheets of paper, shape (h, w)."""
+    """Return a mask of the photograph, which is True where a pixel shows a sheet of paper, shape (h, w).
+
+    The photograph is a reduced copy with h x w pixels.
+    """
     covered = np.zeros(shape, dtype=np.uint8)
     for corners in photograph.papers:
         middle = corners.mean(axis=0)

@@ -33,7 +33,10 @@ class Pose:
         return np.asarray((points - [self.x, self.y]) @ self.rotation)
 
     def within(self, outer: Pose) -> Pose:
-        """Return the pose of this frame in a third frame; `outer` is the pose of the outer frame in the third frame."""
+        """Return the pose of this frame in a third frame.
+
+        `outer` is the pose of the outer frame in the third frame.
+        """
         x, y = outer.place(np.array([[self.x, self.y]]))[0]
         return Pose(float(x), float(y), wrapped(self.yaw + outer.yaw))
 

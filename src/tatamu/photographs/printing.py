@@ -15,15 +15,15 @@ from tatamu.files import replacing
 from tatamu.photographs.board import BAR, COLUMNS, MARKERS, PAPERS, ROWS, SQUARE, TOP, Board
 
 DOTS = 20_000
-"""Number of dots per metre."""
+"""Number of dots per metre of a printed page."""
 INCH = 0.0254
 """Length of an inch [m]."""
 MARK = 0.005
-"""Length of the lines of a mark [m]."""
+"""Length of the two lines that form a printed mark [m]."""
 LINE = 0.0003
-"""Width of lines [m]."""
+"""Width of printed lines [m]."""
 LETTER = 0.0038
-"""Height of text [m]."""
+"""Height of printed text [m]."""
 
 
 def page(board: Board, number: int) -> Image.Image:
@@ -47,7 +47,7 @@ def page(board: Board, number: int) -> Image.Image:
 
 
 def write_pdf(board: Board, path: Path) -> None:
-    """Write all pages as a PDF file at their true size.
+    """Write all pages of a board as a PDF file at their true size.
 
     Raises:
         InputError: If the file cannot be written.
@@ -63,7 +63,7 @@ def write_pdf(board: Board, path: Path) -> None:
 
 
 def _mark(canvas: Any, x: int, y: int, right: int, down: int, name: str) -> None:
-    """Draw a mark: two lines outwards from a corner of the pattern, and the letter `name`."""
+    """Draw a mark of the board: two lines outwards from a corner of the pattern, and the letter `name`."""
     long, wide = round(MARK * DOTS), round(LINE * DOTS)
     canvas.line([(x, y), (x + right * long, y)], 0, wide)
     canvas.line([(x, y), (x, y + down * long)], 0, wide)
@@ -71,7 +71,7 @@ def _mark(canvas: Any, x: int, y: int, right: int, down: int, name: str) -> None
 
 
 def _bar(canvas: Any, left: int, y: int) -> None:
-    """Draw the scale bar, with a tick every centimetre."""
+    """Draw the scale bar of the board, with a tick every centimetre."""
     long, wide = round(BAR * DOTS), round(LINE * DOTS)
     canvas.line([(left, y), (left + long, y)], 0, wide)
     for tick in np.arange(0.0, BAR + 1e-9, 0.01):

@@ -29,11 +29,14 @@ from tatamu.photographs.pose import Pose
 from tatamu.study.result import Result
 
 REACH = 0.06
-"""Distance from the target position of an edge within which the edge is searched [m]."""
+"""Largest distance between an edge of the folded cloth and its target position [m].
+
+The photograph is not searched for edges that are farther away.
+"""
 LENGTH = 0.12
-"""Length of the searched part of an edge, measured from the corner [m]."""
+"""Length of the part of a cloth's edge that is searched, measured from a corner of the cloth [m]."""
 UNSEEN = 0.012
-"""Largest distance at which a hidden hem may lie from the outline [m].
+"""Largest distance at which a hidden hem may lie from the visible outline of the folded cloth [m].
 
 If the hem may lie farther away, the result contains no value for this hem.
 """
@@ -43,14 +46,14 @@ WIDER = 0.006
 If the visible hem is even wider, its two corners probably belong to different layers.
 """
 GIVEN = 1.5
-"""Standard deviation of a corner that the user gives [pixels]."""
+"""Assumed standard deviation of a corner of the cloth that the user gives [pixels]."""
 ROUND = 0.3
-"""Distance between the visible rim of the cloth and the edge of the cloth, as a fraction of its thickness."""
+"""Distance between the rim of the cloth in the photo and the real edge, as a fraction of the cloth's thickness."""
 CORNERS = ("left", "right", "lower-left", "lower-right")
-"""Names of corners that the user can give: two of the moved hem, and two of the lower hem."""
+"""Names of corners that the user can give: two of the moved hem, and two of the opposite, lower hem."""
 
 Measured = dict[str, tuple[float, float]]
-"""Value and standard deviation of each measured quantity [m], by name."""
+"""Value and standard deviation of each quantity that was measured after a fold [m], by name."""
 
 
 @dataclass(frozen=True)
@@ -66,25 +69,28 @@ class FoldReading:
     outline: np.ndarray
     """Outline of the cloth in the photograph [pixels], shape (n, 2)."""
     targets: Mapping[str, np.ndarray]
-    """Pixels at which the corners of the moved hem should be, shape (2,), by the names of `CORNERS`."""
+    """Pixels at which the corners of the moved hem should be, shape (2,), by the names "left" and "right"."""
     frame: Pose
     """Pose of the fold's frame on the board."""
     photograph: Photograph = field(repr=False)
 
     def pixels_of(self, points: np.ndarray) -> np.ndarray:
-        """Return the pixels of points of the fold's frame, shape (n, 2); the points [m] have shape (n, 3)."""
+        """Return the pixels at which the camera sees n points, shape (n, 2).
+
+        The points are given in the fold's frame [m], shape (n, 3).
+        """
         placed = np.column_stack([self.frame.place(points[:, :2]), points[:, 2]])
         return self.photograph.view.camera.project(placed)
 
 
 @dataclass(frozen=True)
 class _Corner:
-    """A corner of a hem in the fold's frame."""
+    """A corner of a hem that was found in a photograph, in the fold's frame."""
 
     place: np.ndarray
     """Position of the corner [m], shape (2,)."""
     deviation: np.ndarray
-    """Standard deviations of the position along and across the fold [m], shape (2,)."""
+    """Standard deviations of the position [m], shape (2,): along the direction of the fold, and across it."""
     height: float
     """Height of the corner above the table [m]."""
 
@@ -98,9 +104,10 @@ def read_fold(
     lens: Path | str | None = None,
     corners: Mapping[str, np.ndarray] | None = None,
 ) -> Measured:
-    """Read how a fold ended. The result is the field `values` of the result of `view_fold`.
+    """Measure in a photograph how a fold ended.
 
-    The arguments and the errors are explained at `view_fold`.
+    The result is the field `values` of the result of `view_fold`. The arguments and the errors are explained at
+    `view_fold`.
     """
     return view_fold(photo, board, frame, result, lens=lens, corners=corners).values
 
@@ -114,7 +121,7 @@ def view_fold(
     lens: Path | str | None = None,
     corners: Mapping[str, np.ndarray] | None = None,
 ) -> FoldReading:
-    """Read a fold from a photograph.
+    """Find the hems of a finished fold in a photograph, and measure how they deviate from their targets.
 
     Args:
         photo: File of a photo that was taken after the fold.
@@ -139,13 +146,13 @@ class FoldReader:
     """Finds the edges of a finished fold in a photograph."""
 
     def __init__(self, photograph: Photograph, frame: Pose, spread: tuple[float, float, float], fold: Fold) -> None:
-        """Find the outline of the cloth.
+        """Find the outline of the folded cloth in a photograph.
 
         Args:
             photograph: The photograph.
             frame: Pose of the fold's frame on the board.
             spread: Standard deviations of x, y [m] and yaw [rad] of the frame.
-            fold: The fold.
+            fold: The planned fold, with its target.
 
         Raises:
             InputError: If the fold uses a single hand, or no cloth is found.
@@ -168,11 +175,13 @@ class FoldReader:
 
     @property
     def _hem(self) -> list[int]:
-        """Numbers of the vertices at the left and the right corner of the moved hem."""
+        """Numbers of the mesh's vertices at the left and the right corner of the moved hem."""
         return [int(self._fold.left[0]), int(self._fold.right[0])]
 
     def read(self, given: Mapping[str, np.ndarray]) -> FoldReading:
-        """Return the reading of the fold; `given` has the pixels of corners that the user gives, by their names.
+        """Return what was measured of the fold.
+
+        `given` has the pixels of corners that the user gives, by their names.
 
         Raises:
             InputError: If a given corner has an unknown name, or no corner of the hem is found.
@@ -202,9 +211,9 @@ class FoldReader:
         return FoldReading(values, pixels, self._edge, targets, self._frame, self._photograph)
 
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
-        """Drop the positions across the fold if the moved hem appears too wide.
+        """Drop the coordinates of the moved hem's corners across the fold if this hem appears too wide.
 
-        One corner of the hem then probably belongs to the lower layer.
+        One of these corners then probably belongs to the lower layer.
         """
         if "left" not in found or "right" not in found:
             return
@@ -216,7 +225,7 @@ class FoldReader:
                 found[side] = _Corner(found[side].place, deviation, found[side].height)
 
     def _values(self, found: Mapping[str, _Corner]) -> Measured:
-        """Return the deviations of the corners from their targets, along the fold and across the fold."""
+        """Return the deviations of the hems' corners from their targets, along the fold and across the fold."""
         values: Measured = {}
         for side, vertex in zip(("left", "right"), self._hem, strict=True):
             if side in found:
@@ -254,7 +263,10 @@ class FoldReader:
         return upper, lower
 
     def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
-        """Return two areas near a corner, in which the hem and the side edge are expected."""
+        """Return two areas near a corner of the moved hem.
+
+        The hem is expected in the first area, and the side edge of the cloth in the second.
+        """
         target = self._fold.target[:, :2]
         corner = target[vertex]
         other = target[self._hem[1] if side == "left" else self._hem[0]]
@@ -271,7 +283,7 @@ class FoldReader:
         )
 
     def _edges(self, window: Window) -> tuple[Line | None, Line | None]:
-        """Return the edges of the upper layer and of the lower layer in a window.
+        """Return the edges of the upper layer and of the lower layer of folded cloth in a window of the photograph.
 
         An edge that is not found is None.
         """
@@ -328,7 +340,7 @@ class FoldReader:
         return _Corner(place, np.full(2, np.hypot(size, self._rim)), self._heights[layer])
 
     def _total(self, corner: _Corner) -> np.ndarray:
-        """Return the standard deviations of a corner along and across the fold, shape (2,).
+        """Return the standard deviations of a corner's position along and across the fold, shape (2,).
 
         They include the uncertainties of the camera and of the fold's frame.
         """

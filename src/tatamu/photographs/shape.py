@@ -12,53 +12,53 @@ from scipy.spatial import cKDTree
 from tatamu.garments import Garment
 
 SPACING = 0.002
-"""Distance between points along an outline [m]."""
+"""Distance between points along a garment's outline [m]."""
 ON = 0.004
-"""Largest distance from the outline at which a vertex can be a corner of the outline [m]."""
+"""Largest distance between a garment's outline and a vertex of its mesh that can be a corner of the outline [m]."""
 SHARP = np.radians(35.0)
-"""Least change of the outline's direction at a corner [rad]."""
+"""Smallest change of an outline's direction that counts as a corner [rad]."""
 ARM = 0.02
-"""Distance before and after a corner over which the outline's turn is measured [m]."""
+"""Length of outline before a corner, and after it, over which the change of direction is measured [m]."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Outline and corners of a garment in the garment's frame."""
+    """Outline and corners of a lying garment, seen from above, in the garment's frame."""
 
     name: str
     polygon: shapely.Polygon
     corners: dict[str, np.ndarray]
-    """Positions of the corners by name [m], shape (2,)."""
+    """Positions of the garment's corners by name [m], shape (2,)."""
     height: float
-    """Height of the middle of the cloth's rim above the table [m]."""
+    """Height of the middle of the garment's rim above the table [m]."""
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Points at equal distances along the outline, in counter-clockwise order [m], shape (n, 2)."""
+        """Points at equal distances along the garment's outline, in counter-clockwise order [m], shape (n, 2)."""
         ring = shapely.segmentize(shapely.orient_polygons(self.polygon).exterior, SPACING)
         return np.asarray(ring.coords)[:-1]
 
     @cached_property
     def normals(self) -> np.ndarray:
-        """Unit vectors at `points` that point out of the outline, shape (n, 2)."""
+        """Unit vectors at the outline's `points` that point out of the outline, shape (n, 2)."""
         along = np.roll(self.points, -1, axis=0) - np.roll(self.points, 1, axis=0)
         normals = np.column_stack([along[:, 1], -along[:, 0]])
         return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Search tree of `points`, which finds the point nearest to a position."""
+        """Search tree of the outline's `points`, which finds the point nearest to a position."""
         return cKDTree(self.points)
 
     @property
     def size(self) -> np.ndarray:
-        """Length (x) and width (y) [m], shape (2,)."""
+        """Length (x) and width (y) of the garment [m], shape (2,)."""
         low_x, low_y, high_x, high_y = self.polygon.bounds
         return np.array([high_x - low_x, high_y - low_y])
 
 
 def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
-    """Return the shape of a garment.
+    """Return the outline and the named corners of a lying garment, as seen from above.
 
     Args:
         garment: The garment.
@@ -73,7 +73,7 @@ def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
 
 
 def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
-    """Return the region that triangles cover, seen from above, with holes filled.
+    """Return the region that the triangles of a mesh cover, seen from above, with holes filled.
 
     If the region has several parts, the largest part is returned.
     """
@@ -84,7 +84,10 @@ def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 
 def _named_corners(garment: Garment, points: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the positions of the ends of a garment's open edges, by name. A vertex at two edges appears only once."""
+    """Return the positions of the ends of a garment's open edges, by name.
+
+    A vertex at which two edges end appears only once.
+    """
     named: dict[str, np.ndarray] = {}
     known: set[int] = set()
     ends = {edge: [int(garment.edges[edge][k]) for k in (0, -1)] for edge in garment.openings}

@@ -19,41 +19,49 @@ from tatamu.photographs.lines import Line
 from tatamu.photographs.opencv import opencv
 
 LONGEST = 1400
-"""Number of pixels along the longer side to which photos are reduced for the search."""
+"""Number of pixels along the longer side to which photos are reduced for the search for a sheet of paper."""
 SMALLEST, LARGEST = 0.002, 0.4
-"""Smallest and largest fraction of the photo that a sheet may cover."""
+"""Smallest and largest fraction of the photo's area that a sheet of paper may cover."""
 PLAIN, SPOTS = 0.75, 0.02
-"""Two limits for a plain sheet.
+"""Two limits for the brightness of a plain sheet of paper.
 
 A pixel counts as dark if its brightness is less than the first number times the median brightness. The second number is
 the largest fraction of dark pixels.
 """
 LEVELS = (0.6, 0.7, 0.8, 0.88)
-"""Thresholds that separate the sheet from darker areas, as fractions of the largest brightness. Each threshold is
-tried."""
+"""Thresholds that separate a sheet of paper from darker areas, as fractions of the largest brightness.
+
+Each threshold is tried.
+"""
 RESIDUAL = 3.0
-"""Largest root mean square error of a quadrangle's corners compared with the corners of a sheet [pixels]."""
+"""Largest root mean square distance between the corners of a bright area and the corners of a sheet [pixels].
+
+If the distance is larger, the area is not the sheet.
+"""
 SIDE = 60
-"""Number of positions along each side of the sheet at which the edge is located."""
+"""Number of positions along each side of a sheet of paper at which the edge is located."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A plain sheet of paper."""
+    """A plain sheet of paper, which gives a photograph its scale."""
 
     name: str
     size: tuple[float, float]
-    """Lengths of the long side and of the short side [m]."""
+    """Lengths of the sheet's long side and of its short side [m]."""
 
     @property
     def corners(self) -> np.ndarray:
-        """Corners in the sheet's frame [m], shape (4, 2), in counter-clockwise order from the corner at -x, -y."""
+        """Corners of the sheet in its frame [m], shape (4, 2), in counter-clockwise order from the corner at -x, -y."""
         long, short = self.size
         return 0.5 * np.array([[-long, -short], [long, -short], [long, short], [-long, short]])
 
     @property
     def marks(self) -> np.ndarray:
-        """The three corners (-x, -y), (+x, -y) and (-x, +y) of the sheet in its frame [m], shape (3, 2)."""
+        """Positions of three corners of the sheet in its frame [m], shape (3, 2).
+
+        They are the corners at (-x, -y), (+x, -y) and (-x, +y).
+        """
         return self.corners[[0, 1, 3]]
 
 
@@ -61,7 +69,7 @@ SHEETS = {name: Sheet(name, (size[1], size[0])) for name, size in PAPERS.items()
 
 
 def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float | None) -> View:
-    """Find the camera from a sheet of paper in a photo.
+    """Find the camera of a photo from a sheet of paper in the photo.
 
     Raises:
         InputError: If no quadrangle in the photo can be this sheet.
@@ -90,7 +98,7 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
 
 
 def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
-    """Return the corners of bright convex quadrangles [pixels], shape (4, 2) each.
+    """Return the corners of bright convex quadrangles in a photo [pixels], shape (4, 2) each.
 
     The corners are counter-clockwise as seen from above the table.
     """
@@ -119,7 +127,10 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
 
 
 def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
-    """Return whether a quadrangle has the same brightness everywhere. If not, it may be a printed page."""
+    """Return whether a quadrangle in a photo has the same brightness everywhere.
+
+    If not, it may be a printed page.
+    """
     middle = quad.mean(axis=0)
     inner = np.round(middle + 0.85 * (quad - middle)).astype(np.int32)
     there = np.zeros(dark.shape, dtype=np.uint8)
@@ -129,9 +140,9 @@ def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
 
 
 def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
-    """Return the refined corners of a quadrangle [pixels], shape (4, 2); None if a side has no clear edge.
+    """Return more exact corners of a quadrangle in a photo [pixels], shape (4, 2); None if a side has no clear edge.
 
-    A line is fitted to the edge of each side. The refined corners are the points at which neighbouring lines meet.
+    A line is fitted to the edge of each side. The corners are the points at which neighbouring lines meet.
     """
     reach = 3.0 + max(pixels.shape[:2]) / LONGEST * 2.0
     lines = []

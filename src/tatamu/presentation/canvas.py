@@ -14,7 +14,10 @@ from tatamu.presentation.projection import Projection
 from tatamu.presentation.shapes import FONT, Box, Dot, Label, Polyline, Segments, Shape
 
 FINER = 3
-"""Factor by which shapes are first painted larger. Then the image is reduced by averaging, which makes lines smooth."""
+"""Factor by which the shapes of a drawing are first painted larger.
+
+Then the image is reduced by averaging, which makes lines smooth.
+"""
 
 
 def paint(projection: Projection, shapes: Sequence[Shape], background: str) -> bytes:
@@ -69,7 +72,10 @@ def _paint(canvas: Any, projection: Projection, shape: Shape, ground: str) -> No
 
 
 def _dashes(path: np.ndarray, length: float) -> Iterable[np.ndarray]:
-    """Cut a polyline into dashes of a given length, with gaps of this length. With length 0, the line is not cut."""
+    """Cut a polyline of a drawing into dashes of a given length, with gaps of this length.
+
+    With length 0, the line is not cut.
+    """
     if not length:
         return [path]
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])

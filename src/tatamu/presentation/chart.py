@@ -18,7 +18,10 @@ Plot = dict[str, Any]
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 LEGEND = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"color": "@ink"}}
-"""Layout of a legend above the plot. Next to the plot, the legend would take too much space on a phone."""
+"""Layout of a chart's legend, which is above the plot.
+
+Next to the plot, the legend would take too much space on a phone.
+"""
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 """Labels on a logarithmic axis that spans less than one power of ten. They are multiplied by powers of ten."""
 FEW_TICKS = (1.0, 2.0, 5.0)
@@ -35,11 +38,11 @@ class Chart:
     caption: str = ""
     """Caption after the title, as plain text."""
     kind: str = ""
-    """Class of the style sheet that sets the height of the plot."""
+    """Class in the style sheet of the page that sets the height of the plot."""
 
 
 def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
-    """Return a plot with the standard layout from Plotly traces, which are curves, dots or bars.
+    """Make a plot with the standard layout from Plotly traces (curves, dots or bars), and return it.
 
     Values that are not finite become gaps.
     """
@@ -57,7 +60,7 @@ def _finite(value: Any) -> Any:
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:
-    """Return an axis with a title, which includes the unit."""
+    """Return an axis of a chart with a title, which includes the unit."""
     return {
         "title": {"text": title, "standoff": 8, "font": {"size": 12.5}},
         "zeroline": False,
@@ -110,14 +113,14 @@ def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:
 
 
 def line(axis_name: str, at: float, *, dash: str = "dot", colour: str = "@muted", **more: Any) -> dict[str, Any]:
-    """Return a line across the chart at a value of the axis "x" or "y"."""
+    """Return a line across the chart at a given value on one of its axes, "x" or "y"."""
     other = "y" if axis_name == "x" else "x"
     span = {f"{axis_name}0": at, f"{axis_name}1": at, f"{other}0": 0, f"{other}1": 1, f"{other}ref": "paper"}
     return {"type": "line", **span, "line": {"color": colour, "width": 1, "dash": dash}, **more}
 
 
 def band(low: float, high: float, colour: str) -> dict[str, Any]:
-    """Return a pale strip across the chart between two values of y."""
+    """Return a pale strip across the chart, between two values on the y axis."""
     return {
         "type": "rect",
         "y0": low,

@@ -23,12 +23,12 @@ __all__ = ["FROM_ABOVE", "Drawing"]
 HEAD = 7.0
 """Length of an arrow's head [pixels]."""
 CAPTION = 22
-"""Height of a line of the caption [pixels]."""
+"""Height of one line of text in the caption below a drawing [pixels]."""
 
 
 @dataclass
 class Drawing(Projection):
-    """Shapes in a rectangle of a plane."""
+    """Shapes in a rectangle of a plane, which are drawn to scale."""
 
     shapes: list[Shape] = field(default_factory=list)
     caption: Sequence[str] = ()
@@ -39,9 +39,9 @@ class Drawing(Projection):
 
     @classmethod
     def around(cls, points: np.ndarray, width: float, height: float, *, margin: float = 34.0) -> Drawing:
-        """Make an empty drawing that shows the area of some points [m], shape (n, 2).
+        """Make an empty drawing that is just large enough to show some points of the plane [m], shape (n, 2).
 
-        The area fits into `width` x `height` [pixels], to which the margin is added.
+        The area of the points fits into `width` x `height` [pixels], to which the margin is added.
         """
         low = points.min(axis=0)
         high = points.max(axis=0)
@@ -76,7 +76,7 @@ class Drawing(Projection):
         self.add(Label(np.asarray(place, dtype=float), text, np.asarray(towards, dtype=float), colour))
 
     def dimension(self, start: Any, end: Any, name: str, colour: str = "reading") -> None:
-        """Draw a line with arrows at both ends, and write its name next to the line.
+        """Draw a dimension of an object: a line with arrows at both ends, and its name next to the line.
 
         The name is above the line or, if the line is upright, to its right.
         """

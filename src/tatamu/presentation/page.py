@@ -24,7 +24,10 @@ from tatamu.presentation.packing import packed
 from tatamu.version import __version__
 
 Charts = Mapping[str, Sequence[Chart]]
-"""Groups of charts by name. The charts of the group `name` become the elements `name-0`, `name-1`, ... of a page."""
+"""Groups of charts on a page, by the name of the group.
+
+The charts of the group `name` become the elements `name-0`, `name-1`, ... of the page.
+"""
 
 
 def render(

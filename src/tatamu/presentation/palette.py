@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 FRONT = "#3f66b0"
-"""Colour of the side of a single layer that faces up before the fold.
+"""Colour of that side of the cloth which faces up before the fold, if the cloth has a single layer.
 
 If the cloth has two layers, it is the colour of the outside of the upper layer.
 """
 REAR = "#a9cbf0"
 """Colour of the outside of the lower layer, if the cloth has two layers."""
 BACK = "#f0b774"
-"""Colour of the side of a single layer that faces down before the fold.
+"""Colour of that side of the cloth which faces down before the fold, if the cloth has a single layer.
 
 If the cloth has two layers, it is the colour of the inside of both layers.
 """
@@ -34,7 +34,7 @@ SOLID = "#8a93a3"
 """Colour of rigid bodies."""
 
 SERIES = 8
-"""Number of the colours `series-0`, `series-1`, ..., which are for curves without a special meaning."""
+"""Number of the colours `series-0`, `series-1`, ..., which are for curves in charts without a special meaning."""
 
 COLOURS = {
     "paper": ("#f6f4ef", "#15171c"),
@@ -83,7 +83,7 @@ def rgb(colour: str) -> np.ndarray:
 
 
 def day(colour: str) -> str:
-    """Return a colour in light mode as "#rrggbb". The argument is the name of the colour, or "#rrggbb" itself."""
+    """Return the light-mode colour as "#rrggbb" for the name of a colour. A colour "#rrggbb" is returned unchanged."""
     return COLOURS[colour][0] if colour in COLOURS else colour
 
 

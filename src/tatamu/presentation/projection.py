@@ -21,11 +21,11 @@ class Projection:
     """The projection of a rectangle of a plane to a grid of pixels."""
 
     low: np.ndarray
-    """Smallest coordinates shown [m], shape (2,)."""
+    """Smallest coordinates of the rectangle that the drawing shows [m], shape (2,)."""
     high: np.ndarray
-    """Largest coordinates shown [m], shape (2,)."""
+    """Largest coordinates of the rectangle that the drawing shows [m], shape (2,)."""
     scale: float
-    """Pixels per metre."""
+    """Number of pixels per metre of the plane."""
     axes: np.ndarray = field(default_factory=lambda: UPRIGHT)
     """Matrix that converts coordinates of the plane to the directions right and up, shape (2, 2).
 
@@ -45,17 +45,17 @@ class Projection:
 
     @property
     def size(self) -> np.ndarray:
-        """Width and height, including the margin [pixels], shape (2,)."""
+        """Width and height of the drawing, including the margin [pixels], shape (2,)."""
         return self.scale * np.abs(self.axes @ (self.high - self.low)) + 2 * self.margin
 
     @property
     def wide(self) -> int:
-        """Width in whole pixels."""
+        """Width of the drawing in whole pixels."""
         return round(float(self.size[0]))
 
     @property
     def tall(self) -> int:
-        """Height in whole pixels."""
+        """Height of the drawing in whole pixels."""
         return round(float(self.size[1]))
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
@@ -63,12 +63,12 @@ class Projection:
         return (points @ self.axes.T - self._corner) * [self.scale, -self.scale] + self.margin
 
     def box(self, box: Box) -> tuple[np.ndarray, np.ndarray]:
-        """Return the upper left corner of a box, and its width and height [pixels]."""
+        """Return the upper left corner of a rectangle in the drawing, and its width and height [pixels]."""
         corners = self.pixels(np.array([box.low, box.high]))
         return corners.min(axis=0), np.ptp(corners, axis=0)
 
     def beside(self, label: Label) -> tuple[np.ndarray, str]:
-        """Find a position for a word so that it is inside the rectangle.
+        """Find the position of a word next to a point, so that the word is inside the drawing.
 
         Returns:
             The position [pixels], and the part of the word that is at this position: l(eft), m(iddle) or r(ight).

@@ -34,7 +34,7 @@ class View:
     """Distance from the eye to the centre [m]."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Project points [m], shape (n, 3).
+        """Project points of the scene [m], shape (n, 3), to the image.
 
         The result has x and y [pixels] and the depth of each point, shape (n, 3).
         """
@@ -56,7 +56,7 @@ class View:
 
 @dataclass(frozen=True)
 class Visible:
-    """The nearest triangle in each pixel."""
+    """The triangle that is visible at each pixel of an image."""
 
     face: np.ndarray
     """Number of the nearest triangle in each pixel, shape (h, w); -1 if no triangle covers the pixel."""

@@ -16,10 +16,15 @@ from tatamu.topology import facing_down
 FRAMES = 150
 """Largest number of frames of a replay; the viewer interpolates linearly between the frames."""
 BUDGET = 3_000_000
-"""Largest number of coordinates in all frames. The limit keeps pages small, because each coordinate takes about a
-byte."""
+"""Largest number of coordinates in all frames of a replay.
+
+The limit keeps pages small, because each coordinate takes about a byte.
+"""
 STEP = 5e-5
-"""Step to which positions are rounded [m]. If the scene is larger than 65536 of these steps, a larger step is used."""
+"""Length to whose multiples the positions in a replay are rounded [m].
+
+If the scene is larger than 65536 times this length, a larger length is used.
+"""
 HAND_COLOURS = ("left", "right")
 """Names of the colours of the two hands."""
 
@@ -33,7 +38,7 @@ class HandTrack:
     path: np.ndarray
     """Position of the hand in each frame [m], shape (f, 3)."""
     holds: list[tuple[float, float | None]]
-    """Times at which the hand closes and opens for each grasp [s].
+    """Times at which the hand closes and opens again, for each grasp [s].
 
     The second time is None if the hand does not open again.
     """
@@ -68,9 +73,10 @@ def replay_data(
 
 
 def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
-    """Return the frames, shape (f, n, 3), and the last shape of the cloth, shape (n, 3), for n vertices.
+    """Return the compressed positions of a mesh in f frames and in one more shape, and the mesh's triangles.
 
-    Positions are whole numbers of `STEP`, measured from the corner with the smallest coordinates.
+    The frames have the shape (f, n, 3) for n vertices. For cloth, the further shape `last`, shape (n, 3), is the
+    target. Positions are whole numbers of `STEP`, measured from the corner with the smallest coordinates.
     """
     shown = np.concatenate([positions, last[None]])
     low = shown.min(axis=(0, 1))
@@ -85,7 +91,10 @@ def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[
 
 
 def frames(count: int, vertices: int) -> np.ndarray:
-    """Choose the frames of a rollout that the replay shows: the first, the last, and frames at equal steps between."""
+    """Choose the frames of a rollout that a replay shows.
+
+    They are the first frame, the last frame, and frames at equal intervals between them.
+    """
     most = int(np.clip(BUDGET // (3 * vertices), 2, FRAMES))
     return np.unique(np.rint(np.linspace(0, count - 1, min(count, most))).astype(int))
 

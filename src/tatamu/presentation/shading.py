@@ -11,7 +11,7 @@ from tatamu.presentation.palette import BACK, FRONT, REAR, rgb
 from tatamu.presentation.raster import View, Visible, rasterise, vertex_normals
 
 SUN = np.array([-0.35, -0.30, 0.89]) / np.linalg.norm([-0.35, -0.30, 0.89])
-"""Unit vector towards the light, shape (3,)."""
+"""Unit vector that points towards the light source in pictures, shape (3,)."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def cloth(
 
 
 def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
-    """Find the visible triangles of a mesh, and the depth of every pixel, shape (h, w).
+    """Find the triangle of a mesh that is visible at each pixel, and the depth of every pixel, shape (h, w).
 
     The depth is -inf at a pixel that no triangle covers.
     """
@@ -63,7 +63,7 @@ def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
 
 
 def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | float = 1.0) -> np.ndarray:
-    """Return the linear light of the p covered pixels, shape (p, 3).
+    """Return the linear light of the p pixels that a mesh covers, shape (p, 3).
 
     `sunlit` is 0 for a pixel in shadow and 1 for a pixel in full light. It is one number for all pixels, or has the
     shape (p,).
@@ -106,7 +106,7 @@ def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> 
         depth: Height of each pixel [m]; -inf at pixels that show only the ground.
         ground: Height of the ground [m].
         radius: Radius of the surroundings [pixels].
-        reach: Height difference at which the result is 1 [m].
+        reach: Height difference [m]. If a pixel is this much lower than its surroundings, the result is 1.
     """
     height = np.maximum(depth, ground)
     return np.clip((gaussian_filter(height, radius, mode="nearest") - height) / reach, 0.0, 1.0)

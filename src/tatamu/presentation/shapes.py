@@ -30,7 +30,7 @@ class Polyline:
 
 @dataclass(frozen=True)
 class Segments:
-    """Many short lines of one kind, such as the edges of a mesh."""
+    """Many separate, short lines that look the same, such as the edges of a mesh."""
 
     ends: np.ndarray
     """Both ends of each line [m], shape (k, 2, 2)."""
@@ -52,7 +52,7 @@ class Dot:
 
 @dataclass(frozen=True)
 class Box:
-    """A filled rectangle along the axes."""
+    """A filled rectangle whose sides are parallel to the axes."""
 
     low: np.ndarray
     """A corner of the rectangle [m], shape (2,)."""

@@ -9,11 +9,11 @@ import numpy as np
 from tatamu.body import Body, rotation
 
 MovingMesh = tuple[np.ndarray, np.ndarray]
-"""Positions of the vertices at each frame [m], shape (f, n, 3), and triangles, shape (m, 3)."""
+"""A mesh that moves: positions of the vertices at each frame [m], shape (f, n, 3), and triangles, shape (m, 3)."""
 
 
 def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
-    """Return the surface of a body in the body's frame: points [m], shape (n, 3), and triangles, shape (m, 3).
+    """Return the surface of a rigid body in the body's frame: points [m], shape (n, 3), and triangles, shape (m, 3).
 
     Each triangle has its own three points, so the shading is flat.
     """
@@ -31,7 +31,7 @@ def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
 
 
 def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
-    """Return all bodies as one mesh that moves; None if there are no bodies.
+    """Return all rigid bodies of a scene as one mesh that moves; None if there are no bodies.
 
     The result has a frame for each of the f times [s], shape (f,).
     """

@@ -26,7 +26,7 @@ def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, 
 
 
 def _spaced(path: np.ndarray, apart: float) -> np.ndarray:
-    """Return some points of a path, each at least `apart` away from the previous returned point."""
+    """Return those points of a path that are at least `apart` [m] away from the previously returned point."""
     kept = [path[0]]
     for place in path[1:]:
         if np.linalg.norm(place - kept[-1]) >= apart:
@@ -35,7 +35,7 @@ def _spaced(path: np.ndarray, apart: float) -> np.ndarray:
 
 
 def _bands(count: int, sides: int) -> np.ndarray:
-    """Return the triangles between neighbouring rings of a tube, which face outwards."""
+    """Return the triangles of a tube, which connect neighbouring rings of points around the path, and face outwards."""
     first = np.arange(sides)
     after = (first + 1) % sides
     band = np.vstack(

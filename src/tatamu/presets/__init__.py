@@ -47,7 +47,7 @@ class Preset(BaseModel):
     spread: dict[str, Range] = Field(default_factory=dict)
     """Range of values that the source states, by the name of the material's field."""
     source: dict[str, str] = Field(default_factory=dict)
-    """Source of the value, by the name of the material's field."""
+    """Source of each value, by the name of the material's field."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

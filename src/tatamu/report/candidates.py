@@ -1,4 +1,4 @@
-"""Draws all fold plans for a garment, one drawing for each plan, as a page or as a picture."""
+"""Draws all fold plans for a garment, as a page or as a picture. There is one drawing for each plan."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from tatamu.presentation.shapes import Polyline
 from tatamu.report.garment import FoldMark, diagram
 
 COLUMNS = 3
-"""Number of plans side by side in a picture."""
+"""Number of fold plans side by side in a picture of all plans."""
 TITLE = 40
-"""Height of the line above a drawing that has the plan's name [pixels]."""
+"""Height of the line that contains a plan's name above its drawing [pixels]."""
 
 
 def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
@@ -56,7 +56,7 @@ def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Drawing]:
 
 
 def _shaded(garment: Garment, part: Part) -> list[Polyline]:
-    """Return the outlines of a part of the garment as shaded regions."""
+    """Return shaded regions that cover a part of the garment in a drawing."""
     inside = np.isin(garment.faces, part.vertices).all(axis=1)
     covered = shapely.union_all(shapely.polygons(garment.vertices[garment.faces[inside], :2]), grid_size=1e-6)
     regions = [each for each in shapely.get_parts(covered) if isinstance(each, shapely.Polygon)]

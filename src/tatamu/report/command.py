@@ -23,7 +23,7 @@ def learn(fold: Result) -> str:
 
 
 def request(record: ResultRecord, folder: Path | None) -> TaskRequest:
-    """Return the options with which a study was started.
+    """Return the options of the command that started a study.
 
     Args:
         record: Record of the study.

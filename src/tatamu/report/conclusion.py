@@ -10,11 +10,14 @@ from tatamu.report.measures import OVERLAP, SUCCESS, grade
 from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
-"""Fraction of the trials of a search. If the best trial comes later, the search was probably still improving."""
-EDGE = 0.01
-"""Largest distance from a bound of the search at which a parameter counts as being on the bound.
+"""Fraction of the trials of a search, from the first trial on.
 
-It is a fraction of the range of the parameter.
+If the best trial comes after this fraction, the search was probably still improving.
+"""
+EDGE = 0.01
+"""Largest distance between a parameter and a bound of its search range, as a fraction of the range.
+
+Up to this distance, the parameter counts as being on the bound.
 """
 MEANING = {
     "x1": "P1 ahead of the grasp",
@@ -34,7 +37,7 @@ class Conclusion:
 
     succeeded: bool
     measures: list[str]
-    """Values that decide whether the fold succeeded, as text."""
+    """Values that decide whether the fold succeeded, each as text."""
     notes: list[str] = field(default_factory=list)
     """Further lines of text about the fold and the search."""
     advice: list[str] = field(default_factory=list)
@@ -49,7 +52,7 @@ class Conclusion:
 
 
 def of_fold(result: ResultRecord) -> Conclusion:
-    """Return the conclusion for a single fold, or for a step of a plan."""
+    """Return the conclusion (success or failure, and why) for a single fold, or for a step of a plan."""
     best = result.best_score
     succeeded = best.succeeds
     return Conclusion(
@@ -61,7 +64,7 @@ def of_fold(result: ResultRecord) -> Conclusion:
 
 
 def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
-    """Return the conclusion for a plan of several steps.
+    """Return the conclusion (success or failure, and why) for a plan of several steps.
 
     Args:
         plan: Record of the plan.
@@ -80,10 +83,10 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
 
 
 def _origin(result: ResultRecord) -> list[str]:
-    """Return a note on the origin of the best fold: found by the search, or given to the search as a curve.
+    """Return a note on the origin of the best fold: found by the search, or one of the curves given to the search.
 
-    Curves that were given are only compared if they ran on the same mesh as the best trial. Without such curves, there
-    is no note.
+    The search starts with some given curves. The note compares the best of them with the best fold. Curves are only
+    compared if they ran on the same mesh as the best trial. Without such curves, there is no note.
     """
     best = result.best_trial
     if result.best_is_given:
@@ -137,7 +140,7 @@ def _measures(measured: Measured, succeeded: bool, apart: str) -> list[str]:
 
 
 def _about_search(result: ResultRecord) -> list[str]:
-    """Return advice after a search without a successful fold, based on the trials of the search."""
+    """Return advice to the user after a search without a successful fold, based on the trials of the search."""
     trials = result.trials
     best = result.best_trial
     failed = [trial for trial in trials if trial.state == "failed"]

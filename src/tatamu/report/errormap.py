@@ -16,16 +16,16 @@ from tatamu.report.topview import Extent, extent
 from tatamu.study import Result
 
 CELLS = 45_000
-"""Approximate number of cells of a map."""
+"""Approximate number of cells (pixels) of a map of errors."""
 HIDDEN = 0.02
-"""Largest fraction of cells in which the upper layer may hide the lower layer.
+"""Largest fraction of a map's cells in which one layer of cloth may be hidden under another.
 
 If more cells are hidden, each layer gets its own map.
 """
 
 
 def largest(errors: np.ndarray) -> float:
-    """Return the end of the colour scale for the errors e_i [m]: their 99th percentile, rounded up.
+    """Return the largest value on the colour scale for the errors e_i [m]: their 99th percentile, rounded up.
 
     The largest error is not used, because a single vertex would then make the rest of the map pale.
     """
@@ -36,7 +36,10 @@ def largest(errors: np.ndarray) -> float:
 
 
 def maps(fold: Result) -> list[Chart]:
-    """Return a map of the flat cloth. If much of the lower layer is hidden, return a map of each layer instead."""
+    """Return a map of the errors on the flat cloth.
+
+    If much of the lower layer is hidden, return a map of each layer instead.
+    """
     area = extent(fold.start, margin=0.012)
     upper, lower = (_seen(fold, area, sign) for sign in (1.0, -1.0))
     both = (upper[0] >= 0) & (lower[0] >= 0)
@@ -47,7 +50,7 @@ def maps(fold: Result) -> list[Chart]:
 
 
 def _seen(fold: Result, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the visible triangle, and the error [mm], in each cell of a map: two arrays of shape (h, w).
+    """Return two arrays for the cells of a map, shape (h, w): the visible triangle, and the error [mm].
 
     The cloth is seen from above if `sign` is 1, and from below if `sign` is -1. The error in a cell is interpolated
     from the errors e_i of the triangle's corners. The error e_i is the distance between vertex i and its target.

@@ -31,7 +31,7 @@ class FoldMark:
 
     name: str
     line: np.ndarray
-    """Two points of the fold line [m], shape (2, 2)."""
+    """Two points that define the fold line [m], shape (2, 2)."""
     towards: np.ndarray
     """Unit vector from the moving side to the side that stays, shape (2,)."""
     left: np.ndarray
@@ -140,7 +140,7 @@ def _draw_scale(drawing: Drawing) -> None:
 
 
 def facts(garment: Garment) -> list[tuple[str, str]]:
-    """Return facts about a garment, such as its size, as pairs of a name and a value."""
+    """Return facts about a garment as pairs of a name and a value, such as its size."""
     rest = garment.unstrained
     mass = float(areas(rest, garment.faces).sum()) * garment.material.areal_density
     width, length = garment.size
@@ -175,7 +175,10 @@ def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
 
 
 def _named_edges(garment: Garment) -> list[tuple[str, str, float, int]]:
-    """Return the name of each edge, whether it is open or sewn, its length [m] and its number of vertices."""
+    """Return four facts about each named edge of a garment.
+
+    They are its name, whether it is open or sewn, its length [m] and its number of vertices.
+    """
     plan = garment.vertices[:, :2]
     return [
         (

@@ -11,7 +11,10 @@ from tatamu.report.measures import FAILED, GRADES, MEASURES, SUCCESS, Measure, g
 from tatamu.study import Result, ResultFolder
 
 GAUGE = (0.0005, 0.08)
-"""Smallest and largest mean vertex distance on the logarithmic scale of the gauge [m]."""
+"""Smallest and largest mean vertex distance [m] on the gauge, a bar that shows how good a fold is.
+
+The scale of the gauge is logarithmic.
+"""
 TILES = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_bend", "trajectory_length")
 
 
@@ -23,18 +26,18 @@ def title(fold: Result) -> str:
 
 
 def spelled(garment: str) -> str:
-    """Return the garment's name with a capital letter, as at the beginning of a title."""
+    """Return a garment's name with a capital letter, because it begins a title."""
     return "T-shirt" if garment == "tshirt" else garment[:1].upper() + garment[1:]
 
 
 def word(fold: Result) -> str:
-    """Return the grade of a fold that succeeded, such as "good", or the word "failed"."""
+    """Return the grade of a learned fold: a word such as "good" if it succeeded, otherwise "failed"."""
     best = fold.record.best_score
     return grade(best.mean_vertex_distance) if best.succeeds else FAILED
 
 
 def sureness(fold: Result) -> tuple[str, str] | None:
-    """Return the success rate in disturbed simulations as text, and its grade, which sets the colour.
+    """Return a fold's success rate in disturbed simulations as text, and its grade, which sets the colour.
 
     The rate comes from the results of `tatamu margins` if they exist, otherwise from the study. The result is None if
     neither of them contains a rate.
@@ -52,11 +55,11 @@ class Gauge:
     """
 
     zones: list[tuple[str, float]]
-    """Name and width of each grade's part of the bar."""
+    """Name of each grade, and width of its part of the bar."""
     ticks: list[tuple[float, str]]
-    """Position and label of each limit between two grades."""
+    """Position and label of each limit between two neighbouring grades."""
     success: tuple[float, str]
-    """Position and label of the limit of success."""
+    """Position and label of the limit between success and failure."""
     needle: float
     """Position of the needle, which shows the fold's mean vertex distance."""
 
@@ -81,7 +84,7 @@ def _share(distance: float) -> float:
 
 
 def events(fold: Result) -> list[tuple[float, str]]:
-    """Return the marks under the time slider: the times at which the hands start, arrive and open.
+    """Return the marks under the replay's time slider: the times at which the hands start, arrive and open.
 
     Each mark has a position, as a fraction of the whole time, and a word.
     """

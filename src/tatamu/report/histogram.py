@@ -67,7 +67,7 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
 
 
 def bin_width(largest: float) -> float:
-    """Return a round bin width [m] that gives about `BINS` bins from zero to `largest` [m]."""
+    """Return a round bin width [m], so that a histogram has about `BINS` bins from zero to `largest` [m]."""
     rough = max(largest, 1e-6) / BINS
     power = 10.0 ** np.floor(np.log10(rough))
     return float(power * min((1, 2, 2.5, 5, 10), key=lambda step: abs(np.log(step * power / rough))))

@@ -12,16 +12,18 @@ FOLDBACK = "FoldBack 2026"
 GARCIA = "Garcia-Camacho et al. 2020"
 
 GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
-"""Upper limits of the mean vertex distance [m] and the grade below each limit. Above the last limit, the grade is
-`FAILED`."""
+"""Pairs of a limit [m] and a grade. A fold gets the first grade whose limit is above the fold's mean vertex distance.
+
+If the distance is not below the last limit, the grade is `FAILED`.
+"""
 FAILED = "failed"
 LIMITS = Limits()
 SUCCESS = LIMITS.mean_vertex_distance
-"""Mean vertex distance below which a fold counts as a success [m]."""
+"""Largest mean vertex distance of a successful fold [m]."""
 OVERLAP = LIMITS.mask_iou
-"""Least overlap of the fold and its target, seen from above, that counts as a success (intersection over union)."""
+"""Smallest overlap of a successful fold with its target, seen from above (intersection over union)."""
 AREA = 2.77
-"""Lowest area error that other methods reached in publications [%]. A fold passes if its area error is not larger."""
+"""Largest area error of a fold that passes [%]. It is the lowest area error of other methods in publications."""
 
 
 def grade(mean_vertex_distance: float | None) -> str:
@@ -37,36 +39,39 @@ class Measure:
     """A measure of a fold, with its presentation and its threshold."""
 
     key: str
-    """Field of the measure in result.json."""
+    """Name of the measure's field in result.json."""
     title: str
     """Name of the measure, as HTML."""
     unit: str
     scale: float
-    """Factor from the unit in the file to the unit on the page."""
+    """Factor from the unit in result.json to the unit on the page."""
     digits: int
     meaning: str
-    """Meaning in a few words, as HTML."""
+    """Meaning of the measure in a few words, as HTML."""
     threshold: str = ""
     limit: str = ""
     """Threshold for success in a few words."""
     source: str = ""
     most: float | None = None
-    """Largest value that passes, in the unit of the file; None if the measure has no upper limit."""
+    """Largest value that passes, in the unit of result.json; None if the measure has no upper limit."""
     least: float | None = None
-    """Smallest value that passes, in the unit of the file; None if the measure has no lower limit."""
+    """Smallest value that passes, in the unit of result.json; None if the measure has no lower limit."""
 
     def value(self, score: Score | None) -> float | None:
-        """Return the value of the measure, in the unit of the file; None if the fold failed."""
+        """Return the value of the measure, in the unit of result.json; None if the fold failed."""
         value = None if score is None else getattr(score, self.key)
         return None if value is None else float(value)
 
     def text(self, score: Score | None) -> str:
-        """Return the value as text, in the unit of the page."""
+        """Return the value of the measure as text, in the unit of the page."""
         value = self.value(score)
         return "–" if value is None else f"{value * self.scale:.{self.digits}f}"
 
     def passes(self, score: Score | None) -> bool | None:
-        """Return whether the value meets the threshold. The result is None if there is no threshold or no value."""
+        """Return whether a fold's value of the measure meets the threshold.
+
+        The result is None if there is no threshold or no value.
+        """
         value = self.value(score)
         if value is None or (self.most is None and self.least is None):
             return None

@@ -13,7 +13,7 @@ from tatamu.report.still import render as still
 from tatamu.study import Result
 
 SMALLER = 4
-"""Factor by which the picture is smaller than the rendered image."""
+"""Factor by which the picture in the notebook is smaller than the rendered image."""
 
 
 def embedded(fold: Result) -> str:

@@ -15,11 +15,11 @@ from tatamu.study import Result
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
 ALIKE = 0.01
-"""Largest distance between the paths of two hands that are drawn as one path [m]."""
+"""Limit of the distance between the paths of the two hands [m]. Below it, both paths are drawn as one path."""
 
 
 def plot(fold: Result) -> Plot:
-    """Return a chart of the paths relative to the grasp, in millimetres, at the same scale on both axes."""
+    """Return a chart of the hands' paths relative to the grasp, in millimetres, at the same scale on both axes."""
     lines = [
         _line(_in_plane(baseline.path), baseline.label, color="@muted", width=1.8, dash=DASHES[number % len(DASHES)])
         for number, baseline in enumerate(fold.record.baselines)
@@ -51,10 +51,10 @@ def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
 
 
 def _in_plane(path: np.ndarray) -> np.ndarray:
-    """Project a path with k points, shape (k, 3), onto the vertical plane through its ends, shape (k, 2).
+    """Project a hand's path, shape (k, 3), onto the vertical plane through both ends of the path, shape (k, 2).
 
-    The path is given relative to the grasp. In the result, the first column is the horizontal distance from the grasp,
-    towards the end of the path. The second column is the height.
+    The path has k points, relative to the grasp. In the result, the first column is the horizontal distance from the
+    grasp, towards the end of the path. The second column is the height.
     """
     along = path[-1, :2] / max(float(np.linalg.norm(path[-1, :2])), 1e-9)
     return np.column_stack([path[:, :2] @ along, path[:, 2]])

@@ -78,7 +78,7 @@ def _count(folds: list[Result]) -> str:
 
 
 def _events(rollout: Rollout) -> list[tuple[float, str]]:
-    """Return the marks under the time slider: the start of each step, as a fraction of the whole time."""
+    """Return the marks under the replay's time slider: the start of each step, as a fraction of the whole time."""
     places = rollout.extra["step_starts"] / rollout.times[-1]
     return [(float(place), str(number)) for number, place in enumerate(places, start=1)]
 
@@ -128,7 +128,7 @@ def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarr
 
 
 def joined_path(paths: list[np.ndarray | None], folds: list[Result]) -> np.ndarray:
-    """Return the paths of a hand in all steps, joined to one path [m].
+    """Return the paths of one hand in all steps of a plan, joined to one path [m].
 
     The path of a step is None if the hand does not grasp in this step. The hand then waits.
     """

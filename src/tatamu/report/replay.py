@@ -9,7 +9,10 @@ from tatamu.study import Result
 
 
 def replay(fold: Result, largest: float) -> dict[str, Any]:
-    """Return the data of the replay. Colours show the distance of each vertex from its target, up to `largest` [m]."""
+    """Return the data for the replay of a learned fold.
+
+    Colours show the distance of each vertex from its target, up to `largest` [m].
+    """
     return replay_data(fold.rollout, fold.scene, hands(fold), largest)
 
 

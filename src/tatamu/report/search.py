@@ -32,7 +32,7 @@ def objective(result: ResultRecord) -> Plot:
 
 
 def _steps(result: ResultRecord, coarse: bool) -> dict[str, Any]:
-    """Return the line of the best objective so far on the coarse or the fine mesh."""
+    """Return a line of the chart: the best objective so far, on the coarse or on the fine mesh."""
     here = [trial for trial in result.trials if result.is_coarse(trial) == coarse]
     done = [trial for trial in here if trial.state == "complete" and trial.objective is not None]
     best = np.minimum.accumulate([trial.minimised for trial in done]).tolist()
@@ -98,9 +98,9 @@ def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: 
 
 
 def _shorter(result: ResultRecord, trial: Trial) -> str:
-    """Return the reason why a trial took less time than a complete trial on the fine mesh.
+    """Return why a trial took less time than others: it ran on the coarse mesh, or was stopped early.
 
-    The reason is empty if the trial is a complete trial on the fine mesh.
+    The text is empty if the trial is a complete trial on the fine mesh.
     """
     if result.is_coarse(trial):
         return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
@@ -108,9 +108,10 @@ def _shorter(result: ResultRecord, trial: Trial) -> str:
 
 
 def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
-    """Return dots in a chart, each at the number of a trial and its value.
+    """Return the dots of some trials in a chart, each at the number of the trial and its value.
 
-    The text `shorter` is the reason why the trials took less time. If there is such a reason, the dots are hollow.
+    The text `shorter` is the reason why these trials took less time than others. If there is such a reason, the dots
+    are hollow.
     """
     return {
         "x": [number for number, _ in places],

@@ -22,7 +22,7 @@ SIZE = (720, 1280)
 FINER = 2
 """Factor by which the picture is first drawn larger. Then it is reduced by averaging, which makes edges smooth."""
 SHADOW = 1200
-"""Height and width of an image of the scene as seen from the sun, which determines the shadows [pixels]."""
+"""Height and width of an image of the scene as seen from the sun [pixels]. This image determines the shadows."""
 
 
 def picture(folder: Path, out_png: Path) -> Path:
@@ -42,7 +42,7 @@ def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool
     Args:
         fold: The fold to draw.
         hands: Colours of the hands' paths; a hand without a colour is not drawn.
-        flying: Whether to draw, in addition, the cloth at the moment when a hand is highest.
+        flying: Whether to draw the cloth twice: after the fold, and at the moment when a hand is highest.
     """
     paths = [fold.hand(arm) for arm in fold.arms]
     body = cloth(fold.final, fold.faces, fold.start, fold.lower)
@@ -87,14 +87,14 @@ def _solids(scene: Scene, time: float) -> list[PaintedMesh]:
 
 
 def _highest(path: np.ndarray) -> int:
-    """Return the frame in which a hand is highest."""
+    """Return the number of the frame in which a hand is highest, from the hand's path."""
     return int(np.argmax(path[:, 2]))
 
 
 def _height(fold: Result) -> float:
-    """Return the height at which the table is drawn [m].
+    """Return the height of the table in the picture [m].
 
-    The height is half a thickness of the cloth below the lowest vertex at the start.
+    It is half a thickness of the cloth below the lowest vertex at the start.
     """
     return float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2
 

@@ -16,7 +16,7 @@ Facts = list[tuple[str, str]]
 
 @dataclass(frozen=True)
 class Column:
-    """A fold in a table that compares several folds."""
+    """One fold in a table that compares several folds, in which it has its own column."""
 
     name: str
     score: Score | None
@@ -29,7 +29,7 @@ class Column:
 
 
 def measures(fold: Result) -> list[Column]:
-    """Return the folds that the table of measures compares.
+    """Return the folds that the page's table of measures compares.
 
     They are the learned fold and the fixed trajectories. If another trial has the lowest objective C, that trial is
     included as well.
@@ -41,7 +41,7 @@ def measures(fold: Result) -> list[Column]:
 
 
 def parameters(fold: Result) -> Facts:
-    """Return the parameters of the fold that the search chose, Eq. (9)."""
+    """Return the parameters that the search chose for the fold, Eq. (9)."""
     given = fold.record.best_trial.parameters
     lengths = [
         (f"{name[0]}{'₁₂'[int(name[1]) - 1]} of P{'₁₂'[int(name[1]) - 1]}", f"{1e3 * given[name]:.1f} mm")
@@ -76,7 +76,7 @@ def _place(point: np.ndarray) -> str:
 
 
 def timing(fold: Result) -> Facts:
-    """Return the times at which the hands close, start to move, arrive and open."""
+    """Return the times of the fold at which the hands close, start to move, arrive and open."""
     known = {
         "closes": "hands close",
         "starts": "hands start",
@@ -148,5 +148,5 @@ def task(fold: Result) -> Facts:
 
 
 def warnings(fold: Result) -> list[str]:
-    """Return the warnings of the simulator."""
+    """Return the warnings that the simulator gave when it simulated the fold."""
     return [str(warning) for warning in fold.rollout.info.get("warnings") or []]

@@ -20,7 +20,7 @@ from tatamu.presentation.shapes import Dot, Picture
 from tatamu.study import Result
 
 WIDE = 600
-"""Usual width of an image in the file [pixels]."""
+"""Usual width of the images that are stored in the page [pixels]."""
 FINER = 2
 """Factor by which images are first drawn larger. Then they are reduced by averaging, which makes outlines smooth."""
 
@@ -42,20 +42,26 @@ class Extent:
         return self.high - self.low
 
     def view(self, width: int) -> View:
-        """Return the view from straight above, with x to the right; the picture is `width` pixels wide."""
+        """Return the view of this part of the table from straight above, with x to the right.
+
+        The picture is `width` pixels wide.
+        """
         scale = width / self.size[0]
         centre = np.append((self.low + self.high) / 2, 0.0)
         return View(centre, np.eye(3), scale, (round(self.size[1] * scale), width))
 
 
 def extent(*shapes: np.ndarray, margin: float = 0.03, wide: int = WIDE) -> Extent:
-    """Return the rectangle around several shapes, with a margin [m]. A shape has n points, shape (n, 3)."""
+    """Return the rectangle of the table around several shapes of cloth, with a margin [m].
+
+    A shape has n points, shape (n, 3). The images of the rectangle have the width `wide` [pixels].
+    """
     points = np.vstack(shapes)[:, :2]
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin, wide)
 
 
 class Cloth(Protocol):
-    """The interface of objects whose cloth can be drawn."""
+    """The interface of objects whose cloth can be drawn from above."""
 
     @property
     def faces(self) -> np.ndarray:
@@ -90,7 +96,7 @@ def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.
 
 
 def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
-    """Return the mask of the pixels that the cloth (n, 3) covers as seen from above, shape (h, w).
+    """Return the mask of those pixels that the cloth, shape (n, 3), covers as seen from above, shape (h, w).
 
     The mask has the size of the image that `draw` returns.
     """
@@ -99,7 +105,7 @@ def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
 
 
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Return an image over which the border of a mask is drawn.
+    """Return an image with the border of a mask drawn over it.
 
     The line covers three pixels on each side of the border.
     """
@@ -121,7 +127,7 @@ class TopView:
 
 
 def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[TopView]:
-    """Return three pictures: the target `goal`, the final shape of the cloth, and both in one picture.
+    """Return three pictures from above: the target `goal`, the final shape of the cloth, and both in one picture.
 
     The picture of the final shape has the title `name`.
     """

@@ -1,4 +1,4 @@
-"""Robots: turn a learned fold into joint trajectories of a dual-arm robot, then check, rehearse and export them.
+"""Turns a learned fold into joint trajectories of a dual-arm robot, which are then checked, rehearsed and exported.
 
 hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ folder ─▶ rehearsal
 """

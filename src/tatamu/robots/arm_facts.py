@@ -4,21 +4,26 @@ The data are facts from public models; no meshes are included.
 
 Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
 
+Each of the following sources is given with the data that were read from it.
+
 [PANDA]  example-robot-data 6.0.0, panda_description/urdf/panda.urdf: joints, limits, masses, boxes of its meshes
 [FR3]    Franka Robotics, Robot and interface specifications, limits for Franka Research 3
-         (frankarobotics.github.io/docs/control_parameters.html); links and joint positions are Panda's
+         (frankarobotics.github.io/docs/control_parameters.html); links and joint positions are the same as in [PANDA]
 [UR]     Universal Robots, Parameters for calculations of kinematics and dynamics: Denavit-Hartenberg parameters, masses
 [UR-M]   robosuite 1.5.2, robots/ur5e/robot.xml: ranges, boxes of its collision meshes
 [XARM]   example-robot-data 6.0.0, xarm_description/urdf/xarm7.urdf: joints, limits, masses
 [XARM-M] robosuite 1.5.2, robots/xarm7/robot.xml: boxes of its collision meshes
-[2F-85]  robosuite 1.5.2, grippers/robotiq_gripper_85.xml, open: boxes; coupling (10.8 mm) and closed length: linkage of
-         google-deepmind/mujoco_menagerie, robotiq_2f85/2f85.xml, driven to 0.8 rad with parallel pads
-[XARM-G] robosuite 1.5.2, grippers/xarm7_gripper.xml, open: boxes; closed length: linkage of xArm-Developer/xarm_ros2,
-         xarm_gripper.urdf.xacro, driven to 0.85 rad (its link_tcp, 0.172, is 2.5 mm inside)
-Fingertips: `tatamu.folding.fingers` has their sizes and sources
+[2F-85]  robosuite 1.5.2, grippers/robotiq_gripper_85.xml: boxes of the open gripper. google-deepmind/mujoco_menagerie,
+         robotiq_2f85/2f85.xml: coupling (10.8 mm), and length of the closed gripper, whose linkage was driven to
+         0.8 rad with parallel pads
+[XARM-G] robosuite 1.5.2, grippers/xarm7_gripper.xml: boxes of the open gripper. xArm-Developer/xarm_ros2,
+         xarm_gripper.urdf.xacro: length of the closed gripper, whose linkage was driven to 0.85 rad. This file's
+         link_tcp, at 0.172 from the flange, is 2.5 mm behind the fingertips
 
-Plans accelerate by at most 5 rad/s^2. This limit is below Franka's own limits: 7.5 for Panda, 10 for FR3. MoveIt's
-configurations of UR arms have limits from 5 to 10. No published limit of UFACTORY's xArm was found.
+The sizes of the fingertips and their sources are in `tatamu.folding.fingers`.
+
+In plans, joints accelerate by at most 5 rad/s^2. This limit is below Franka's own limits: 7.5 for Panda, 10 for FR3.
+MoveIt's configurations of UR arms have limits from 5 to 10. No published limit of UFACTORY's xArm was found.
 
 The boxes come from `python -m benchmarks.link_boxes`. Their faces are moved outwards to whole millimetres.
 """

@@ -1,6 +1,6 @@
 """The motion of one arm along the path of one hand, for many placements and holds.
 
-A placement is a position of the fold on the table. A hold is an orientation in which the hand grasps the cloth.
+A placement is a pose of the fold in front of the robot. A hold is an orientation in which the hand grasps the cloth.
 
 The inverse kinematics is solved from point to point by damped least squares. The solution for a point starts from the
 joint angles of the previous point. A path that would need a jump of the joints therefore counts as unreachable.
@@ -18,25 +18,35 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import ASIDE, SHALLOW, Hold, Placement, tool_paths
 
 GOOD_MARGIN = 0.2
-"""Distance from the joint limits [rad] above which a larger distance does not improve the quality."""
+"""Sufficient distance of an arm from its joint limits [rad].
+
+A larger distance does not improve the quality of a motion.
+"""
 GOOD_SINGULARITY = 0.2
-"""Distance from singularities above which a larger distance does not improve the quality; see `Chain.singularity`."""
+"""Sufficient distance of an arm from singularities, as computed by `Chain.singularity`.
+
+A larger distance does not improve the quality of a motion.
+"""
 HOPELESS = -1.0
-"""Quality of an arm's motion below which the motion is discarded."""
+"""Lower limit for the quality of an arm's motion. Only motions above this limit are considered further."""
 CLEAR = 3
-"""Number of holds that are kept for each arm, the best first. A hold is an orientation of the hand at the grasp."""
+"""Largest number of holds that are kept for each arm and placement: those with the best quality.
+
+A hold is an orientation of the hand at the grasp.
+"""
 
 
 @dataclass(frozen=True)
 class ArmReach:
     """The motion of one arm along the path of one hand, for every placement and hold.
 
-    A placement is a position of the fold on the table. A hold is an orientation of the hand at the grasp.
+    A placement is a pose of the fold in front of the robot. A hold is an orientation of the hand at the grasp.
     """
 
     quality: np.ndarray
-    """Quality of the motion, shape (placements, holds): 1 means comfortable, 0 just possible, and a negative value
-    impossible.
+    """Quality of the motion for each placement and hold, shape (placements, holds).
+
+    The quality is 1 if the motion is comfortable, 0 if it is just possible, and negative if it is impossible.
     """
     reached: np.ndarray
     """Number of path points that the arm reaches before the first failure, shape (placements, holds)."""
@@ -44,7 +54,7 @@ class ArmReach:
     """Joint angles [rad], shape (placements, holds, points, k) for k joints."""
 
     def best(self, placement: int) -> np.ndarray:
-        """Return the indices of the best holds at this placement, the best first."""
+        """Return the indices of the best holds at a placement, in the order of their quality, the best first."""
         order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
         return order[self.quality[placement][order] > HOPELESS]
 
@@ -63,7 +73,7 @@ def follow(
     Args:
         robot: The robot.
         arm: The arm that follows the path.
-        placements: Candidate placements of the fold.
+        placements: Candidate poses of the fold in front of the robot.
         holds: Candidate orientations of the hand at the grasp.
         trunk: The trunk's angle [rad] for each placement and point, shape (placements, n + 2). The two additional
             points are the approach before the path and the retreat after it.
@@ -85,7 +95,7 @@ def follow(
 
 
 def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the joint angles along each motion, and the number of points that the arm reaches in it.
+    """Return the joint angles along each motion, and the number of points that the arm reaches in the motion.
 
     `targets` has the poses of n motions with m points each, shape (n, m, 4, 4). The joint angles have the shape (n, m,
     k) for k joints, and the numbers have the shape (n,). Only points before the first failure count as reached.
@@ -109,8 +119,9 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
     `angles` are the joint angles of each motion at m points for k joints, shape (n, m, k).
 
     The smallest distance from joint limits is divided by GOOD_MARGIN, and the smallest distance from singularities is
-    divided by GOOD_SINGULARITY. The quality is the smallest of these two values and 1. It is divided by the square root
-    of `slowing`, so motions that the arm must slow down have a lower quality.
+    divided by GOOD_SINGULARITY. The smaller of these two ratios, or 1 if both are above 1, is then divided by the
+    square root of `slowing`. The result is the quality. Motions that the arm must slow down therefore have a lower
+    quality.
     """
     count, points, width = angles.shape
     margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
@@ -120,7 +131,7 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
 
 
 def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Estimate the factor by which each of n motions must be slowed down to respect the arm's limits, shape (n,).
+    """Estimate by which factor each of n motions must be slowed down to respect the arm's limits, shape (n,).
 
     The factor is at least 1. `angles` [rad] are the angles of k joints at the m points of each motion, shape (n, m, k).
     `steps` [s] are the times from point to point, shape (m - 1,).

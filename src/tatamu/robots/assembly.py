@@ -23,7 +23,7 @@ from tatamu.robots.pose import to_quaternion
 from tatamu.robots.soundness import check_description
 
 FASTEST = 20.0
-"""Speed limit of joints whose model states no limit [rad/s].
+"""Speed limit for joints without a limit in the robot's model [rad/s].
 
 Most speeds that were typed in degrees instead of radians exceed this limit.
 """
@@ -107,9 +107,9 @@ def _within_model(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest speeds and the largest accelerations of the arm's k joints in plans, two arrays of shape (k,).
 
-    A speed above the model's own limit is lowered to that limit, and the joint is appended to `above`. The joint's
-    acceleration is lowered by the same factor, so the joint reaches its speed in the same time. Without this reduction,
-    an acceleration that was typed in degrees instead of radians would stay 57 times too high.
+    A speed above the model's own limit is lowered to that limit, and the joint's name is appended to the list `above`.
+    The joint's acceleration is lowered by the same factor, so the joint reaches its speed in the same time. Without
+    this reduction, an acceleration that was typed in degrees instead of radians would stay 57 times too high.
     """
     limits = []
     for joint, speed in zip(arm.joints, arm.speed, strict=True):

@@ -5,9 +5,9 @@ The bags contain these messages:
 - trajectory_msgs/JointTrajectory for each controller
 - control_msgs/GripperCommand for the grippers
 
-hrpsys_ros_bridge reads trajectories as follows (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp). It reads
-only positions and time_from_start, and needs every joint of the group. The robot moves from its present pose to the
-first point within this point's time_from_start.
+hrpsys_ros_bridge, which connects HIRONX to ROS, reads only positions and time_from_start from a trajectory, and needs
+every joint of the group (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp). The robot moves from its present
+pose to the first point within this point's time_from_start.
 
 In ROS 1, controllers of ros_control listen on `CONTROLLER/command`. In ROS 2, controllers of ros2_control listen on
 `CONTROLLER/joint_trajectory`. Each trajectory has the time stamp of the motion's start, and each gripper command has

@@ -24,10 +24,10 @@ class Chain:
     """The chain of one arm with k joints from the base B to the tool T, as a product of exponentials.
 
     The arm is at rest when its joint angles are r. The axis of joint i then goes through the point o_i in the direction
-    w_i, and the pose of the tool is X_BT(0). The axes, the points and the pose are given in the base B. With the joint
+    w_i, and the pose of the tool is X_BT(r). The axes, the points and the pose are given in the base B. With the joint
     angles q, the pose of the tool is
 
-        X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0)
+        X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(r)
 
     where exp(w, o, a) is the rotation by the angle a about the axis w through the point o.
 
@@ -36,9 +36,9 @@ class Chain:
     """
 
     offsets: np.ndarray
-    """Offsets between neighbouring joints at rest, in B [m], shape (k, 3).
+    """Offset from the previous joint to each of the k joints at rest, in the base B [m], shape (k, 3).
 
-    The first offset is from the base B to the first joint.
+    The first offset starts at the origin of the base B.
     """
     axes: np.ndarray
     """Unit vectors of the joint axes at rest, in the base B, shape (k, 3)."""
@@ -47,7 +47,7 @@ class Chain:
     X_LT: np.ndarray
     """Pose of the tool T in frame L, shape (4, 4).
 
-    L is at the last joint's origin, and parallel to the base B at rest.
+    L is at the last joint's origin. When the arm is at rest, L is parallel to the base B.
     """
     limits: np.ndarray
     """Lower and upper limit of each of the k joints [rad], shape (k, 2)."""
@@ -90,7 +90,7 @@ class Chain:
         return pose(R, self.trunk_origin - R @ self.trunk_origin)
 
     def before_trunk(self, X_BT: np.ndarray, trunk: np.ndarray) -> np.ndarray:
-        """Return the poses that the tool would have without the trunk's rotation, shape (.., 4, 4).
+        """Return the poses that the tool would have if the trunk were not turned, shape (.., 4, 4).
 
         These poses are the targets of `solve`.
         """
@@ -102,13 +102,11 @@ class Chain:
     def tool(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the tool poses in the base B, shape (n, 4, 4), and the Jacobians, shape (n, 6, k).
 
-        There are n configurations of the arm's k joints.
-
-        The first three rows of a Jacobian are the velocity of the tool [m per rad], the last three its rotation [rad
-        per rad].
+        The first three rows of a Jacobian describe the translation of the tool [m per rad]. The last three rows
+        describe the tool's rotation [rad per rad].
 
         Args:
-            angles: Joint angles [rad], shape (n, k).
+            angles: Angles of the arm's k joints in n configurations [rad], shape (n, k).
         """
         count = len(angles)
         R, p = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
@@ -137,7 +135,8 @@ class Chain:
             targets: The n target poses X_BT of the tool T in the base B, shape (n, 4, 4).
             start: Initial angles of the k joints for each target [rad], shape (n, k).
             steps: Number of iterations.
-            tolerance: Largest error of a reached target [m]. Rotations [rad] are multiplied by LENGTH.
+            tolerance: Largest error of a reached target [m]. Rotation errors [rad] are converted to metres by the
+                factor LENGTH [m per rad].
 
         Returns:
             The joint angles of each solution [rad], shape (n, k), and whether the solution reaches its target, shape
@@ -162,7 +161,8 @@ class Chain:
     def _error(self, angles: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the six errors of each tool pose [m], shape (n, 6), and the Jacobians in the same units.
 
-        Rotations are multiplied by LENGTH.
+        Three errors are of the position, and three are of the rotation. Rotation errors [rad] are converted to metres
+        by the factor LENGTH [m per rad].
         """
         X_BT, jacobian = self.tool(angles)
         turn = rotation_vector(targets[:, :3, :3] @ X_BT[:, :3, :3].transpose(0, 2, 1))
@@ -176,7 +176,7 @@ class Chain:
 
     @property
     def turns_freely(self) -> bool:
-        """Whether the tool may turn about the jaw's opening axis, because the arm has too few joints to prevent it."""
+        """Whether the arm has too few joints to control the rotation of the tool about the jaw's opening axis."""
         return demand.turns_freely(len(self.axes))
 
     @property
@@ -185,7 +185,7 @@ class Chain:
 
     @property
     def shoulder(self) -> np.ndarray:
-        """Position of the arm's first joint at rest, in the base B [m], shape (3,)."""
+        """Position of the arm's first joint in the base B when the robot is at rest [m], shape (3,)."""
         return self.offsets[0]
 
     @cached_property
@@ -195,18 +195,17 @@ class Chain:
         return float(sum(np.linalg.norm(offset) for offset in between))
 
     def near(self, positions: np.ndarray) -> np.ndarray:
-        """Return for each of n paths whether all its positions are within the arm's reach, shape (n,).
+        """Return whether a path is within the arm's reach, for each of n paths, shape (n,).
 
         Each path has m positions [m]: `positions` has the shape (n, m, 3).
         """
         return (np.linalg.norm(positions - self.shoulder, axis=2) <= self.reach).all(axis=1)
 
     def singularity(self, angles: np.ndarray) -> np.ndarray:
-        """Return the smallest singular value of the Jacobian at each of n configurations, shape (n,).
+        """Return the smallest singular value of the arm's Jacobian in each of n configurations, shape (n,).
 
-        Lengths in the Jacobian are divided by LENGTH.
-
-        Only the directions of motion that a fold requires from the arm count; see `demand`.
+        A small singular value means that the arm is near a singularity. Lengths in the Jacobian are first divided by
+        LENGTH [m per rad]. Only the directions of motion that a fold requires from the arm count; see `demand`.
         """
         X_BT, jacobian = self.tool(angles)
         jacobian = jacobian / np.array([LENGTH, LENGTH, LENGTH, 1, 1, 1])[:, None]
@@ -218,12 +217,15 @@ class Chain:
         return np.sqrt(np.maximum(least, 0.0))
 
     def margin(self, angles: np.ndarray) -> np.ndarray:
-        """Return the distance from each of n configurations to its nearest joint limit [rad], shape (n,)."""
+        """Return the arm's distance from its nearest joint limit in each of n configurations [rad], shape (n,)."""
         return np.minimum(angles - self.limits[:, 0], self.limits[:, 1] - angles).min(axis=1)
 
 
 def _times(R: np.ndarray, constant: np.ndarray) -> np.ndarray:
-    """Multiply rotations (n, 3, 3) by one matrix (3, 3), in one matrix product."""
+    """Return the products of n rotations and one matrix (3, 3), shape (n, 3, 3).
+
+    They are computed as a single matrix product, which is faster.
+    """
     return (R.reshape(-1, 3) @ constant).reshape(-1, 3, 3)
 
 

@@ -1,6 +1,6 @@
 """Checks that a plan must pass before it is written.
 
-A check has a value, its limit, and the time of the worst value.
+A check has the worst value during the motion, the limit of this value, and the time at which the worst value occurs.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
-"""Number of samples from one distance query to the next (50 queries a second).
+"""Number of samples of the robot's motion from one computation of distances between links to the next.
 
-MuJoCo tests contacts at every sample.
+There are 50 computations a second. In addition, MuJoCo tests at every sample whether shapes come too near.
 """
 TO_CLOTH = "to the cloth"
 LEAST_DISTANCE = {
@@ -38,19 +38,24 @@ LEAST_DISTANCE = {
     "of fingers to the table": 0.0003,
     TO_CLOTH: 0.002,
 }
-"""Smallest allowed distances [m] between boxes that contain the links. Fingers pass `jaw.GAP` above the table."""
-LEAST_MARGIN = 0.01
-"""Smallest allowed distance to joint limits [rad]."""
-LEAST_SINGULARITY = 0.03
-"""Smallest allowed singular value of the Jacobian; see `Chain.singularity`."""
-PATH_ERROR = 1e-3
-"""Largest distance of the tool from the hand's Bezier curve [m]."""
-TURN_ERROR = 5e-3
-"""Largest rotation of the tool from its orientation at the grasp [rad]."""
-SLOWEST = 5.0
-"""Largest ratio of the fold's duration on the robot to its simulated duration, at full speed.
+"""Smallest allowed distances of the robot's links [m], by kind, such as "between arms".
 
-A motion that is even slower would make another fold than the simulated one.
+Boxes that contain the links are compared. The limit for fingers and table is smaller than `jaw.GAP`, the planned
+distance of the lower finger above the table.
+"""
+LEAST_MARGIN = 0.01
+"""Smallest allowed distance of a joint from its limits [rad]."""
+LEAST_SINGULARITY = 0.03
+"""Smallest allowed singular value of an arm's Jacobian; see `Chain.singularity`."""
+PATH_ERROR = 1e-3
+"""Largest allowed distance of a tool from its path, which follows the hand's Bezier curve [m]."""
+TURN_ERROR = 5e-3
+"""Largest allowed rotation of a tool from its orientation at the grasp [rad]."""
+SLOWEST = 5.0
+"""Largest allowed ratio of the fold's duration on the robot to its simulated duration.
+
+A slower motion would make another fold than the simulated fold. If the user asks for a slower plan, for example at half
+the speed, the limit is raised accordingly.
 """
 
 
@@ -63,7 +68,7 @@ class Checks:
         self._tools = tool_poses(task.robot, paths.chains, motion.angles)
 
     def all(self) -> dict[str, PlanCheck]:
-        """Return all checks by name."""
+        """Return the results of all checks, by the names of the checks."""
         return {
             "joint_limit_margin": self._margin(),
             "joint_speed": self._rate("rad/s", 1),
@@ -78,9 +83,10 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """Return the time of a sample as text, and the number of the simulation's frame.
+        """Return the time of a motion sample as text, and the number of the simulation's frame at this time.
 
-        The frame is the fold's first frame for samples before the fold, and the fold's last frame for samples after it.
+        For samples before the fold, this is the fold's first frame. For samples after the fold, it is the fold's last
+        frame.
         """
         motion = self._motion
         time = motion.times[row]
@@ -117,7 +123,10 @@ class Checks:
         return self._check(room.min(), LEAST_MARGIN, "rad", int(row), names[joint], least=True)
 
     def _rate(self, unit: str, order: int) -> PlanCheck:
-        """Check the speed or acceleration of the joint that is nearest to its limit, by finite differences."""
+        """Check the joint whose speed or acceleration is nearest to its limit.
+
+        The speeds (order 1) or accelerations (order 2) are computed by finite differences.
+        """
         names, columns = zip(*self._task.robot.columns.items(), strict=True)
         limits = self._task.robot.planned()[order - 1][list(columns)]
         rate = np.abs(np.diff(self._motion.angles[:, columns], n=order, axis=0)) / self._motion.times[1] ** order
@@ -144,7 +153,7 @@ class Checks:
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
-        """Check the speed of the tools. It must not exceed the speed of the simulated hands."""
+        """Check that the tools are never faster than the highest speed of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
@@ -152,7 +161,7 @@ class Checks:
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _grasps(self) -> dict[str, PlanCheck]:
-        """Check how the hands grasp the edges of the cloth. Each value belongs to the hand with the worse value."""
+        """Check how the hands grasp the edges of the cloth. If two hands fold, the worse hand counts."""
         row, takes = grasp.takes(self._task, self._motion, self._tools)
 
         def worst(
@@ -190,9 +199,10 @@ class Checks:
         }
 
     def _nearest(self) -> dict[str, Distance]:
-        """Return the smallest distance of each kind.
+        """Return the smallest distance of the robot's links for each kind of distance, such as "between arms".
 
-        Distances are computed at some samples. In addition, MuJoCo reports all pairs that come too near at any sample.
+        Distances are computed at every fourth sample of the motion. In addition, MuJoCo finds shapes that come too near
+        to each other at any sample.
         """
         robot, height, angles = self._task.robot, self._task.table, self._motion.angles
         clearance = Clearance(robot)
@@ -216,7 +226,7 @@ class Checks:
         return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
 
     def _scaling(self) -> PlanCheck:
-        """Check the time scaling: the fold's duration on the robot divided by its simulated duration."""
+        """Check that the robot is not too slow: the fold's duration on the robot, divided by its simulated duration."""
         times, fold = self._task.hands.times, self._motion.part("fold")
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
@@ -225,7 +235,10 @@ class Checks:
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:
-    """Return the value, the unit and the limit of a check as text. Metres are converted to millimetres."""
+    """Return three texts for a checked value: the value, its unit and its limit.
+
+    Metres are converted to millimetres.
+    """
     scale, unit = (1e3, "mm") if unit == "m" else (1.0, "" if unit == "1" else unit)
     bound = "at least" if ok == (value > limit) else "at most"
     return f"{scale * value:.4g}", unit, f"{bound} {scale * limit:.4g}"

@@ -1,9 +1,10 @@
 """Clearance of the robot from itself, its surroundings and the table: MuJoCo's distances between collision shapes.
 
-The robot's own controller does not check collisions, so plans must. `pairs` defines which shapes are compared.
+The robot's own controller does not check collisions, so a plan must be checked before it is used. `pairs` defines which
+shapes are compared.
 
-A broad phase skips pairs of shapes whose bounds are farther apart than the smallest distance so far. The bounds are
-spheres; a plane is its own bound. A shape without a bound is never skipped.
+Every shape is enclosed in a sphere, except planes. Pairs of shapes whose spheres are farther apart than the smallest
+distance so far are skipped. Shapes for which no sphere is known are never skipped.
 """
 
 from __future__ import annotations
@@ -18,26 +19,32 @@ from tatamu.robots.model import TABLE, Robot
 from tatamu.robots.pairs import FINGERS, KINDS, OBSTACLES, ON_TABLE, link_name, pairs_of
 
 FAR = 0.15
-"""Largest distance that is computed [m]."""
+"""Largest distance between shapes that is computed [m]. Larger distances count as this value."""
 
 
 @dataclass(frozen=True)
 class Distance:
-    """The smallest distance of one kind over many configurations."""
+    """The smallest distance of one kind, such as "between arms", over many configurations of the robot."""
 
     value: float
     """Distance [m]; `FAR` if all shapes were farther apart."""
     row: int
-    """Index of the configuration with the smallest distance."""
+    """Index of the robot's configuration with the smallest distance."""
     pair: tuple[str, str]
     """Names of the two links with the smallest distance."""
 
 
 class Clearance:
-    """Distance queries on one robot."""
+    """Computes distances between the collision shapes of a robot, its surroundings and the table."""
 
     def __init__(self, robot: Robot, kinds: tuple[str, ...] = KINDS, arm: str | None = None) -> None:
-        """Prepare the queries for all pairs of shapes, or only for these kinds of pairs or for one arm."""
+        """Prepare the computation for pairs of shapes.
+
+        Args:
+            robot: The robot.
+            kinds: Kinds of pairs that are compared, such as "between arms".
+            arm: Name of the arm whose pairs are compared; None for both arms.
+        """
         mujoco = needed("mujoco")
         self._mujoco, self.model = mujoco, robot.model
         self._data = robot.at_rest()
@@ -59,12 +66,12 @@ class Clearance:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of distances for which the model has shapes."""
+        """Kinds of pairs, such as "between arms", for which the model has shapes."""
         return tuple(self._pairs)
 
     @property
     def pairs(self) -> list[tuple[str, str, str]]:
-        """Kind of each pair whose distance is computed, and the names of the pair's two shapes."""
+        """The pairs of shapes whose distance is computed: the kind of the pair, and the names of its two shapes."""
         return [
             (kind, str(self.model.geom(first).name), str(self.model.geom(second).name))
             for kind, rows in self._pairs.items()
@@ -74,8 +81,8 @@ class Clearance:
     def set_table(self, height: float) -> None:
         """Move the table top to a height in the base B [m].
 
-        An obstacle that is completely below the table top counts as a part of the table: a floor, or the model's own
-        table.
+        An obstacle that is completely below the table top, such as a floor or the model's own table, counts as a part
+        of the table.
         """
         top = self._data.body(self._base).xpos[2] + height
         self.model.geom_pos[self._table][2] = top - self.model.geom_size[self._table][2]
@@ -89,7 +96,7 @@ class Clearance:
         self._pairs = {kind: pairs for kind, pairs in joined.items() if len(pairs)}
 
     def lowest(self, configuration: np.ndarray) -> float:
-        """Return the height of the arms' lowest point above the base's origin in this configuration [m]."""
+        """Return the height of the arms' lowest point above the origin of the robot's base in a configuration [m]."""
         probe = -5.0
         self.set_table(probe)
         self._move(configuration)
@@ -97,7 +104,10 @@ class Clearance:
         return probe + min(self._distance(int(geom), self._table, 20.0) for geom in arms)
 
     def least(self, configurations: np.ndarray) -> dict[str, Distance]:
-        """Return the smallest distance of each kind over n configurations of all joints [rad], shape (n, nq)."""
+        """Return the smallest distance of each kind, such as "between arms", in any of n configurations.
+
+        The configurations have the angles of all joints [rad], shape (n, nq).
+        """
         best: dict[str, Distance] = {}
         for row, q in enumerate(configurations):
             self._move(q)
@@ -109,9 +119,9 @@ class Clearance:
         return best
 
     def nearest(self, configurations: np.ndarray) -> float:
-        """Return the smallest distance of any kind [m], at most FAR.
+        """Return the smallest distance between shapes in any of n configurations [m], at most FAR.
 
-        The distance is the smallest over n configurations of all joints [rad], shape (n, nq).
+        The configurations have the angles of all joints [rad], shape (n, nq).
         """
         return min((found.value for found in self.least(configurations).values()), default=FAR)
 
@@ -120,7 +130,10 @@ class Clearance:
         self._mujoco.mj_kinematics(self.model, self._data)
 
     def _nearest(self, pairs: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
-        """Return the distance and names of the nearest pair; `limit` and empty names if every pair is farther away."""
+        """Return the smallest distance of the given pairs of shapes [m], and the names of the two links.
+
+        If the shapes of all pairs are farther apart than `limit`, return `limit` and empty names.
+        """
         value, names = limit, ("", "")
         bound = self._bounds(pairs)
         for number in np.argsort(bound):
@@ -133,9 +146,9 @@ class Clearance:
         return value, names
 
     def _bounds(self, pairs: np.ndarray) -> np.ndarray:
-        """Return a lower bound of the distance of each of n pairs [m], shape (n,).
+        """Return a lower bound on the distance between the two shapes of each of n pairs [m], shape (n,).
 
-        Only the second shape of a pair may be a plane.
+        Only the second shape of a pair can be a plane.
         """
         first, second = pairs.T
         between = self._data.geom_xpos[first] - self._data.geom_xpos[second]

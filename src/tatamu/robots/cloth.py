@@ -13,23 +13,23 @@ from tatamu.rollout import Rollout
 from tatamu.study import ResultFolder
 
 AT_THE_JAW = 0.04
-"""Distance from a tool [m]. Cloth that is nearer to the tool counts as held or lifted by the fingers."""
+"""Radius around a tool [m]. Cloth within this radius counts as held or lifted by the fingers."""
 FAR = 0.15
-"""Largest distance that is computed [m]."""
+"""Largest distance between robot and cloth that is computed [m]. Larger distances count as this value."""
 EVERY = 20
-"""Number of motion samples from one distance query to the next."""
+"""Number of samples of the robot's motion from one computation of the distance to the next."""
 
 
 def simulated_cloth(task: PlacedFold) -> Rollout | None:
-    """Return the simulated motion of the cloth in the learned fold; None if the folder does not contain it."""
+    """Return the simulated motion of the cloth in the learned fold; None if the fold's folder has no such motion."""
     folder = ResultFolder(task.source)
     return folder.rollout if folder.rollout_file.is_file() else None
 
 
 def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Rollout) -> Distance:
-    """Return the smallest distance of the cloth from shapes other than fingers.
+    """Return the smallest distance between the cloth and the robot's shapes, except its fingers.
 
-    The distance is taken from the time when the hands are lowered until they have left the cloth. Shapes are
+    The motion is checked from the time when the hands are lowered until they have left the cloth. Shapes are
     represented by boxes that contain them, and the cloth by its vertices. The cloth is at rest before the fold starts
     and after the fold ends.
 
@@ -69,7 +69,7 @@ def _rows(motion: Motion) -> np.ndarray:
 
 
 def _frame(task: PlacedFold, motion: Motion, cloth: Rollout, row: int) -> int:
-    """Return the index of the cloth's frame when the robot is at this sample of its motion."""
+    """Return the index of the cloth's simulated frame that belongs to a sample of the robot's motion."""
     fold, time = motion.part("fold"), motion.times[row]
     if time < fold.start:
         return 0

@@ -1,9 +1,9 @@
-"""Commands to the grippers, and the times at which a program that plays a plan may stop.
+"""Commands to the grippers, and the times at which a program that plays a plan can stop.
 
     approach ─▶ close ─▶ fold ─▶ open ─▶ leave
 
-The robot is at rest before the jaws close, and again before the jaws open. At these times a program can wait for a
-person.
+The robot is at rest before the jaws close, and again before the jaws open. At these times, a program can wait until a
+person lets it continue.
 """
 
 from __future__ import annotations
@@ -13,11 +13,14 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.planfile import GripperCommand, Segment
 
 SHUT = 0.0
-"""Commanded width of a jaw that grips cloth [m]. The cloth stops the fingers at a larger width."""
+"""Width to which a jaw is commanded when it grips cloth [m].
+
+The cloth stops the fingers at a larger width.
+"""
 
 
 def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
-    """Return the parts of a motion. A program that plays the motion may stop between two parts."""
+    """Return the parts of the robot's motion. A program that plays the motion can stop between two parts."""
     closing, opening = motion.part("close"), motion.part("open")
     end = max(part.start + part.timed.duration for part in motion.parts)
     spans = (

@@ -1,4 +1,7 @@
-"""A constraint on learned folds: a number that is negative if the robot cannot do the fold."""
+"""A constraint on learned folds: the robot must be able to do them.
+
+The value of the constraint is negative if the robot cannot do a fold.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +20,17 @@ from tatamu.robots.reach import best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 
 REMEMBERED = 8
-"""Number of placements of earlier folds that are tried first.
+"""Number of placements of earlier folds that are tried first. A placement is a pose of the fold on the table.
 
-They often fit, because trials of one study are similar.
+These placements often suit a new fold, because the trials of one study are similar.
 """
 
 
 class ReachConstraint:
     """The quality with which a robot can do a fold.
 
-    Placements of earlier folds on the table are tried first. They make the computation faster.
+    The poses of earlier folds on the table are tried first, because they often suit the new fold. This makes the
+    computation faster.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -34,7 +38,9 @@ class ReachConstraint:
         self._known: list[tuple[Robot, Placement]] = []
 
     def __call__(self, manipulation: Manipulation) -> float:
-        """Return the quality of the best placement, from 0 (just possible) to 1; negative if the fold is impossible.
+        """Return the quality of a fold's best placement.
+
+        The quality is from 0 (just possible) to 1. It is negative if the robot cannot do the fold.
 
         Args:
             manipulation: The hands' paths, on Bezier curves.
@@ -82,7 +88,7 @@ class ReachConstraint:
     def _ways(self, hands: HandMotion) -> Iterator[Robot]:
         """Yield the robot with each of its start poses.
 
-        If only one hand folds, first one arm and then the other arm is tried as the folding arm.
+        If only one hand folds, each arm is tried as the folding arm.
         """
         for robot in self._starting:
             yield from robot.with_hands(len(hands.curves))

@@ -1,7 +1,7 @@
 """Find pairs of shapes that come too near along a motion, by MuJoCo's collision detection.
 
-This is a second check in addition to `clearance`. The two checks share only the list of pairs. The check of this module
-has no broad phase of its own, and tests every sample of the motion.
+This is a second check in addition to `clearance`. The two checks share only the list of pairs. This module tests
+every sample of the motion, and leaves it to MuJoCo to find the pairs that are near.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from tatamu.robots.stage import stage
 def touches(
     robot: Robot, table_height: float, configurations: np.ndarray, limits: Mapping[str, float]
 ) -> dict[str, Distance]:
-    """Return the contact with the smallest distance for each kind of pair that comes nearer than its limit.
+    """Return the smallest distance of each kind of pair, such as "between arms", if it is below the limit of this kind.
+
+    Distances are tested between pairs of collision shapes, in n configurations of the robot.
 
     Args:
         robot: The robot.
@@ -47,7 +49,10 @@ def touches(
 
 
 def _pairs(robot: Robot, table_height: float, model: Any) -> dict[frozenset[int], tuple[str, tuple[str, str]]]:
-    """Return the kind and the links of each pair of shapes. The keys are the numbers of the two shapes in the model."""
+    """Return the kind and the two links of each pair of shapes that is tested.
+
+    The keys are the numbers of the two shapes in the model.
+    """
     clearance = Clearance(robot)
     clearance.set_table(table_height)
     found = {}

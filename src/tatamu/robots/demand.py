@@ -3,10 +3,10 @@
 A fold prescribes the position of a hand in three directions, and the orientation of the hand in three more. An arm with
 six or more joints can keep all six directions.
 
-An arm with five joints can keep only two directions of the orientation. These two directions belong to the axis along
-which the jaw opens. This axis stays at right angles to the edge of the cloth, and keeps the jaw's tilt. The arm may
-turn freely about this axis, in the plane of the finger pads. The cloth between the pads turns with the pads. If an arm
-had fewer than five joints, its jaw could not stay across the edge.
+An arm with five joints can keep only two directions of the orientation. With them, the arm controls the
+direction of the axis along which the jaw opens. This axis stays at right angles to the edge of the cloth, and keeps the
+jaw's tilt. The jaw may turn freely about this axis, in the plane of the finger pads. The cloth between the pads turns
+with the pads. If an arm had fewer than five joints, its jaw could not stay across the edge.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 FEWEST = 5
-"""Smallest number of joints that an arm must have."""
+"""Smallest number of joints with which an arm can be used."""
 ALL = 6
 """Smallest number of joints with which an arm can keep its tool's whole orientation."""
 OPENING = 1
@@ -22,14 +22,14 @@ OPENING = 1
 
 
 def turns_freely(joints: int) -> bool:
-    """Return whether an arm with this number of joints may turn its tool about the jaw's opening axis."""
+    """Return whether an arm has too few joints to control the rotation of its tool about the jaw's opening axis."""
     return joints < ALL
 
 
 def weights(joints: int) -> np.ndarray:
     """Return the weights of rotations about the axes of the tool T, shape (3,).
 
-    The weight is 1 if the arm controls the rotation about this axis, and 0 if not.
+    The weight is 1 if an arm with this number of joints controls the rotation about an axis, and 0 if not.
     """
     counted = np.ones(3)
     if turns_freely(joints):

@@ -46,13 +46,13 @@ class ArmDescription(Record):
     """Description of one arm."""
 
     model: str | None = None
-    """URDF or MJCF file of this single arm if the robot is a pair of arms; relative to the description."""
+    """URDF or MJCF file of this arm, relative to the description; None if one model contains both arms."""
     mount: Frame = Frame()
-    """Pose of this arm's model in the base of the pair."""
+    """Pose of this arm's model in the base of the robot, if each arm has its own model."""
     joints: list[str]
     """Names of the arm's joints in the model, from the base outwards."""
     link: str
-    """Body of the wrist: the body that the last joint moves, or a body fixed to that one."""
+    """Name of the wrist's body in the model: the body that the last joint moves, or a body that is fixed to it."""
     tool: Frame
     """Pose X_WT of the tool T in the wrist W. T is between the ends of the closed fingertips.
 
@@ -65,13 +65,13 @@ class ArmDescription(Record):
     acceleration: Numbers
     """Largest acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
-    """Joints whose `speed` is used although the model's own limit is lower."""
+    """Joints for which the limit in `speed` is used even if it is higher than the model's own limit."""
     ros: RosNames = RosNames()
     """Names of the arm's controllers and joints in ROS."""
     lerobot: LeRobotNames = LeRobotNames()
     """Keys and units of the arm in LeRobot."""
     standing: dict[str, float] = Field(default_factory=dict)
-    """Positions of this arm's joints that are not in `joints` [rad, m]; only for single arms of a pair."""
+    """Positions of this arm's joints that are not in `joints` [rad, m]; only if each arm has its own model."""
 
     jaw: Jaw = Jaw()
     """The fingers, and how they grasp the edge of the cloth."""
@@ -105,9 +105,9 @@ class Description(Record):
 
     name: str
     model: str | None = None
-    """URDF or MJCF file of the whole robot, relative to the description."""
+    """URDF or MJCF file of the whole robot, relative to the description; None if each arm has its own model."""
     base: str = "world"
-    """Body whose frame plans are written in. It must not move."""
+    """Name of the body in whose frame plans are written. This body must not move."""
     table_heights: tuple[Length, Length] = (0.0, 0.0)
     """Lowest and highest table top that may be chosen, in the base [m]."""
     lerobot_type: str = ""
@@ -119,7 +119,7 @@ class Description(Record):
     standing: dict[str, float] = Field(default_factory=dict)
     """Positions of joints outside the arms [rad, m], by their names in the model of the whole robot."""
     disturbances: str | dict[str, Any] | None = None
-    """Disturbances of this robot: a file relative to the description, or the contents of a disturbances file."""
+    """Disturbances of this robot: path of a file, relative to the description, or the contents of such a file."""
     larm: ArmDescription
     rarm: ArmDescription
 
@@ -132,7 +132,7 @@ class Description(Record):
 
     @property
     def models(self) -> list[str]:
-        """The models that the description names, each only once."""
+        """File names of the models that the description names, each only once."""
         named = (self.model, self.larm.model, self.rarm.model)
         return list(dict.fromkeys(name for name in named if name is not None))
 

@@ -19,7 +19,7 @@ from tatamu.robots.plan import RobotPlan
 from tatamu.study import ResultFolder
 
 FPS = 30
-"""Frames per second, as LeRobot records."""
+"""Frames per second. This is LeRobot's usual rate."""
 STATE, ACTION = "observation.state", "action"
 
 
@@ -42,7 +42,7 @@ def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
 
 
 def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
-    """Return the k values of the robot's state at n times [s], shape (n, k).
+    """Return the robot's planned state at n times [s]: k values for each time, shape (n, k).
 
     The values are in the order of `state_names`.
     """
@@ -67,7 +67,7 @@ def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
 
 
 def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
-    """Return the gripper values of the robot for jaw widths [m].
+    """Return the gripper's values in LeRobot for jaw widths [m].
 
     The values between the closed and the open jaw are interpolated linearly.
     """
@@ -79,7 +79,7 @@ def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
 
 
 def _task(plan: RobotPlan) -> str:
-    """Return the task of the plan as text, for the dataset."""
+    """Return a text, such as "Fold the towel (half).", that describes the plan in a dataset."""
     learned = ResultFolder(plan.task.source)
     if not learned.result_file.exists():
         return "Fold the cloth."

@@ -28,5 +28,5 @@ def quiet() -> Iterator[None]:
 
 
 def one_line(error: Exception) -> str:
-    """Return the message of an error from another package, in one line."""
+    """Return in one line the message of an error that another package raised."""
     return " ".join(str(error).split())

@@ -23,17 +23,20 @@ RATE = 10
 WIDTH, HEIGHT = 480, 360
 """Size of the pictures [pixels]."""
 MARGIN = 0.12
-"""Distance between the path of the tools and the edge of the table in the picture [m]."""
+"""Distance from the paths of the tools to the edge of the table, which is cut to fit the picture [m]."""
 LOOKS = 12
-"""Number of the robot's poses, evenly spread in time, that the camera must show completely."""
+"""Number of poses of the robot that the camera must show completely. The poses are evenly spread in time."""
 ACROSS = 1.4
-"""Ratio of width to depth above which a robot counts as two arms that face each other."""
+"""Limit for the ratio of a robot's width to its depth, seen from above.
+
+If the ratio is larger, the arms are assumed to face each other.
+"""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
 """Names and colours of the two meshes for the front and the back of the cloth."""
 
 
 def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | None:
-    """Write the GIF. Return None, or the reason if this machine cannot draw.
+    """Write the GIF, and return None. If this machine cannot draw, return the reason instead.
 
     MuJoCo draws with OpenGL. The environment variable MUJOCO_GL selects the variant of OpenGL.
     """
@@ -96,7 +99,9 @@ def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
 def framed(
     points: np.ndarray, around: np.ndarray, direction: tuple[float, float], view: float
 ) -> tuple[np.ndarray, float]:
-    """Return the point that a camera must look at, and its distance [m], so that spheres fill the camera's picture.
+    """Find the nearest camera whose picture shows all given spheres.
+
+    Return the point that the camera looks at, and the camera's distance from this point [m].
 
     Args:
         points: Centres of the spheres [m], shape (n, 3).
@@ -119,7 +124,7 @@ def framed(
 
 
 def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any) -> None:
-    """Add a light and the cloth, and cut the table to a size that fits the picture.
+    """Add a light and the cloth to the robot's model, and cut the table to a size that fits the picture.
 
     The cloth is a mesh whose vertices are moved frame by frame.
     """
@@ -147,7 +152,10 @@ def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
 
 
 def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: np.ndarray, mujoco: Any) -> None:
-    """Move the cloth's mesh to these positions. MuJoCo stores the vertices of a mesh in the mesh's own frame."""
+    """Move the vertices of the cloth's mesh to the given positions.
+
+    MuJoCo stores the vertices of a mesh in the mesh's own frame, so the positions are converted to this frame.
+    """
     in_base = _in_base(rehearsal, positions)
     for side in SIDES:
         geom = data.geom(side)

@@ -16,10 +16,10 @@ MASS = 0.01
 
 
 class FingerShape(NamedTuple):
-    """The shape of one finger: two boxes, from the tip upwards [m]."""
+    """The shape of one finger, which consists of two boxes: the tip, and the part above the tip [m]."""
 
     hand: str
-    """Name of the hand in `tatamu.folding.fingers.PRESETS`, where the size of the tip is given."""
+    """Name of the hand in `tatamu.folding.fingers.PRESETS`, which gives the size of the tip."""
     root: tuple[float, float]
     """Thickness and width of the finger above the tip [m]."""
     length: float
@@ -32,7 +32,7 @@ class FingerShape(NamedTuple):
 
 
 def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:
-    """Return the jaw of an arm's hand, with the fingers that `add_fingers` adds to the model."""
+    """Return the jaw of an arm's hand, with the two fingers that `add_fingers` adds to the robot's model."""
     names = finger_names(arm)
     return Jaw.of_hand(
         shape.hand,
@@ -49,7 +49,7 @@ def finger_names(arm: str) -> tuple[str, str]:
 
 
 def add_fingers(wrist: Any, arm: str, X_WT: np.ndarray, shape: FingerShape, widest: float) -> None:
-    """Add two fingers to a wrist.
+    """Add two fingers to a wrist of the robot's model.
 
     The tool frame T is between the ends of the closed fingertips, and the jaw opens along its y axis.
     """

@@ -30,14 +30,17 @@ from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.version import __version__
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
-"""Files of the learned fold that a plan contains. All files except the first may be missing."""
+"""Files of the learned fold that are copied into a plan's folder.
+
+All files except the first can be missing.
+"""
 
 
 def check_out(out: Path) -> None:
-    """Raise an error if this path exists and is not a plan, before any work is done.
+    """Check, before any work is done, that a plan can be written to this path.
 
     Raises:
-        InputError: If the path contains something else.
+        InputError: If the path exists and is not the folder of a plan.
     """
     if out.resolve() == Path.cwd():
         raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")
@@ -46,7 +49,7 @@ def check_out(out: Path) -> None:
 
 
 def save(plan: RobotPlan, out: Path) -> None:
-    """Write the folder of a plan. An earlier plan in this folder is replaced; other folders are not changed.
+    """Write the folder of a plan. If the folder contains an earlier plan, the earlier plan is replaced.
 
     Raises:
         InputError: If `out` cannot be written, or contains something other than a plan.
@@ -77,7 +80,10 @@ def _carry_fold(source: Path, folder: Path) -> None:
 
 @contextmanager
 def _replacing(out: Path) -> Iterator[Path]:
-    """Yield a temporary folder next to `out`. It replaces `out` if the block succeeds."""
+    """Yield a temporary folder next to `out`, for a `with` block.
+
+    If the block ends without an error, the temporary folder replaces `out`.
+    """
     try:
         out = out.resolve()  # a symbolic link remains a link
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -129,9 +135,10 @@ def plan_file(plan: RobotPlan) -> PlanFile:
 
 
 def _hand_in_wrist(arm: Arm, R_BT: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    """Return the pose X_WH of the simulated hand H in the wrist W.
+    """Return the pose X_WH of the simulated hand's frame H in the frame of the arm's wrist W.
 
-    H is parallel to the tool T. Its position is the tool's position minus `offset`, which is in the base B.
+    H is parallel to the frame of the tool T. Its position is the tool's position minus `offset`, which is in the base
+    B.
     """
     return arm.tool_in_wrist @ pose(np.eye(3), -R_BT.T @ offset)
 
@@ -153,7 +160,7 @@ def _jaw(arm: Arm, hold: Hold) -> JawFile:
 
 
 def _via_points(plan: RobotPlan) -> ToolViaPoints:
-    """Return the positions of the simulated hands at the via-points, and the times at which the joints are there."""
+    """Return the positions of the simulated hands at the via-points, and the times at which the robot is there."""
     task = plan.task
     fold = plan.motion.part("fold")
     times = plan.via_times

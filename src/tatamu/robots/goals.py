@@ -44,7 +44,10 @@ def write_goals(plan: RobotPlan, folder: Path) -> None:
 
 
 def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
-    """Return a step of the grippers. It contains command number `number` of each gripper."""
+    """Return a step in which all grippers of the robot move at once.
+
+    Each gripper gets its command with the index `number`: 0 is its first command.
+    """
     arms = plan.task.robot.folding
     commands = plan.gripper_commands[len(arms) * number : len(arms) * (number + 1)]
     return {
@@ -62,7 +65,7 @@ def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
 
 
 def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
-    """Return the fields of a FollowJointTrajectory goal for one segment and one controller."""
+    """Return the fields of the FollowJointTrajectory goal with which one controller moves its joints in one segment."""
     rows = _rows(plan, segment)
     times = plan.motion.times[rows] - segment.start
     speeds = np.gradient(plan.motion.angles, plan.motion.times, axis=0)[rows]
@@ -83,11 +86,11 @@ def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
 
 
 def _rows(plan: RobotPlan, segment: Segment) -> np.ndarray:
-    """Return the numbers of a segment's samples.
+    """Return the indices of the motion samples that a segment's goal contains.
 
-    The first sample is the sample after the segment's start. In the segment `approach`, the first sample is the sample
-    at the end of the initial rest. Then 50 samples follow for each second. At the last sample, the segment ends and the
-    robot is at rest.
+    They begin with the sample after the segment's start. In the segment `approach`, they begin with the sample at the
+    end of the initial rest. There are 50 samples a second. At the last sample, the segment ends and the robot is at
+    rest.
     """
     times = plan.motion.times
     begins = plan.motion.part("approach").start if segment.name == "approach" else segment.start + times[1]

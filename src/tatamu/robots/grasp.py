@@ -11,9 +11,16 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 
 UNDERNEATH = 0.003
-"""Largest height of the lower finger above the table [m]. A higher finger would pass over the edge of the cloth."""
+"""Largest allowed height of the lower finger above the table when the jaw starts to close [m].
+
+A higher finger would pass over the edge of the cloth.
+"""
 ASKEW = 5e-3
-"""Amount by which the jaw may turn further than `Jaw.yaw` from the plane at right angles to the cloth's edge [rad]."""
+"""Tolerance for the angle of a jaw about the vertical [rad].
+
+The angle is measured from the plane at right angles to the cloth's edge. A plan passes the check if the angle is at
+most `Jaw.yaw` plus this tolerance.
+"""
 
 
 @dataclass(frozen=True)
@@ -23,15 +30,16 @@ class Take:
     arm: str
     jaw: Jaw
     depth: float
-    """Distance from the cloth's edge to the place where the fingertips will meet, at right angles to the edge [m].
+    """Distance from the cloth's edge to the place where the fingertips will meet [m].
+
+    It is measured at right angles to the edge.
     """
     height: float
-    """Height of the tool T above the table [m]."""
+    """Height above the table of the tool T, a point between the fingertips [m]."""
     askew: float
-    """Angle between the jaw's opening and the direction at right angles to the cloth's edge, seen from above [rad].
-    """
+    """Angle by which the jaw deviates from the plane at right angles to the cloth's edge, seen from above [rad]."""
     rise: float
-    """Sine of the angle between the jaw's opening and the horizontal."""
+    """Sine of the angle between the horizontal and the direction in which the jaw opens."""
 
     @property
     def lowest(self) -> float:
@@ -40,12 +48,12 @@ class Take:
 
     @property
     def held(self) -> float:
-        """Depth of cloth between the fingertips after the jaw has closed [m]."""
+        """Depth to which the cloth is between the fingertips after the jaw has closed [m]."""
         return self.jaw.held(self.depth, self.height)
 
 
 def takes(task: PlacedFold, motion: Motion, tools: np.ndarray) -> tuple[int, list[Take]]:
-    """Return the sample at which the jaws start to close, and the grasp of each hand.
+    """Return the index of the sample at which the jaws start to close, and the grasp of each hand.
 
     Args:
         task: The fold, placed in front of the robot.

@@ -26,7 +26,7 @@ Travel = Callable[[np.ndarray], np.ndarray]
 class HandMotion:
     """The motion of one hand or two hands from the grasp to the release.
 
-    The left of two hands belongs to the arm `larm`.
+    If there are two hands, the left hand belongs to the arm `larm`.
     """
 
     frame_rate: float
@@ -88,19 +88,19 @@ class HandMotion:
         return np.array(points)
 
     def evenly(self, count: int) -> np.ndarray:
-        """Return `count` times [s]. The hands travel equal distances from each of these times to the next."""
+        """Return `count` times [s]. From each time to the next, the hands travel the same distance."""
         times = np.linspace(self.times[0], self.times[-1], 1001)
         steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2).mean(axis=0)
         length = np.append(0.0, np.cumsum(steps + 1e-9))
         return np.interp(np.linspace(0, length[-1], count), length, times)
 
     def frame(self, time: float) -> int:
-        """Return the number of the simulation's frame at a simulated time [s]."""
+        """Return the number of the simulation's frame that belongs to a simulated time [s]."""
         return round(time * self.frame_rate)
 
     @property
     def top_speed(self) -> float:
-        """The highest speed of either hand [m/s]."""
+        """The highest speed of any hand during the motion [m/s]."""
         times = np.linspace(self.times[0], self.times[-1], 2000)
         steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2)
         return float(steps.max() / (times[1] - times[0]))
@@ -137,7 +137,7 @@ def _check_moves(curve: Bezier, name: str, source: Path | str) -> None:
 
 
 def _no_fold(folder: ResultFolder) -> str:
-    """Return why a folder without manipulation.json is not a learned fold."""
+    """Return the reason why a folder without manipulation.json is not the folder of a learned fold."""
     steps = folder.learned_steps()
     if not steps:
         return "must be the folder of a learned fold, and has no manipulation.json"
@@ -145,7 +145,10 @@ def _no_fold(folder: ResultFolder) -> str:
 
 
 def _minimum_jerk(curve: Bezier, timing: Timing) -> Travel:
-    """Return the distance along a curve as a function of time. The hand is at rest at both ends."""
+    """Return the function from time to the distance along a curve for a motion with minimum jerk.
+
+    The hand is at rest at both ends of the curve.
+    """
     length = curve.arc_lengths()[1][-1]
     duration = timing.arrives - timing.starts
     return lambda times: length * minimum_jerk((times - timing.starts) / duration)

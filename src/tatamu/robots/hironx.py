@@ -11,11 +11,11 @@ angles [rad].
 
 These sources disagree on three numbers:
 
-- The wrist offset, from joint J4 to joint J5 along x, is -0.047 on NEXTAGE Open and in CAD since 2016 (pull request
-  461). It is -0.040 in [H-URDF] and [H-WRL]. The offset is therefore a parameter. A wrong offset misplaces the
-  fingertip by 7 mm.
-- The range of LARM_JOINT3 in [H-URDF] repeats the right arm's range; [H-WRL] and [N-WRL] mirror that range. NEXTAGE
-  Open uses the mirrored range. HIRONX uses the range that is common to both ranges.
+- The wrist offset, from joint J4 to joint J5 along x, is -0.047 on NEXTAGE Open, and in the CAD data since 2016
+  (pull request 461). It is -0.040 in [H-URDF] and [H-WRL]. The offset is therefore a parameter. A wrong offset
+  misplaces the fingertip by 7 mm.
+- The range of LARM_JOINT3 in [H-URDF] repeats the right arm's range; [H-WRL] and [N-WRL] mirror that range. In this
+  module, NEXTAGE Open has the mirrored range. HIRONX has only the angles that are in both ranges.
 - The fingertip is 0.093 from the wrist (JSK, hironxjsk-utils.l) or 0.097 (iv-plan). The distance is a parameter with
   the default 0.093.
 """
@@ -40,13 +40,16 @@ class Joint(NamedTuple):
     lower: float
     upper: float
     speed: float
-    """Speed limit of HIRONX [rad/s], from [H-WRL], uvlimit."""
+    """Speed limit of the joint of HIRONX [rad/s], from uvlimit in [H-WRL], a source that this module lists."""
     nextage_speed: float
-    """Speed limit of NEXTAGE Open [rad/s], from [N-WRL]."""
+    """Speed limit of the joint of NEXTAGE Open [rad/s], from [N-WRL], a source that this module lists."""
 
 
 class Body(NamedTuple):
-    """Mass [kg], centre of mass [m], and diagonal inertia about the centre [kg m^2] of one link, from [H-WRL]."""
+    """Mass [kg], centre of mass [m], and diagonal inertia about the centre [kg m^2] of one link.
+
+    The source is [H-WRL], which this module lists.
+    """
 
     mass: float
     centre: Vector
@@ -110,8 +113,8 @@ BOXES: dict[str, tuple[tuple[Vector, Vector], ...]] = {
 }
 """Smallest boxes around the visible links, in the links' frames [m].
 
-The boxes are computed from [H-DAE]. Only the left arm is listed, because the right arm has the same boxes with mirrored
-y.
+The boxes are computed from [H-DAE], a source that this module lists. Only the left arm is listed, because the right arm
+has the same boxes with mirrored y.
 
 A box around the whole chest would have |y| up to 0.2226, because the chest includes the shoulders. The hanging arms
 would intersect this box, because the first links of the arms begin at |y| = 0.105. Below the shoulders (z < 0.42), the
@@ -130,13 +133,16 @@ BODIES: dict[str, Body] = {
     "LARM_JOINT4_Link": Body(0.418434, (0.002431, 0.003797, -0.057704), (0.000520, 0.000506, 0.000140)),
     "LARM_JOINT5_Link": Body(1.05156, (-0.048476, 0.0, -0.038899), (0.001941, 0.002094, 0.000358)),
 }
-"""Mass properties of the links. For the right arm, y of the centre of mass is mirrored."""
+"""Masses, centres of mass and inertias of the links.
+
+For the right arm, y of the centre of mass is mirrored.
+"""
 
 START_DEGREES = {
     "initial": {"RARM": (-0.6, 0.0, -100.0, 15.2, 9.4, 3.2), "LARM": (0.6, 0.0, -100.0, -15.2, 9.4, -3.2)},
     "factory": {"RARM": (0.0, 0.0, -130.0, 0.0, 0.0, 0.0), "LARM": (0.0, 0.0, -130.0, 0.0, 0.0, 0.0)},
 }
-"""Joint angles of the two start poses [degrees], from [CLIENT].
+"""Joint angles of the two start poses [degrees], from [CLIENT], a source that this module lists.
 
 - `initial` is _InitialPose, the pose to which goInitial() moves the robot. The tools are level above the table top,
   with the fingertips 0.025 m below WAIST.
@@ -145,12 +151,12 @@ START_DEGREES = {
 """
 
 PLANNED_SPEED = 1.0
-"""MoveIt's limit for every arm joint [rad/s].
+"""Speed limit of MoveIt for every arm joint [rad/s].
 
 The sources are hironx_moveit_config and nextage_moveit_config, joint_limits.yaml.
 """
 PLANNED_ACCELERATION = 1.0
-"""MoveIt's limit for every arm joint [rad/s^2]. Kawada publishes no limit."""
+"""Acceleration limit of MoveIt for every arm joint [rad/s^2]. Kawada publishes no limit."""
 NEXTAGE_PLANNED_ACCELERATION = 1.5
 TABLE_HEIGHTS = (-0.20, 0.10)
 """Lowest and highest table top that both arms can use, in the frame of the body WAIST [m].

@@ -15,14 +15,14 @@ Numbers = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_
 
 
 class RosNames(Record):
-    """Names of an arm in ROS. A name that is None follows from the name of the arm."""
+    """Names of an arm in ROS. If a name is None, the name is made from the name of the arm."""
 
     controller: Name | None = None
     """Controller of the joints; None if its name is `larm_controller` or `rarm_controller`."""
     gripper: Name | None = None
     """Controller of the gripper; None if its name is `larm_gripper` or `rarm_gripper`."""
     joints: list[str] | None = None
-    """Names of the joints in the messages, from the base outwards; None if the names are those in the plan."""
+    """Names of the joints in the messages, from the base outwards; None if they are the same as in the plan."""
 
 
 class LeRobotNames(Record):
@@ -38,7 +38,7 @@ class LeRobotNames(Record):
     gripper: str | None = None
     """Key of the gripper; None if the key is `left_gripper.pos` or `right_gripper.pos`."""
     open: float | None = None
-    """Value of the gripper when the jaw is open by its `opening`; None if the value is the width itself [m]."""
+    """Value of the gripper when the jaw has the width `Jaw.opening`; None if the value is the width itself [m]."""
     closed: float | None = None
     """Value of the gripper when the jaw is closed; None if the value is the width itself [m]."""
 

@@ -34,16 +34,22 @@ class Jaw(FingerSize):
     depth: Length = 0.011
     """Distance from the edge of the cloth to the place where the fingertips meet, at right angles to the edge [m]."""
     tilt: tuple[Angle, Angle] = (0.17, 1.05)
-    """Smallest and largest angle between the approach and straight down [rad]."""
+    """Smallest and largest angle from straight down to the direction of approach [rad]."""
     yaw: Angle = 1.05
-    """Largest angle by which the jaw may turn about the vertical, towards the other hand [rad].
+    """Largest allowed rotation of the jaw about the vertical, towards the other hand [rad].
 
     At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
     """
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
-    """Joints of the model that move the fingers, with their positions at `opening` and when closed [rad, m]."""
+    """Joints of the model that move the fingers.
+
+    Each joint has its positions when the jaw has the width `opening` and when it is closed [rad, m].
+    """
     links: list[str] = Field(default_factory=list)
-    """Links of the model whose shapes are the fingers. They may come nearer to the table than the rest of the arm."""
+    """Links of the model whose shapes are the fingers.
+
+    They may come nearer to the table than the other links of the arm.
+    """
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -62,7 +68,7 @@ class Jaw(FingerSize):
         return depth - (float(np.sqrt(2)) - 1) * height
 
     def takes_at(self, tilt: float) -> bool:
-        """Return whether enough cloth is between the fingertips of a jaw with this tilt [rad]."""
+        """Return whether a closed jaw with this tilt [rad] has enough cloth between its fingertips."""
         return self.held(self.depth, self.height(tilt)) >= LEAST_HELD
 
     def height(self, tilt: float) -> float:

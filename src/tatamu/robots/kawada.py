@@ -124,7 +124,11 @@ def _spec(rows: tuple[facts.Joint, ...], fingertip: float) -> Any:
 
 
 def _left(name: str) -> tuple[str, float]:
-    """Return the name of the left arm's matching link, and the sign that mirrors y."""
+    """Return the name under which a link's numbers are listed, and a factor for its y coordinates.
+
+    The numbers of only the left arm's links are listed. The factor is -1 for links of the right arm, because they
+    mirror the left arm.
+    """
     return (f"L{name[1:]}", -1.0) if name.startswith("RARM") else (name, 1.0)
 
 

@@ -13,10 +13,16 @@ from tatamu.robots.model import Robot
 from tatamu.robots.pose import to_quaternion
 
 REACHED = 2e-6
-"""Error below which a tool pose counts as reached [m]. Rotations [rad] are multiplied by LENGTH."""
+"""Limit for the error of a tool pose [m]. If the error is smaller, the tool has reached its target pose.
+
+Rotation errors [rad] are converted to metres by the factor `chain.LENGTH` [m per rad].
+"""
 STEPS = 60
 NEAR, ALIGNED = 1e-4, 1e-3
-"""Smallest distance [m] and angle [rad] between a tool and its target pose that messages report."""
+"""Limits for a tool's distance [m] and angle [rad] from its target pose.
+
+Messages about a missed pose report only distances and angles above these limits.
+"""
 
 
 @dataclass(frozen=True)
@@ -27,9 +33,9 @@ class Missed:
     """Index of the pose on the path."""
     arm: str
     distance: float
-    """Distance from the tool to the pose [m]."""
+    """Distance from the tool to its target position [m]."""
     turn: float
-    """Angle between the orientations of the tool and the pose [rad]."""
+    """Angle between the orientation of the tool and its target orientation [rad]."""
     joint: str | None
     """A joint that is at its limit; None if no joint is at its limit."""
 
@@ -83,8 +89,8 @@ class Kinematics:
             start: Angles of all nq joints at the start [rad], shape (nq,).
 
         Returns:
-            Configurations [rad] for the first m poses, shape (m, nq), and the pose after them, which has no solution.
-            If all n poses have a solution, m is n, and None is returned instead of the pose.
+            Configurations [rad] for the first m poses, shape (m, nq), and the next pose, which has no solution. If all
+            n poses have a solution, m is n, and None is returned instead of the next pose.
         """
         found: list[np.ndarray] = []
         q = start
@@ -114,7 +120,10 @@ class Kinematics:
         return start, self._missed(point, errors)
 
     def _step(self) -> np.ndarray | None:
-        """Return the velocity of every joint towards the targets; None if no velocity satisfies the limits."""
+        """Return the velocity of every joint that moves the tools towards their target poses.
+
+        Return None if no velocity satisfies the limits.
+        """
         try:
             return np.asarray(
                 self._mink.solve_ik(

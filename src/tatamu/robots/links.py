@@ -1,4 +1,4 @@
-"""A robot's links over time, for the replay. Each shape is a bounding box in the fold's frame F."""
+"""Boxes around a robot's links over time, for the replay of a rehearsal. The boxes are in the fold's frame F."""
 
 from __future__ import annotations
 

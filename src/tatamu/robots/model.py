@@ -15,7 +15,7 @@ from tatamu.robots.jaw import Jaw
 from tatamu.robots.pose import to_quaternion
 
 TABLE = "tatamu_table"
-"""Name of the table's geom. `Clearance.set_table` and `stage` set the height of the table."""
+"""Name of the table's collision shape in the model. `Clearance.set_table` and `stage` set the height of the table."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Arm:
     T is between the ends of the closed fingertips. Its z is the direction of approach, and the jaw opens along its y.
     """
     initial: np.ndarray
-    """Angles of the arm's k joints in the pose in which motions start and end [rad], shape (k,)."""
+    """Angles of the arm's k joints at the start and the end of motions [rad], shape (k,)."""
     speed: np.ndarray
-    """Highest speed of each of the k joints that the hardware allows [rad/s], shape (k,)."""
+    """Speed limit of the hardware for each of the k joints [rad/s], shape (k,)."""
     planned_speed: np.ndarray
     """Largest speed of each of the k joints in plans [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
@@ -69,7 +69,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class StartPose:
-    """A named pose of the robot's own software."""
+    """A pose in which motions can start, and the name of this pose."""
 
     name: str
     larm: np.ndarray
@@ -97,7 +97,7 @@ class Robot:
     trunk_acceleration: float
     """Limit of the trunk's acceleration in plans [rad/s^2]."""
     poses: tuple[StartPose, ...]
-    """Poses from which motions may start, the usual pose first.
+    """Poses in which motions can start, the usual pose first.
 
     The field `initial` of the arms is one of these poses.
     """
@@ -106,7 +106,7 @@ class Robot:
     front: float
     """Position of the table's near edge along x of the base B [m]."""
     standing: Mapping[str, float] = field(default_factory=dict)
-    """Positions of joints outside the arms that differ from their positions in the model [rad, m]."""
+    """Positions of joints outside the arms, if they differ from the model [rad, m]."""
     lerobot_type: str = ""
     """Type of the robot in LeRobot; empty if the type is the robot's name."""
     notes: tuple[str, ...] = ()
@@ -125,7 +125,11 @@ class Robot:
         return tuple(arm for arm in self.arms if self.alone in ("", arm.name))
 
     def with_hands(self, hands: int) -> tuple[Robot, ...]:
-        """Return the robot in each of the ways in which it can fold with this number of hands."""
+        """Return the robot as it can fold with this number of hands.
+
+        For two hands, one robot is returned, whose arms both fold. For one hand, two robots are returned: the left arm
+        of the first robot and the right arm of the second robot fold alone.
+        """
         return (self,) if hands == 2 else tuple(replace(self, alone=arm.name) for arm in self.arms)
 
     def starting(self, start: StartPose) -> Robot:
@@ -145,7 +149,7 @@ class Robot:
 
     @cached_property
     def columns(self) -> dict[str, int]:
-        """Index of each joint's angle in MuJoCo's vector qpos."""
+        """Index of each joint's angle in MuJoCo's vector qpos, by the name of the joint."""
         return {name: int(self.model.joint(name).qposadr[0]) for name in self.joints}
 
     @cached_property
@@ -193,8 +197,8 @@ class Robot:
         Args:
             angles: Joint angles of each of the arms in `arms` [rad], shape (.., k).
             trunk: Angle of the trunk [rad], shape (..); None if the trunk is at rest.
-            arms: The arms to which `angles` belong. If it is empty, they belong to the arms that fold. All other arms
-                are in their initial pose.
+            arms: The arms to which `angles` belong; empty for the arms that fold. All other arms are in their initial
+                pose.
         """
         qpos = np.broadcast_to(self.rest, (*angles[0].shape[:-1], self.model.nq)).copy()
         stands = {arm.name: arm.initial for arm in self.arms}
@@ -208,7 +212,7 @@ class Robot:
     def planned(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest speeds [rad/s] and accelerations [rad/s^2] in plans.
 
-        Both have one value for each of the nq joints.
+        Both arrays have one value for each of the nq joints.
         """
         speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
         for arm in self.arms:
@@ -221,7 +225,7 @@ class Robot:
 
     @cached_property
     def fingers(self) -> frozenset[str]:
-        """Links whose shapes are fingers of either hand."""
+        """Names of the links that are fingers of either hand."""
         return frozenset(link for arm in self.arms for link in arm.jaw.links)
 
     @property
@@ -234,8 +238,8 @@ class Robot:
 class JointEquality:
     """A joint q1 that follows another joint q2, as in MuJoCo.
 
-    Its position is given by q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .. up to the fourth power. Here q1_0
-    and q2_0 are the joints' positions in the model, and c0 to c4 are the coefficients.
+    The position of the following joint is given by q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .. up to the
+    fourth power. Here q1_0 and q2_0 are the joints' positions in the model, and c0 to c4 are the coefficients.
     """
 
     follower: int

@@ -20,7 +20,7 @@ from tatamu.robots.packages import located
 from tatamu.robots.urdf import read_urdf
 
 MESHES = (".stl", ".obj", ".msh")
-"""Formats of meshes that MuJoCo reads. Of the two .stl formats, it reads only the binary format."""
+"""Formats of meshes that MuJoCo reads. Of the two .stl formats, MuJoCo reads only the binary format."""
 CONVERTED = (".ply", ".off")
 """Formats of meshes that are converted to binary STL. ASCII STL is converted too.
 
@@ -35,14 +35,15 @@ class ModelFile:
     """A model that has been read."""
 
     spec: Any
-    """The model, a mujoco.MjSpec. Its assets are named by their content.
+    """The model, a mujoco.MjSpec.
 
-    `give` adds the assets to this model, or to a model that contains this model.
+    Its assets, such as meshes, are named by their content. `give` adds the assets to this model, or to a model that
+    contains this model.
     """
     speeds: Mapping[str, float]
     """Speed limits of the joints that state a limit [rad/s, m/s]."""
     contents: Mapping[str, bytes]
-    """Content of each asset, by the name of the asset."""
+    """Content of each asset, such as a mesh, by the name of the asset."""
     files: tuple[Path, ...]
     """Every file that was read, the model first."""
 
@@ -78,7 +79,7 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
 
 
 def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = ()) -> None:
-    """Give a model its assets.
+    """Add the contents of assets, such as meshes, to a model.
 
     If the model was attached to another model, `prefixes` are removed from the asset names.
     """
@@ -89,7 +90,7 @@ def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = (
 
 
 class _Store:
-    """Assets that are named by their content.
+    """The assets of a model, such as meshes, named by their content.
 
     Files of the same name do not collide, and equal files are stored only once.
     """
@@ -100,7 +101,7 @@ class _Store:
         self.contents: dict[str, bytes] = {}
 
     def mesh(self, file: Path) -> str:
-        """Read a mesh file and return the name of its content."""
+        """Read a mesh file, store it, and return the name that is made from its content."""
         suffix = file.suffix.lower()
         if suffix not in (*MESHES, *CONVERTED):
             formats = ", ".join((*MESHES, *CONVERTED))
@@ -113,7 +114,7 @@ class _Store:
         return self._store(content, suffix)
 
     def keep(self, file: Path) -> str:
-        """Read any file and return the name of its content."""
+        """Read any file, store it, and return the name that is made from its content."""
         return self._store(self._read(file), file.suffix.lower())
 
     def _store(self, content: bytes, suffix: str) -> str:
@@ -146,7 +147,7 @@ def _as_stl(file: Path, content: bytes, suffix: str) -> bytes:
 
 
 def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
-    """Replace the names of an MJCF's asset files by the names of their contents."""
+    """Store the asset files that an MJCF file names, and replace their names by the names in the store."""
     meshes = spec.meshes
     for assets, place in (
         (meshes, spec.meshdir),

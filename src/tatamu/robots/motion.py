@@ -1,4 +1,7 @@
-"""The whole motion over time: its stages, and the waits for the fingers. It is sampled at the robot's own rate."""
+"""The robot's whole motion over time: its stages, and its waits while the fingers move.
+
+The motion is sampled at the robot's own rate.
+"""
 
 from __future__ import annotations
 
@@ -15,32 +18,41 @@ from tatamu.robots.planfile import FingerEvent
 from tatamu.robots.timing import Timed, timed
 
 PERIOD = 0.005
-"""Time between samples [s]. HIRONX is driven at this rate, 200 Hz."""
+"""Time between two samples of a motion [s]. HIRONX is driven at this rate, 200 Hz."""
 ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return")
-"""Names of the stages and waits in their order."""
+"""Names of a motion's stages and waits, in their order."""
 AT_THE_TABLE = ("lower", "enter", "raise")
 GENTLE = 0.25
-"""Fraction of the joints' accelerations that is used close above the table, because drives follow with a delay."""
+"""Fraction of the joints' acceleration limits that is used close above the table.
+
+Lower accelerations make the robot more accurate, because its drives follow commands with a delay.
+"""
 JOINT_MOVE = 20.0
-"""Largest rate ds/dt of the path parameter s in stages from pose to pose [1/s]. The parameter runs from 0 to 1.
+"""Largest rate ds/dt at which a stage moves from one pose (s = 0) to the next pose (s = 1) [1/s].
 
 The rate is so high that only the joints' limits slow these stages down.
 """
 
 
 class Pace(Record):
-    """Speeds [m/s] and waiting times [s] of a motion."""
+    """Speeds [m/s] and waiting times [s] of the robot's motion."""
 
     lead: float = Field(3.0, ge=0.1)
-    """Time of rest at the start. A robot that is not exactly at its initial pose moves there during this time."""
+    """Time for which the robot rests at the start [s].
+
+    A robot that is not exactly at its initial pose moves there during this time.
+    """
     closing: float = Field(1.0, ge=0.0)
-    """Time in which the fingers close."""
+    """Time in which the fingers close [s]."""
     opening: float = Field(1.5, ge=0.0)
-    """Time in which the fingers open. They open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
+    """Time in which the fingers open [s].
+
+    The fingers open slowly, so that the cloth keeps its shape (paper, section VI-C).
+    """
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
     speed_scale: float = Field(1.0, ge=0.05, le=1.0)
-    """Speed of the whole motion, including waits, relative to the speed of a plan."""
+    """Speed of the whole motion, including waits, relative to the highest speed that the robot and the fold allow."""
 
 
 @dataclass(frozen=True)
@@ -65,25 +77,25 @@ class Motion:
     speed_scale: float = 1.0
 
     def part(self, name: str) -> TimedStage:
-        """Return the part of the motion with this name."""
+        """Return the stage or the wait with this name."""
         return next(part for part in self.parts if part.name == name)
 
     def rows(self, name: str) -> np.ndarray:
-        """Return the numbers of the m samples within a part, shape (m,)."""
+        """Return the indices of the m samples within a stage or a wait, shape (m,)."""
         part = self.part(name)
         inside = (self.times >= part.start) & (self.times <= part.start + part.timed.duration)
         return np.flatnonzero(inside)
 
     def simulated(self, rows: np.ndarray) -> np.ndarray:
-        """Return the simulated times [s] of m samples of the fold, shape (m,)."""
+        """Return the time in the simulation that belongs to each of m samples of the fold [s], shape (m,)."""
         fold = self.part("fold")
         return fold.timed.parameter(self.times[rows] - fold.start)
 
 
 def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hovers: bool = False) -> Motion:
-    """Compute the times of all stages under the robot's limits, with waits between the stages.
+    """Return the fastest motion through all stages that the robot's limits and `pace` allow.
 
-    If `hovers` is true, the jaws stay open.
+    Between the stages, the robot waits, for example while its fingers close. If `hovers` is true, the jaws stay open.
     """
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}
@@ -119,10 +131,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
 
 
 def closing(times: np.ndarray, close: TimedStage, opening: TimedStage) -> np.ndarray:
-    """Return how far the jaws are closed at each of n times, shape (n,).
-
-    The value is 0 if the jaws are as open as before the grasp, and 1 if they are closed.
-    """
+    """Return how far the jaws are closed at each of n times: 0 if open, 1 if closed, shape (n,)."""
     knots = [part.start + elapsed for part in (close, opening) for elapsed in (0.0, max(part.timed.duration, 1e-6))]
     return np.interp(times, knots, [0.0, 1.0, 1.0, 0.0])
 

@@ -1,4 +1,4 @@
-"""Files that a URDF names by `package://NAME/PATH`. They are searched as in ROS, or next to the URDF."""
+"""Finds the files that a URDF names by `package://NAME/PATH`, in the folders of ROS and in folders above the URDF."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urllib.parse import unquote
 from tatamu.errors import InputError
 
 DEPTH = 3
-"""Number of levels below the folders of ROS_PACKAGE_PATH in which a package is searched."""
+"""Number of folder levels below the folders of ROS_PACKAGE_PATH in which a package is searched."""
 
 
 def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:

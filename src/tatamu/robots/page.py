@@ -27,7 +27,7 @@ from tatamu.robots.report import AS_FLOATING, as_planned, halved
 from tatamu.rollout import Rollout
 
 POINTS = 400
-"""Largest number of points in a curve."""
+"""Largest number of points in a curve of the page."""
 
 
 def write_page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None, folder: Path) -> Path:
@@ -66,7 +66,7 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
 
 
 def _columns(figures: dict[str, Any]) -> list[Column]:
-    """Return the scores of the fold by the robot, of the fold by floating hands, and of the learned fold."""
+    """Return table columns with the scores of the robot's fold, the fold by floating hands, and the learned fold."""
     scores = figures["fold"]["scores"] if figures["fold"] else {}
     return [Column(name, Score.model_validate(score)) for name, score in scores.items()]
 
@@ -79,7 +79,11 @@ def _views(fold: Refold | None) -> list[TopView]:
 
 
 def _apart(fold: Refold | None) -> list[Chart]:
-    """Return charts of the distance from each vertex to its position after a fold by ideal floating hands."""
+    """Return charts of the distance of each vertex between two final shapes.
+
+    One shape is from the robot's fold. The other shape is from a fold by floating hands, which move exactly as learned,
+    without a robot.
+    """
     if fold is None or fold.learned is None:
         return []
     floating = replace(fold.robot, extra={"target": fold.floating.positions[-1]})
@@ -90,7 +94,7 @@ def _apart(fold: Refold | None) -> list[Chart]:
 
 
 def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
-    """Return the viewer's data over the whole motion.
+    """Return the data with which the page's viewer shows the whole motion.
 
     The cloth and the hands are in the fold's frame. The robot's links are boxes.
     """
@@ -110,7 +114,10 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
 
 
 def _events(rehearsal: Rehearsal) -> list[tuple[float, str]]:
-    """Return the marks under the slider: the times when the fingers close and open, as fractions of the whole time."""
+    """Return the marks under the replay's slider.
+
+    They are at the times when the fingers close and open, as fractions of the whole time.
+    """
     return [
         (rehearsal.planned.event(rehearsal.planned.arms[0], name) / rehearsal.times[-1], name)
         for name in ("close", "open")

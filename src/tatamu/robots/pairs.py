@@ -1,8 +1,11 @@
 """Decide which pairs of a robot's collision shapes are compared when distances are computed.
 
+These kinds of pairs are compared:
+
 - *between arms*: every shape of one arm with every shape of the other arm.
 - *within an arm*: shapes with three or more of the arm's joints between them.
-- *to the trunk*: the body that carries the arm, and bodies fixed to it, with all links after the arm's second joint.
+- *to the trunk*: the body that carries the arm, and bodies fixed to this body, with all links that at least three of
+  the arm's joints move.
 - *to obstacles*: every link with everything else that does not move: walls, floors, furniture, and the other arm's
   foot.
 - *to the table*: the table of the plan with every link except the fingers.
@@ -26,9 +29,12 @@ from tatamu.robots.model import TABLE, Robot
 ON_TABLE, FINGERS, OBSTACLES = "to the table", "of fingers to the table", "to obstacles"
 KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE, FINGERS)
 STANDS_ON = 0.005
-"""Largest distance between an obstacle and an arm's first links at which the arm is assumed to stand on it [m]."""
+"""Largest gap between an obstacle and an arm that stands on the obstacle [m].
+
+The gap is measured from the arm's first two links. If it is larger, the arm does not stand on the obstacle.
+"""
 JOINTS_BETWEEN = 3
-"""Smallest number of an arm's joints between two shapes that are compared."""
+"""Number of joints of an arm. Two shapes of the arm are compared only if at least this many joints are between them."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +44,10 @@ class ShapePairs:
     rows: dict[str, np.ndarray]
     """Numbers of the two shapes of each pair, the arm's shape first, shape (n, 2) for each kind."""
     untested: list[tuple[str, str]]
-    """Names of a link and of an obstacle on which the link stands. These pairs are not tested."""
+    """Pairs of a link and an obstacle that are not tested, because the arm stands on the obstacle.
+
+    Each pair has the names of the link and of the obstacle.
+    """
 
 
 @dataclass(frozen=True)
@@ -49,7 +58,7 @@ class _Shape:
     arm: str
     """The arm that moves this shape; empty if no arm moves it."""
     depth: int
-    """Number of the arm's joints that move this shape."""
+    """Number of joints of the arm that move this shape."""
     carries: frozenset[str]
     """The arms that are attached to the body of this shape."""
     still: bool
@@ -57,7 +66,7 @@ class _Shape:
 
 
 def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
-    """Return the pairs of a robot, or only the pairs of one arm if `only` names an arm."""
+    """Return the pairs of a robot's shapes that are compared. If `only` names an arm, return only the arm's pairs."""
     model = robot.model
     shapes = _shapes(robot)
     rows: dict[str, list[tuple[int, int]]] = {kind: [] for kind in KINDS}
@@ -89,12 +98,12 @@ def link_name(model: Any, geom: int) -> str:
 
 
 def _at_table(robot: Robot, geom: int) -> str:
-    """Return the kind of the pair that a shape and the table make."""
+    """Return the kind of a pair that consists of a shape and the table."""
     return FINGERS if link_name(robot.model, geom) in robot.fingers else ON_TABLE
 
 
 def _kind(a: _Shape, b: _Shape) -> str | None:
-    """Return the kind of the pair of two shapes; None if the shapes are not compared."""
+    """Return the kind of a pair of shapes, such as "between arms"; None if the two shapes are not compared."""
     if not a.arm:
         return None
     if b.arm:
@@ -136,7 +145,10 @@ def _ancestors(model: Any, body: int) -> list[int]:
 
 
 def _standing(robot: Robot, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return the pairs that touch, or almost touch, at the pose in which motions start."""
+    """Return those of the given pairs whose two shapes touch, or almost touch, in the robot's initial pose.
+
+    An arm is assumed to stand on the obstacle that it touches there.
+    """
     if not pairs:
         return []
     mujoco = needed("mujoco")

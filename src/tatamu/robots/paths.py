@@ -23,7 +23,7 @@ from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement
 from tatamu.robots.pose import pose
 
 CLOSE_ENOUGH = 1.5e-4
-"""Largest distance of the joints' splines from the hands' curves [m].
+"""Largest allowed distance between the paths of the tools and the hands' curves [m].
 
 If the distance is larger, another via-point is inserted.
 """
@@ -31,7 +31,7 @@ ROUNDS = 4
 
 
 class Unreachable(TatamuError):
-    """The error that an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
+    """An error: an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -44,9 +44,12 @@ class Stage:
 
     name: str
     spline: CubicSpline
-    """Full configurations of the robot [rad] as a function of s."""
+    """Configurations of all joints of the robot [rad] as a function of s."""
     rate: float
-    """Upper bound on ds/dt. It is at most 1 if s is simulated time [s], and a speed [m/s] if s is a distance [m]."""
+    """Upper bound on the rate ds/dt, where t is the time of the robot's motion [s].
+
+    If s is the simulated time [s], the bound is at most 1. If s is a distance [m], the bound is a speed [m/s].
+    """
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,7 @@ class PlacedFold:
         return self.placement.z - self.hover
 
     def hovering(self, height: float) -> PlacedFold:
-        """Return the same fold at this height above the table [m]."""
+        """Return the same fold, raised above the table by this height [m]."""
         placement = replace(self.placement, z=self.table + height)
         return replace(self, placement=placement, hover=height)
 
@@ -114,7 +117,7 @@ def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.nda
 
 
 class Paths:
-    """Solver for the stages of a placed fold."""
+    """Finds the path of the joints for each stage of a placed fold."""
 
     def __init__(self, task: PlacedFold) -> None:
         self.task = task
@@ -148,7 +151,10 @@ class Paths:
         ]
 
     def _before(self) -> np.ndarray:
-        """Return a configuration with the tools next to the cloth's edges and above them, near the initial pose."""
+        """Return the configuration before the grasp: the tools are next to the cloth's edges and above them.
+
+        Of several solutions, the one near the initial pose is used.
+        """
         targets = self._beside(float(self.task.hands.times[0]), np.array([UNDER]), LIFT)
         trunk = self.task.trunk(self.task.hands.times[:1])
         angles = [
@@ -158,17 +164,18 @@ class Paths:
         return self.task.robot.configuration(angles, trunk[0])
 
     def _back(self, time: float, distances: np.ndarray) -> np.ndarray:
-        """Return the tool poses at one time, moved back along the tools' axes.
+        """Return tool poses that are moved back along the tools' axes by n distances [m], shape (arms, n, 4, 4).
 
-        The poses are moved by n distances [m], so the result has the shape (arms, n, 4, 4).
+        All poses belong to one time of the fold.
         """
         offsets = pose(np.eye(3), np.outer(-distances, [0.0, 0.0, 1.0]))
         return self.task.tools(np.array([time])) @ offsets
 
     def _beside(self, time: float, distances: np.ndarray, back: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return the tool poses at one time, moved out from under the edge of the cloth, shape (arms, n, 4, 4).
+        """Return tool poses that are moved out from under the edge of the cloth, shape (arms, n, 4, 4).
 
-        The poses are moved horizontally by n `distances` [m], and back along the tools' axes by `back` [m].
+        All poses belong to one time of the fold. They are moved horizontally by n `distances` [m], and back along the
+        tools' axes by `back` [m].
         """
         tools = self._back(time, np.broadcast_to(back, np.broadcast_shapes(np.shape(back), distances.shape)))
         ahead = np.array([ahead for _, _, ahead in self.task.grips])
@@ -176,17 +183,17 @@ class Paths:
         return tools
 
     def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the motion down to the table next to the edge of the cloth, along the tool's axis."""
+        """Return the path down to the table, next to the edge of the cloth. The tools move along their axes."""
         s = np.linspace(0, LIFT, 7)
         return self._line(time, s, self._beside(time, np.full(len(s), UNDER), LIFT - s), start, 0.0)
 
     def _enter(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the motion to the edge of the cloth, with one finger under the cloth and one finger over it."""
+        """Return the path to the edge of the cloth, with one finger under the cloth and one finger over it."""
         s = np.linspace(0, UNDER, 5)
         return self._line(time, s, self._beside(time, UNDER - s), start, 0.0)
 
     def _leave(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the motion away from the folded edge, along the tool's axis, so that no finger lifts the edge."""
+        """Return the path away from the folded edge. The tools move along their axes, so no finger lifts the edge."""
         s = np.linspace(0, LIFT, 7)
         return self._line(time, s, self._back(time, s), start, 1.0)
 
@@ -214,7 +221,7 @@ class Paths:
         return spline
 
     def _error(self, spline: CubicSpline, times: np.ndarray) -> np.ndarray:
-        """Return the distances between the tools and their simulated hands at n times [m], shape (n,).
+        """Return the distances between the tools on a path and their wanted positions at n times [m], shape (n,).
 
         If there are two tools, the larger distance is returned for each time.
         """

@@ -27,12 +27,13 @@ LEFT = 0.55
 RIGHT = -0.55
 NEAR = -0.15
 FAR = 0.85
-"""Edges of the picture along y and x of the base B [m].
+"""Upper edge of the picture along x of the base B [m].
 
-In the picture, x points up and y points to the left, as seen from behind the robot.
+`NEAR` is the lower edge along x. `LEFT` and `RIGHT` are the edges along y. In the picture, x points up and y points to
+the left, as seen from behind the robot.
 """
 CELL = 0.034
-"""Side length of a square [m]."""
+"""Side length of a square of the reachability picture [m]."""
 COLOURS = {"larm": "left", "rarm": "right"}
 
 

@@ -19,7 +19,10 @@ from tatamu.robots.pose import pose, turn
 LIFT = 0.06
 """Distance of the tool from the cloth before the grasp and after the release, along the direction of approach [m]."""
 UNDER = 0.02
-"""Horizontal distance from the grasp at which the tool comes down to the table [m]. Then it moves to the grasp."""
+"""Horizontal distance from the grasp to the place where the tool comes down to the table [m].
+
+From this place, the tool moves along the table to the grasp.
+"""
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ class Placement:
     """A placement: the pose X_BF of the fold's frame F in the robot's base B."""
 
     x: float
-    """Coordinate x of the fold's origin in the robot's base [m]. The field `y` is the coordinate y."""
+    """Coordinate x of the origin of the fold's frame F in the robot's base [m]. The field `y` is the coordinate y."""
     y: float
     z: float
     """Height of the table top in the base B [m]."""
@@ -36,7 +39,7 @@ class Placement:
     turning: float = 0.0
     """Fraction by which the trunk turns towards the middle between the hands, from 0 to 1.
 
-    At 1, it faces this middle.
+    At 1, the trunk faces this middle.
     """
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
@@ -53,7 +56,10 @@ class Placement:
         return pose(turn(2, self.yaw), np.array([self.x, self.y, self.z]))
 
     def begins(self, points: np.ndarray) -> float:
-        """Return the smallest x of `points` (.., 3) in the base B [m]. The points are given in the fold's frame F."""
+        """Return how near the points of a fold come to the robot: their smallest x in the base B [m].
+
+        `points` (.., 3) are given in the fold's frame F.
+        """
         return float((points @ self.matrix[0, :3]).min() + self.x)
 
     def __str__(self) -> str:
@@ -68,11 +74,15 @@ class Hold:
     """The orientation of one hand. It is constant from grasp to release."""
 
     tilt: float
-    """Angle between the approach and straight down, towards the cloth [rad]."""
+    """Angle from straight down to the direction of approach, which leans towards the cloth [rad]."""
     yaw: float = 0.0
-    """Angle about the vertical between the jaw's plane and the plane at right angles to the edge of the cloth [rad]."""
+    """Rotation of the jaw about the vertical [rad].
+
+    At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
+    """
     flipped: bool = False
-    """Whether the two fingers of the jaw have changed sides."""
+    """Whether the two fingers have swapped places: the jaw is rotated by half a turn about its direction of approach.
+    """
 
     def rotation(self, heading: float) -> np.ndarray:
         """Return R_BT, the rotation from the tool's frame T to the base's frame B, shape (3, 3).
@@ -165,9 +175,9 @@ def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: n
 def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
     """Return the orientations of a hand that are tried, within the jaw's limits.
 
-    A whole search tries few orientations. If `fine` is true, more orientations are tried, for the neighbourhood of a
-    good placement. Hands come from outside the cloth. Hands that do not go straight across the edge turn towards each
-    other.
+    The first search tries few orientations. If `fine` is true, more orientations are tried, because the search is only
+    near a good placement. In every orientation, the hand comes from outside the cloth. If a hand does not move at right
+    angles to the edge, it is turned towards the other hand.
     """
     tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
     (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0
@@ -178,9 +188,16 @@ def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
 
 TILTS, YAWS = (15, 30, 45), (0, 30, 60)
 FINE_TILTS, FINE_YAWS = (12, 20, 30, 42), (0, 15, 30, 45, 60)
-"""Tilts and yaws that are tried near good placements [degrees]. `TILTS` and `YAWS` are tried elsewhere."""
+"""Tilts and yaws of the hands that are tried near good placements [degrees].
+
+`TILTS` and `YAWS` are tried elsewhere.
+"""
 SHALLOW, ASIDE = 0.3, 0.3
-"""Reductions of the quality: for a tool that is vertical instead of horizontal, and for a yaw of 1 rad."""
+"""Constants that lower the quality of a motion with steep or turned tools.
+
+The quality is divided by 1 + SHALLOW (1 - tilt / (pi / 2)) + ASIDE |yaw|. Here the tilt is the angle from straight
+down, and the yaw is the angle about the vertical [rad].
+"""
 
 
 TURNS = [
@@ -204,7 +221,7 @@ Each direction is tried with one or two values of `Placement.turning`.
 def grid(
     chains: tuple[Chain, ...], points: np.ndarray, heights: tuple[float, float], front: float, trunk: bool
 ) -> list[Placement]:
-    """Return placements in front of the robot: near and far, left and right, low and high, and rotated.
+    """Return a grid of placements in front of the robot, which differ in distance, side, height and yaw.
 
     Args:
         chains: The arms that fold.
@@ -228,7 +245,7 @@ def grid(
 
 
 def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float], front: float) -> list[Placement]:
-    """Return placements around a good placement, half a step of the grid away."""
+    """Return placements around a good placement, at about half the distance that placements in `grid` have."""
     steps = np.array(
         [
             *([x, y, z, 0.0] for x in (-0.02, 0.0, 0.02) for y in (-0.03, 0.0, 0.03) for z in (-0.02, 0.0, 0.02)),
@@ -249,9 +266,9 @@ def _heading(points: np.ndarray) -> float:
 
 
 def _beginning(x: float, y: float, z: float, yaw: float, points: np.ndarray, turning: float) -> Placement:
-    """Return the placement that puts the nearest of `points` at x, and the middle of `points` at y.
+    """Return the placement at which the smallest x of all `points` is `x`, and the middle of their y is `y`.
 
-    x and y are in the base B. The points are in the fold's frame F, shape (.., 3).
+    `x` and `y` are coordinates in the base B [m]. The points are given in the fold's frame F, shape (.., 3).
     """
     ahead, aside = (points @ row for row in pose(turn(2, yaw), np.zeros(3))[:2, :3])
     return Placement(float(x - ahead.min()), float(y - (aside.min() + aside.max()) / 2), z, float(yaw), turning)

@@ -26,7 +26,10 @@ from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 from tatamu.robots.timing import Untimed
 
 CANDIDATES = 12
-"""Number of placements for which a whole plan is tried before the fold is refused."""
+"""Largest number of placements for which a whole plan is computed.
+
+If none of these plans passes its checks, the fold is refused.
+"""
 
 
 class NoPlacement(InputError):
@@ -41,7 +44,7 @@ class RobotPlan:
     motion: Motion
     checks: dict[str, PlanCheck]
     reach: PlacementRanking | None
-    """Result of the search for placements; None if the placement was given."""
+    """Result of the search for placements; None if the user gave the placement."""
 
     @property
     def via_times(self) -> np.ndarray:
@@ -60,7 +63,7 @@ class RobotPlan:
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """The parts of the motion. A program that plays the motion may stop between two parts."""
+        """The parts of the motion. A program that plays the motion can stop between two parts."""
         return segments(self.motion, self.task.hover)
 
 
@@ -79,7 +82,7 @@ def plan_fold(
         robot: The robot.
         place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search for them.
         table_height: Height of the table top in the robot's base [m]; None to search for it.
-        pace: Limits of the motion's speed.
+        pace: Speeds and waiting times of the motion.
         hover: Height above the table at which the robot makes the motion with open jaws [m]; 0 to fold.
 
     Raises:
@@ -117,7 +120,7 @@ def _candidates(
     heights: tuple[float, float],
     refusals: list[Refused],
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
-    """Return the most promising placements of the fold, each as a task.
+    """Return the most promising placements of the fold, each as a fold to plan.
 
     If no placement is within reach, the reason is added to `refusals`.
     """
@@ -125,7 +128,7 @@ def _candidates(
     count = min(CANDIDATES, reach.good)
     if count == 0:
         refusals.append(out_of_reach(robot, hands, reach))
-        count = int(reach.reached[:, 0].min() == len(reach.times))  # planned anyway; the plan reports what touches
+        count = int(reach.reached[:, 0].min() == len(reach.times))  # if the arms reach all points, one is planned
     return [
         (PlacedFold(robot, hands, placement, holds, folder), reach)
         for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]
@@ -135,7 +138,7 @@ def _candidates(
 def _at(
     robot: Robot, hands: HandMotion, place: tuple[float, float, float], heights: tuple[float, float]
 ) -> PlacementRanking:
-    """Rank the placements with this x, y [m] and yaw [rad], and table heights between two bounds [m]."""
+    """Rank the placements with a given x, y [m] and yaw [rad], for table heights between two bounds [m]."""
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
     places = [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]
@@ -143,7 +146,7 @@ def _at(
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
-    """Return the same motion above the table, with the same placement of the fold.
+    """Return the same plan with its motion raised above the table. The placement of the fold is the same.
 
     Raises:
         InputError: If the robot cannot make the motion at this height.

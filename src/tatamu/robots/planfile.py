@@ -55,7 +55,7 @@ class GripperCommand(OpenRecord):
 
 
 class Segment(OpenRecord):
-    """A part of the motion that starts and ends at rest. A program that plays the motion may pause after this part."""
+    """A part of the motion that starts and ends at rest. A program that plays the motion can pause after this part."""
 
     name: Literal["approach", "fold", "leave"]
     start: float = Field(ge=0)
@@ -63,7 +63,7 @@ class Segment(OpenRecord):
     duration: float = Field(ge=0)
     """Duration of this part [s]."""
     then: Literal["close", "open", ""]
-    """The gripper event after this segment; empty if no event follows."""
+    """What the grippers do after this part: close, open, or nothing (empty)."""
 
     @property
     def end(self) -> float:
@@ -87,7 +87,7 @@ class PlanCheck(OpenRecord):
     unit: str
     ok: bool
     where: str = ""
-    """Text with the joint or the links, and the time, of the worst value."""
+    """Text with the joint or the links that have the worst value, and the time of this value."""
     frame: int = 0
     """Number of the simulation's frame in which the worst value occurs.
 
@@ -95,7 +95,7 @@ class PlanCheck(OpenRecord):
     """
 
     def failed(self, name: str) -> str:
-        """Return the line with which a plan is refused because of this check."""
+        """Return the message that reports that a plan fails this check."""
         return (
             f"{name.replace('_', ' ')} is {self.value:.4g} {self.unit}, the limit {self.limit:.4g} {self.unit}, "
             f"{self.where}"
@@ -106,13 +106,16 @@ class JawFile(OpenRecord):
     """The grasp of the cloth's edge by one hand."""
 
     tilt: float
-    """Angle between the approach and straight down [rad]."""
+    """Angle from straight down to the direction of approach [rad]."""
     yaw: float
-    """Angle about the vertical between the jaw's plane and the plane at right angles to the edge of the cloth [rad]."""
+    """Rotation of the jaw about the vertical [rad].
+
+    At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
+    """
     opening: float = Field(ge=0)
     """Distance between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
-    """Thickness of one finger at its tip, along the opening [m]."""
+    """Thickness of one finger at its tip, in the direction in which the jaw opens [m]."""
     width: float = Field(0.03, gt=0, le=0.15)
     """Width of one finger along the edge of the cloth [m]."""
     length: float = Field(0.02, ge=0.005, le=0.2)
@@ -132,7 +135,7 @@ class ToolViaPoints(OpenRecord):
 
     every_frames: int
     frames: list[int]
-    """Numbers of the simulation's frames."""
+    """Number of the simulation's frame at each via-point."""
     simulated_times: list[float]
     """Times at which the simulated hands are at the via-points [s]."""
     times: list[float]
@@ -158,7 +161,7 @@ class PlanFile(OpenRecord):
     trunk_turning: float = 0.0
     """Fraction by which the trunk turns towards the middle between the hands, from 0 to 1.
 
-    At 1, it faces this middle.
+    At 1, the trunk faces this middle.
     """
     tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
     """Pose of the simulated hand in each arm's wrist, shape (4, 4). The simulated hand grips the edge of the cloth."""
@@ -177,8 +180,8 @@ class PlanFile(OpenRecord):
     hover: float = Field(0.0, ge=0)
     """Height by which the whole motion is raised above the motion that folds [m].
 
-    At the height 0, the motion folds the cloth. Above 0, it only shows the fold: the jaws stay open and there are no
-    events.
+    At the height 0, the motion folds the cloth. Above 0, the motion only shows the fold: the jaws stay open and there
+    are no events.
     """
     stages: list[StageTime] = Field(default_factory=list)
     checks: dict[str, PlanCheck] = Field(default_factory=dict)

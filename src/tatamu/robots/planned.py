@@ -1,4 +1,4 @@
-"""Read the folder of a plan: the part that a rehearsal needs."""
+"""Read those files of a plan's folder that a rehearsal needs."""
 
 from __future__ import annotations
 
@@ -86,7 +86,8 @@ class Planned:
     def event(self, arm: str, event: str) -> float:
         """Return the time at which an arm's fingers close or open [s].
 
-        If the plan only hovers above the table, it is the time at which they would close or open.
+        The fingers stay open if the plan only hovers above the table. In this case, return the time at which they would
+        close or open.
         """
         if self.plan.hover:
             return self.plan.segments[("close", "open").index(event)].end
@@ -96,7 +97,8 @@ class Planned:
 def _arms(plan: PlanFile) -> tuple[str, ...]:
     """Return the names of the arms that fold.
 
-    These arms have events in the plan. If the plan only hovers above the table, these arms have jaws in the plan.
+    The plan has events for exactly these arms. If the plan only hovers above the table, it has no events, but it has
+    jaws for exactly these arms.
     """
     named = set(plan.jaws) if plan.hover else {event.arm for event in plan.events}
     return tuple(arm for arm in ARMS if arm in named)
@@ -105,7 +107,8 @@ def _arms(plan: PlanFile) -> tuple[str, ...]:
 def _check_events(path: Path, plan: PlanFile) -> None:
     """Raise an error if a hand of the plan does not close exactly once and open exactly once.
 
-    A plan that only hovers above the table has no such events. It must have three segments.
+    A plan that only hovers above the table has no such events. Instead, it must have the segments approach, fold and
+    leave.
     """
     if plan.hover:
         if [segment.name for segment in plan.segments] != ["approach", "fold", "leave"]:

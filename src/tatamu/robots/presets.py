@@ -2,7 +2,8 @@
 
 In some pairs, the arms face each other across the cloth. In others, they stand side by side.
 
-Several mounts were compared for each pair. The pair has the mount with which it can do the most folds.
+A mount gives the positions of the arms' feet. For each pair, several mounts were compared, and the mount with which the
+pair can do the most folds was chosen.
 
 The origin of the base B is on the table, in the middle between both feet. The x axis is the direction of the fold, and
 the y axis points to the left arm.
@@ -51,17 +52,23 @@ class Mount:
 
 
 def side_by_side(y: float) -> Mount:
-    """Return a mount with feet at the distance 2 y, both facing the table."""
+    """Return a mount with arms side by side, which both face the table.
+
+    The distance between their feet is 2 y.
+    """
     return Mount(0.0, y, 0.0, 0.15)
 
 
 def facing(y: float, front: float, z: float = 0.0) -> Mount:
-    """Return a mount with arms that face each other. Their feet are 2 y apart, and the table begins at `front`."""
+    """Return a mount with arms that face each other.
+
+    The distance between their feet is 2 y, and the table begins at `front`.
+    """
     return Mount(0.0, y, -np.pi / 2, front, z)
 
 
 PEDESTAL = Mount(0.0, 0.031, 0.0, 0.12, table_heights=(-0.50, -0.28))
-"""Mount of OpenArm: a pedestal from whose top both arms hang."""
+"""Mount of the robot OpenArm: a pedestal from whose top both arms hang."""
 
 
 PAIRS: dict[str, tuple[SerialArm, Mount]] = {
@@ -97,7 +104,7 @@ def pair_of_arms(name: str, arm: SerialArm, mount: Mount) -> Robot:
 
 
 def _feet(mount: Mount) -> dict[str, np.ndarray]:
-    """Return the poses X_BM of the two feet in the base B."""
+    """Return the poses X_BM of the feet of both arms in the base B."""
     return {
         "larm": pose(turn(2, mount.yaw), np.array([mount.x, mount.y, mount.z])),
         "rarm": pose(turn(2, -mount.yaw), np.array([mount.x, -mount.y, mount.z])),
@@ -109,7 +116,7 @@ def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
 
     This direction is at right angles to the edge of the cloth.
 
-    If the last joint does not turn about the approach, the arm stays in its ready pose.
+    If the axis of the last joint is not the direction of approach, the arm stays in its ready pose.
     """
     yaw = _feet(mount)[side][:3, :3]
     initial = np.array(arm.ready)
@@ -119,7 +126,7 @@ def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
     last = arm.hinges[-1]
     about = float(np.array(last.axis) @ X_WG[:3, 2])
     angle = about * float(np.arctan2(wanted[1, 0], wanted[0, 0]))
-    turns = (angle, angle - np.copysign(np.pi, angle))  # after half a turn, a gripper looks the same
+    turns = (angle, angle - np.copysign(np.pi, angle))  # a gripper that is turned by pi looks the same
     turned = min(turns, key=lambda by: abs(initial[-1] + by - (last.lower + last.upper) / 2))
     initial[-1] += turned
     flip = turn(2, np.pi) if turned != angle else np.eye(3)
@@ -167,7 +174,7 @@ def _spec(arm: SerialArm, mount: Mount) -> Any:
 
 
 _SMALL: tuple[Box, ...] = (((-0.03, -0.03, -0.02), (0.03, 0.03, 0.0)),)
-"""Box of a flange whose source has no shape for it."""
+"""Box that stands for a flange if the source of the arm has no shape for the flange."""
 
 
 def _add_gripper(wrist: Any, side: str, arm: SerialArm, mujoco: Any) -> None:

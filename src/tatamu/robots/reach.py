@@ -19,7 +19,10 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import Hold, Placement, grid, holds_of, neighbours
 
 SAMPLES = 10
-"""Number of points of the fold that are tried, at equal distances along the hands' paths."""
+"""Number of points on each hand's path for which the arm's reach is tested.
+
+The points divide the path into equal lengths.
+"""
 DISTANCES = {
     "between arms": (0.018, 0.06),
     "to the trunk": (0.008, 0.04),
@@ -28,25 +31,31 @@ DISTANCES = {
     "to the table": (0.003, 0.012),
     "of fingers to the table": (0.0004, 0.0008),
 }
-"""Two distances of each kind [m].
+"""Two limits [m] for each kind of distance, such as "between arms".
 
-If the distance is below the first value, the motion counts as impossible. Above the second value, a larger distance
-does not improve the quality.
+If the distance is below the first limit, the motion counts as impossible. Above the second limit, a larger distance
+does not improve the quality of the motion.
 """
 ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
-"""Kinds of distances that depend on one arm alone."""
+"""Kinds of distances that depend on the pose of only one arm."""
 TABLE_ROOM = 0.01
-"""Smallest distance of a table below the robot at its initial pose [m]."""
+"""Smallest allowed height of the robot's lowest point above the table in the initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Points on the way between the initial pose and the fold that are also tested, as fractions of this way."""
-REFINED = 2
-"""Number of the best placements whose neighbourhoods are also searched."""
-ASKED = 80
-"""Number of the best placements whose distances are computed."""
-TRIED = 8
-"""Largest number of hand orientations of an arm that are tested.
+"""Poses between the initial pose and the fold for which distances are also computed.
 
-The test ends earlier if `CLEAR` orientations touch nothing.
+Each pose is given as a fraction of the way from the initial pose to the fold.
+"""
+REFINED = 2
+"""Number of the best placements around which further placements are tried."""
+ASKED = 80
+"""Largest number of placements for which distances between links are computed.
+
+The placements with the best quality are chosen.
+"""
+TRIED = 8
+"""Largest number of hand orientations for which an arm's distances are computed at one placement.
+
+Fewer are enough if `CLEAR` orientations touch nothing.
 """
 
 
@@ -62,7 +71,10 @@ class PlacementRanking:
     reached: np.ndarray
     """Number of points that each arm reached before its first failure at each placement, shape (arms, n)."""
     times: np.ndarray
-    """Simulated time of each point [s]. The first point is the approach, the last point is the retreat."""
+    """Simulated time of each tested point of the fold [s].
+
+    The first point is the approach, the last point is the retreat.
+    """
 
     @property
     def good(self) -> int:
@@ -74,9 +86,9 @@ class PlacementRanking:
 
 
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
-    """Return the range of table heights in the base B [m] at which the table does not touch the robot at its start.
+    """Return the range of table heights at which the table does not touch the robot in its initial pose [m].
 
-    Return None if a table at every allowed height would touch the robot.
+    The heights are in the base B. Return None if a table at every allowed height would touch the robot.
     """
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
@@ -102,7 +114,7 @@ def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float
 
 
 def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
-    """Return two results as one result, the best placement first."""
+    """Return the results of two searches as one result, the best placement first."""
     order = np.argsort(-np.concatenate([first.quality, second.quality]), kind="stable")
     placements, holds = first.placements + second.placements, first.holds + second.holds
     return PlacementRanking(
@@ -115,7 +127,7 @@ def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRankin
 
 
 def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: bool = False) -> PlacementRanking:
-    """Rate every placement. The best placement comes first.
+    """Rate the given placements, and return them in the order of their quality, the best first.
 
     If `fine` is true, more orientations of the hands are tried.
     """
@@ -145,7 +157,7 @@ def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: b
 def _keep_clear(
     robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the distances of the most promising placements.
+    """Lower the quality of promising placements at which the arms come near each other, themselves or an obstacle.
 
     Returns:
         Two arrays for n placements: the quality, which now depends on the distances, shape (n,), and the number of the
@@ -171,7 +183,7 @@ def _keep_clear(
 def _alone(
     robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of hand orientations with which the arm comes near the trunk, itself or the table.
+    """Lower the quality of hand orientations at which the arm comes near the trunk, itself, an obstacle or the table.
 
     The best orientations are tested first. The test stops when enough orientations touch nothing, or when too many have
     been tested. The remaining orientations count as impossible.
@@ -190,7 +202,10 @@ def _alone(
 def _together(
     robot: Robot, between: Clearance, arms: list[ArmReach], trunk: np.ndarray, number: int
 ) -> tuple[float, tuple[int, ...]]:
-    """Return the best quality of hand orientations that keep the arms apart, and the numbers of these orientations."""
+    """Choose an orientation for each hand so that the arms stay away from each other.
+
+    Return the best quality that is possible, and the numbers of the chosen orientations.
+    """
     best: tuple[float, tuple[int, ...]] = (HOPELESS, ())
     for ways in product(*(arm.best(number) for arm in arms)):
         quality = min(arm.quality[number, way] for arm, way in zip(arms, ways, strict=True))
@@ -205,10 +220,10 @@ def _together(
 
 
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Return the joint angles of a motion [rad], extended by the ways from and to the initial pose.
+    """Return a motion [rad] that starts and ends at the initial pose.
 
-    The first additional angles lie on the way from `start` to the first of the m rows of `angles`. The others lie on
-    the way from the last row back to `start`. Each way adds n rows, so the result has m + 2 n rows.
+    The array `angles` has the motion's m rows. Before them, n rows are added from `start`, the initial pose, to the
+    first row. After them, n rows are added from the last row back to `start`. The result therefore has m + 2 n rows.
     """
     way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
@@ -216,9 +231,10 @@ def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
-    """Return the quality that follows from the smallest distance in n configurations, shape (n, nq).
+    """Return the quality of a motion, judged by its smallest distances.
 
-    It is at most 1, and negative if a distance is too small.
+    The distances are computed in n configurations, shape (n, nq). The quality is at most 1. It is negative if a
+    distance is too small.
     """
     worst = 1.0
     for kind, found in clearance.least(configurations).items():

@@ -1,4 +1,4 @@
-"""Simulate the learned fold again: by the robot's hands as they really moved, and by floating hands.
+"""Simulate the learned fold again: by the robot's hands as they moved in the rehearsal, and by floating hands.
 
 Floating hands move exactly as learned, without a robot. Both simulations use the mesh of the learned fold, or a finer
 mesh if the simulator needs a finer mesh. All vertices of the learned mesh are also vertices of the finer mesh. Shapes
@@ -40,20 +40,26 @@ class Refold:
     floating: Rollout
     """The fold by floating hands. The hands move at the learned speed, which may be higher than the robot's speed."""
     target: np.ndarray | None
-    """The wanted positions of all n vertices [m], shape (n, 3); None if the plan does not contain the shape."""
+    """The wanted positions of all n vertices [m], shape (n, 3); None if the plan does not contain these positions."""
     learned: Result | None = None
-    """The learned fold with its task; None if the fold cannot be scored."""
+    """The learned fold with its task, which is needed to score folds; None if the fold cannot be scored."""
     unscored: str | None = None
     """Reason why the fold cannot be scored; None if the fold can be scored."""
 
     @property
     def apart(self) -> np.ndarray:
-        """Final distance of each vertex from its position in the fold by floating hands [m], shape (n,)."""
+        """Distance of each vertex between the final shapes of both folds [m], shape (n,).
+
+        One fold is by the robot's hands, the other fold is by floating hands.
+        """
         return np.asarray(np.linalg.norm(self.robot.positions[-1] - self.floating.positions[-1], axis=1))
 
     @property
     def scores(self) -> dict[str, Score]:
-        """Scores of the folds, by the functions that score learned folds; empty if the plan has no task."""
+        """Scores of three folds: by the robot, by floating hands, and the learned fold.
+
+        Empty if they cannot be scored.
+        """
         if self.learned is None:
             return {}
         return {
@@ -64,7 +70,7 @@ class Refold:
 
 
 def halvings_for(scene: Scene, simulator: str) -> int:
-    """Return how many times the edges of a scene's mesh must be halved for the simulator."""
+    """Return how many times the edges of a scene's mesh must be halved, so that the simulator can use the mesh."""
     coarsest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
@@ -104,7 +110,10 @@ def _target(folder: ResultFolder, count: int) -> np.ndarray | None:
 
 
 def _rebuilt(folder: ResultFolder) -> tuple[Result | None, str | None]:
-    """Return the learned fold in the plan's folder, or the reason why the fold cannot be scored."""
+    """Return the learned fold from the plan's folder, and the reason why the fold cannot be scored.
+
+    One of them is None.
+    """
     if not folder.result_file.is_file():
         return None, "the plan carries no result.json of the learned fold"
     try:

@@ -12,7 +12,10 @@ from tatamu.robots.reach import PlacementRanking
 
 
 class Refused(TatamuError):
-    """An error: a placement was refused. `progress` is larger if the planning came further."""
+    """An error: a placement was refused.
+
+    `progress` is larger if planning succeeded in more steps before the error.
+    """
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -20,17 +23,17 @@ class Refused(TatamuError):
 
 
 def table_too_high(robot: Robot) -> Refused:
-    """Return the error for a table that would touch the robot at its initial pose."""
+    """Return an error for a table that would touch the robot at its initial pose."""
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     return Refused(
         f"the table top must be below {np.floor(1e3 * lowest) / 1e3:.3f} m: at its pose '{robot.start}' the robot "
         "reaches down to there",
-        lowest - 10,  # below the progress of every other refusal; among start poses, the highest one wins
+        lowest - 10,  # below any other refusal; a start pose with higher arms has more progress
     )
 
 
 def out_of_reach(robot: Robot, hands: HandMotion, reach: PlacementRanking) -> Refused:
-    """Return the error that the robot cannot follow the fold even from the best placement."""
+    """Return an error for a fold that the robot cannot follow even at the best placement."""
     placement, reached = reach.placements[0], reach.reached[:, 0]
     last = len(reach.times) - 1
     if reached.min() > last:

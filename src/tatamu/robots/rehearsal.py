@@ -27,11 +27,11 @@ from tatamu.robots.stage import MODEL, data_of, load_stage
 STEP = 0.001
 """Time step of the simulation [s]."""
 SAMPLE = 5
-"""Number of time steps from one sample to the next."""
+"""Number of time steps of the simulation from one recorded sample to the next."""
 FINGER_PERIOD = 0.01
 """Time between commands to the fingers [s]."""
 STIFFNESS, RATIO = 60.0, 1.0
-"""Natural frequency of the joints' control [rad/s], and its damping ratio.
+"""Natural frequency [rad/s] and damping ratio of the control that drives the joints.
 
 The frequency is typical of industrial drives.
 """
@@ -41,18 +41,18 @@ DRIVES = ("position", "velocity")
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact of two links."""
+    """A contact of two links of the robot during a rehearsal."""
 
     links: tuple[str, str]
     first: float
-    """First time of contact [s]."""
+    """Time at which the links first touch [s]."""
     depth: float
     """Largest penetration depth [m]."""
 
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """The motion of a rehearsed plan, and its contacts."""
+    """The result of a rehearsal: the motion of the robot, and its contacts."""
 
     planned: Planned
     times: np.ndarray
@@ -68,7 +68,7 @@ class Rehearsal:
 
     @property
     def joint_distances(self) -> np.ndarray:
-        """Deviation of each joint from the plan [rad], shape (n, j)."""
+        """Deviation of each joint from the plan at each sample [rad], shape (n, j)."""
         planned = self.planned
         wanted = np.array([np.interp(self.times, planned.times, column) for column in planned.angles.T]).T
         return self.angles - wanted
@@ -85,7 +85,7 @@ class Rehearsal:
 
     @property
     def tool_distances(self) -> np.ndarray:
-        """Distance of each tool from its planned position [m], shape (arms, n)."""
+        """Distance of each tool from its planned position at each sample [m], shape (arms, n)."""
         return np.asarray(np.linalg.norm(self.tools - self.wanted_tools, axis=2))
 
     @property
@@ -97,13 +97,13 @@ class Rehearsal:
         )
 
     def holding(self, arm: str) -> np.ndarray:
-        """Return whether each sample is between the closing and the opening of an arm's jaw, shape (n,)."""
+        """Return for each sample whether it is between the closing and the opening of an arm's jaw, shape (n,)."""
         closes, opens = self.planned.event(arm, "close"), self.planned.event(arm, "open")
         return (self.times >= closes) & (self.times <= opens)
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated seconds per second of computing."""
+        """Simulated seconds per second of computing time."""
         return float(self.times[-1] / self.wall_seconds)
 
 
@@ -160,7 +160,10 @@ class _FingerDrives:
 
 
 def _stage(planned: Planned, mujoco: Any) -> Any:
-    """Return the plan's model with drives on its joints, and contacts between the pairs that must not touch."""
+    """Return the plan's model with drives on its joints.
+
+    Contacts act between the pairs of shapes that must not touch.
+    """
     path = planned.folder / MODEL
     spec = load_stage(planned.folder)
     try:
@@ -184,7 +187,7 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
 
 
 def _inertia(model: Any, planned: Planned, joints: Sequence[str], mujoco: Any) -> list[float]:
-    """Return the inertia at each joint in the middle of the plan, where the arms hold the cloth.
+    """Return the inertia at each joint in the pose in the middle of the plan, where the arms hold the cloth.
 
     MuJoCo's own `dof_M0` is the inertia at zero angles. Many arms point straight up at zero angles. Joints with a
     vertical axis then have almost no inertia, and would get drives that are far too weak.
@@ -204,7 +207,7 @@ def _inertia(model: Any, planned: Planned, joints: Sequence[str], mujoco: Any) -
 
 
 def _others(model: Any, planned: Planned) -> list[str]:
-    """Return the names of the joints that the plan does not move."""
+    """Return the names of the model's joints that the plan does not move."""
     names = [str(model.joint(number).name) for number in range(model.njnt)]
     return [name for name in names if name not in planned.plan.joints]
 
@@ -224,7 +227,7 @@ def _check_names(spec: Any, planned: Planned) -> None:
 
 
 def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the commanded angles and speeds at every step.
+    """Yield the commanded angles and speeds of the joints at every time step.
 
     Angles between two rows of the plan are interpolated linearly, as in the robot's own controller.
     """
@@ -236,7 +239,7 @@ def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def _tools(data: Any, planned: Planned) -> np.ndarray:
-    """Return the position of each tool in the base B [m], shape (arms, 3)."""
+    """Return the present position of each tool in the base B [m], shape (arms, 3)."""
     base = data.body(planned.plan.base_frame)
     R_WB = base.xmat.reshape(3, 3)
     return np.array([R_WB.T @ (data.site(f"{arm}_tool").xpos - base.xpos) for arm in planned.arms])
@@ -254,7 +257,7 @@ def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray,
 
 
 def _note(model: Any, data: Any, touched: dict[tuple[str, str], Contact]) -> None:
-    """Record which links touch, the time of their first contact, and the largest depth."""
+    """Record which links touch now, the time when they first touched, and the largest penetration depth."""
     for number in range(data.ncon):
         contact = data.contact[number]
         if contact.dist > 0:

@@ -53,7 +53,7 @@ def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
 
 
 class _HandOfRobot:
-    """One hand of the robot from its closing to its opening, in the fold's frame."""
+    """One hand of the robot from the closing to the opening of its jaw, in the fold's frame."""
 
     def __init__(self, rehearsal: Rehearsal, number: int, arm: str) -> None:
         planned = rehearsal.planned

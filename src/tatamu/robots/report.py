@@ -15,9 +15,9 @@ from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 
 AS_FLOATING = 0.010
-"""Limit for the mean distance between a fold and the fold by floating hands [m].
+"""Limit for the mean distance between the robot's fold and the fold by floating hands, which move without a robot [m].
 
-Below this limit, both count as equal.
+If the distance is below this limit, the two folds count as equal.
 """
 
 
@@ -29,7 +29,7 @@ Below this limit, the tool counts as following the plan.
 
 
 def as_planned(figures: dict[str, Any]) -> bool:
-    """Return whether the tools followed the plan in a rehearsal, and no links touched."""
+    """Return whether the tools followed the plan in a rehearsal and no links touched each other."""
     return not figures["contacts"] and figures["tool_error"] <= AS_PLANNED
 
 
@@ -120,7 +120,7 @@ def summary(figures: dict[str, Any]) -> list[str]:
 
 
 def halved(often: int) -> str:
-    """Return as text how many times the edges of the mesh are halved."""
+    """Return a text that reports how many times the edges of the mesh are halved."""
     return "halved " + {1: "once", 2: "twice"}.get(often, f"{often} times")
 
 

@@ -5,7 +5,7 @@
 - The arms must be able to move in every direction that a fold needs.
 - `Chain`, with which plans are computed, and MuJoCo must have the same kinematics.
 
-These checks use random configurations from the joints' whole ranges, with a fixed seed.
+The last three checks use random configurations from the joints' whole ranges, with a fixed seed.
 """
 
 from __future__ import annotations
@@ -34,13 +34,11 @@ NUMBERS = (
 SAME_POSE = 1e-6
 """Largest allowed difference between the tool poses of the chain and of MuJoCo [m, and entries of the rotation]."""
 FOLLOWS = 1e-3
-"""Largest allowed violation of an equality of the model [m, rad]."""
+"""Largest allowed violation of an equality constraint between joints of the model [m, rad]."""
 LEAST_RANK = 1e-4
-"""Limit for the smallest singular value of the Jacobian.
+"""Limit for the smallest singular value of an arm's Jacobian, as computed by `Chain.singularity`.
 
-A usable arm must exceed this limit in at least one configuration.
-
-See `Chain.singularity`.
+The value must exceed this limit in at least one of the random configurations. Otherwise the arm cannot be used.
 """
 
 
@@ -50,7 +48,7 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
     Args:
         path: The description, for messages.
         robot: The robot that was made from the description.
-        prefixes: Prefixes that the names of each arm's model have in the robot's model.
+        prefixes: Prefix for each arm, which the robot's model adds to the names in the arm's own model.
 
     Raises:
         InputError: If a name is unknown, a value is out of range, or the arms cannot be planned for.
@@ -154,7 +152,7 @@ def _check_numbers(path: Path, model: Any) -> None:
 
 
 def _check_joints(path: Path, model: Any) -> None:
-    """Refuse joints that have no single angle or position."""
+    """Refuse joints without a single angle or position, such as ball joints."""
     kinds = needed("mujoco").mjtJoint
     words = {int(kinds.mjJNT_FREE): "free", int(kinds.mjJNT_BALL): "ball"}
     for number in range(model.njnt):
@@ -212,7 +210,7 @@ def _check_base(path: Path, robot: Robot) -> None:
 
 
 def _check_standing(path: Path, robot: Robot) -> None:
-    """Refuse positions of joints that are outside the joints' ranges."""
+    """Refuse positions of joints, such as those in `standing`, that are outside the joints' ranges."""
     model = robot.model
     for number in range(model.njnt):
         name, (low, high) = model.joint(number).name, model.jnt_range[number]
@@ -240,7 +238,7 @@ def _check_equalities(path: Path, robot: Robot) -> None:
 
 
 def _equality(model: Any, number: int) -> str:
-    """Return an equality constraint as text."""
+    """Return a text that names an equality constraint of the model."""
     kinds, body = needed("mujoco").mjtEq, int(needed("mujoco").mjtObj.mjOBJ_BODY)
     kind, first, second = int(model.eq_type[number]), int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
     if kind == int(kinds.mjEQ_JOINT):

@@ -25,12 +25,13 @@ START = "start"
 def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None = None) -> Any:
     """Build the model with the table top at a height in the base B [m].
 
-    Only pairs of shapes that the plan checks can touch.
+    In this model, two shapes can touch only if the checks of a plan compare these two shapes.
 
     Args:
         robot: The robot.
         table_height: Height of the table top in the base B [m].
-        margins: Distance below which each kind of pair counts as touching [m]; 0 by default.
+        margins: Limit for the distance of each kind of pair [m]; 0 by default. Pairs below their limit count as
+            touching.
 
     Returns:
         The model, a mujoco.MjSpec.
@@ -51,7 +52,7 @@ def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None
 
 
 def save_stage(robot: Robot, table_height: float, folder: Path) -> None:
-    """Write the model as MJCF, with every file that the model names."""
+    """Write the model as an MJCF file, together with every file that the model names."""
     spec = stage(robot, table_height)
     spec.compile()
     used = {asset.file for asset in (*spec.meshes, *spec.hfields, *spec.textures)}
@@ -79,7 +80,10 @@ def load_stage(folder: Path) -> Any:
 
 
 def data_of(model: Any) -> Any:
-    """Return a new mujoco.MjData of a compiled stage, in the pose in which motions start."""
+    """Return a new mujoco.MjData of a compiled stage in the robot's start pose.
+
+    A stage is the model of the robot and the table.
+    """
     mujoco = needed("mujoco")
     data = mujoco.MjData(model)
     if model.nkey:
@@ -88,7 +92,7 @@ def data_of(model: Any) -> Any:
 
 
 class Poser:
-    """Moves a compiled stage to the poses of a plan's joints and fingers."""
+    """Moves a compiled stage, which contains the robot and the table, to the poses of a plan's joints and fingers."""
 
     def __init__(self, model: Any, planned: Planned, angles: np.ndarray, times: np.ndarray) -> None:
         """Prepare the poses at n times [s], where the plan's j joints have these angles [rad], shape (n, j).
@@ -111,7 +115,7 @@ class Poser:
         return len(self._positions)
 
     def pose(self, row: int) -> Any:
-        """Return the mujoco.MjData in one of the poses, with computed kinematics."""
+        """Return the mujoco.MjData in one of the prepared poses, with computed kinematics."""
         self.data.qpos[self._columns] = self._positions[row]
         needed("mujoco").mj_kinematics(self._model, self.data)
         return self.data

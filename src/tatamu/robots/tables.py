@@ -1,4 +1,4 @@
-"""A motion as tables for any programming language: CSV, JSON, and lists for playPatternOfGroup of hrpsys."""
+"""A motion as tables for any programming language: CSV, JSON, and lists for hrpsys, the control software of HIRONX."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from tatamu.robots.planfile import GripperCommand
 
 DECIMALS = 9
 POINT_EVERY = 4
-"""Number of samples from one trajectory point of ROS and hrpsys to the next, which gives 50 points a second."""
+"""Number of motion samples from one trajectory point for ROS and hrpsys to the next.
+
+There are 50 trajectory points a second.
+"""
 
 
 class Group(NamedTuple):
@@ -53,7 +56,7 @@ def _csv(header: list[str], rows: Any) -> str:
 
 
 def groups(plan: RobotPlan) -> list[Group]:
-    """Return the ROS controllers that the motion needs."""
+    """Return the ROS controllers that the motion needs, each with its joints."""
     robot = plan.task.robot
     found = [Group(arm.controller, arm.joints, arm.ros_joints) for arm in robot.folding]
     if robot.trunk is not None and plan.task.placement.turning:

@@ -18,27 +18,29 @@ from tatamu.errors import TatamuError
 from tatamu.robots.extras import needed
 
 KEEP = 0.98
-"""Fraction of each limit that plans use, because toppra respects limits only at grid points."""
+"""Fraction of each joint limit that plans use, because toppra respects limits only at grid points."""
 
 
 STILL = 1e-5
-"""Smallest motion of a joint that the timing considers [rad]. Smaller motions would disturb the linear programs."""
+"""Smallest motion of a joint that the timing of a path considers [rad].
+
+Smaller motions would disturb the linear programs.
+"""
 
 
 @dataclass(frozen=True)
 class Timed:
-    """A path with its timing."""
+    """A path of the joints with its timing."""
 
     duration: float
     """Duration of the motion [s]."""
     angles: Callable[[np.ndarray], np.ndarray]
-    """Function from n times between 0 and `duration` [s] to the angles of k joints [rad], shape (n, k).
-    """
+    """Function from n times between 0 and `duration` [s] to the angles of k joints [rad], shape (n, k)."""
     parameter: Callable[[np.ndarray], np.ndarray]
     """Function from n times [s] to the path parameters s at these times, shape (n,)."""
 
     def slowed(self, scale: float) -> Timed:
-        """Return the same motion with its speed multiplied by `scale`."""
+        """Return the motion along the same path, with its speed multiplied by `scale`."""
         return Timed(
             self.duration / scale,
             lambda times: self.angles(times * scale),
@@ -47,7 +49,10 @@ class Timed:
 
 
 class _Path:
-    """The path q(s) for toppra, with s itself as the last coordinate."""
+    """The path q(s) as toppra needs it.
+
+    The parameter s is added as the last coordinate, so that the rate ds/dt can be limited.
+    """
 
     def __init__(self, spline: CubicSpline, columns: np.ndarray) -> None:
         self._spline, self._columns = spline, columns

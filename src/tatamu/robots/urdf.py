@@ -17,7 +17,7 @@ XACRO = ("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}", "{htt
 
 @dataclass(frozen=True)
 class Urdf:
-    """A URDF with renamed mesh files."""
+    """A URDF that is prepared for MuJoCo, with new names for its mesh files."""
 
     text: str
     speeds: dict[str, float]
@@ -50,7 +50,7 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
 
 
 def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
-    """Return the folder of relative mesh names, and whether the paths in mesh names are ignored.
+    """Return the folder to which mesh names are relative, and whether the paths in mesh names are ignored.
 
     Both follow from the element `mujoco`, MuJoCo's extension of URDF.
     """
@@ -62,7 +62,7 @@ def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
 
 
 def _speeds(path: Path, root: ElementTree.Element) -> dict[str, float]:
-    """Return the speed limits by joint. A limit of 0 counts as missing, because many exporters write 0."""
+    """Return the speed limit of each joint by name. A limit of 0 counts as missing, because many exporters write 0."""
     found = {}
     for joint in root.iterfind("joint"):
         limit = joint.find("limit")

@@ -45,7 +45,7 @@ class _Mesh:
 
     fold: FoldOnMesh
     requested: set[str] = field(default_factory=set)
-    """Keys of the simulations that were needed, whether they ran now or were in the cache."""
+    """Keys of the simulations that were needed, including those whose results were in the cache."""
 
     def __post_init__(self) -> None:
         self.name = self.fold.key

@@ -30,27 +30,30 @@ PAIRS = 12
 These draws are spread evenly over all draws, sorted from worst to best.
 """
 DRAWS_PER_PAIR = 8
-"""One draw in this many is simulated on both meshes, but at most `PAIRS` draws."""
+"""One of this many draws is simulated on both meshes, the coarse and the fine mesh, but at most `PAIRS` draws."""
 VERSION = 2
-"""Version of the contents of a verdict. Verdicts of other versions are not used again."""
+"""Version of the contents of saved verdicts, the results of folds under random disturbances.
+
+Verdicts of other versions are not used again.
+"""
 FEWEST = 3
-"""Least number of draws that are simulated on both meshes.
+"""Least number of draws that are simulated on both meshes, the coarse and the fine mesh.
 
 `fit_distances` needs at least as many to fit a line.
 """
 
 
 DistanceOf = Callable[[Verdict], float | None]
-"""Function that returns a mean vertex distance of a verdict [m], or None if the simulation failed."""
+"""Function that returns a verdict's mean distance of vertices from their targets [m]; None if the simulation failed."""
 
 
 def whole_distance(verdict: Verdict) -> float | None:
-    """Return the mean distance of all vertices from their targets [m]."""
+    """Return a verdict's mean distance of all vertices from their targets [m]."""
     return verdict.mean_vertex_distance
 
 
 def moving_distance(verdict: Verdict) -> float | None:
-    """Return the mean distance from their targets of the vertices in the part that moves [m]."""
+    """Return a verdict's mean distance from the targets for the vertices of the part that moves [m]."""
     return verdict.moving_vertex_distance
 
 
@@ -103,7 +106,7 @@ class SlackRange:
         return SlackRange(limits, -np.inf, np.inf)
 
     def including(self, judged: Iterable[MeshVerdict]) -> SlackRange:
-        """Return this range, extended by the differences of verdicts on both meshes."""
+        """Return this range, extended to include the differences of the given pairs of verdicts."""
         pairs = [one.pair for one in judged if one.pair is not None]
         differences = [self.limits.slack(fine) - self.limits.slack(coarse) for fine, coarse in pairs]
         return SlackRange(self.limits, min([self.low, *differences]), max([self.high, *differences]))
@@ -120,7 +123,7 @@ class SlackRange:
 
 
 def select_pairs(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
-    """Return the numbers of the draws that are simulated on both meshes.
+    """Return the numbers of the draws that are simulated on both meshes, the coarse and the fine mesh.
 
     These draws are spread evenly over all draws, sorted from worst to best.
     """
@@ -135,8 +138,8 @@ def fit_distances(
 ) -> Callable[[float], float]:
     """Fit a line that predicts mean distances on the fine mesh [m] from mean distances on the coarse mesh.
 
-    The line is fitted to the draws that were simulated on both meshes. Distances of more than twice the limit count as
-    twice the limit. The result is a function of the distance on the coarse mesh.
+    The line is fitted to the draws that were simulated on both meshes. Distances of more than twice the limit of a
+    successful fold count as twice this limit. The result is a function of the distance on the coarse mesh.
     """
     known = [(distance_of(one.pair[1]), distance_of(one.pair[0])) for one in judged if one.pair is not None]
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)

@@ -34,15 +34,20 @@ class AloneMargin(OpenRecord):
 
     None if the fold succeeded at all tried values above the mean."""
     deviation: float
-    """Standard deviation of the disturbance. For a relative change, it is the deviation of the logarithm."""
+    """Standard deviation of the disturbance.
+
+    For a relative change, it is the standard deviation of the logarithm of the factor.
+    """
     tried: tuple[float, float]
     """Lowest and highest value that were tried."""
     mean: float = 0.0
-    """Mean of the disturbance. For a relative change, it is the mean of the logarithm."""
+    """Mean of the disturbance. For a relative change, it is the mean of the logarithm of the factor."""
 
 
 class Spread(OpenRecord):
-    """Mean vertex distances over all draws of the disturbances [m].
+    """Statistics of mean vertex distances over all draws of the disturbances [m].
+
+    A mean vertex distance is the mean distance of the cloth's vertices from their targets.
 
     A simulation that failed counts as twice the distance of untouched cloth.
     """
@@ -53,7 +58,7 @@ class Spread(OpenRecord):
 
     @classmethod
     def of(cls, distances: Sequence[float]) -> Spread:
-        """Return the statistics of distances [m]."""
+        """Return the statistics of distances [m]. The argument has one distance for each draw of the disturbances."""
         median, q90 = np.quantile(distances, [0.5, 0.9])
         return cls(median=float(median), q90=float(q90), worst=float(max(distances)))
 
@@ -118,7 +123,7 @@ def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
 
 
 def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, moving: bool = False) -> list[float]:
-    """Return mean vertex distances on the fine mesh [m].
+    """Return, for each draw, the mean distance of the fine mesh's vertices from their targets [m].
 
     If only the coarse mesh was simulated, the distance is predicted from the coarse mesh.
 
@@ -148,7 +153,7 @@ The grade is "near-perfect" if the lower end of the confidence interval is at le
 
 
 class MeshUsed(OpenRecord):
-    """The meshes that were simulated."""
+    """The meshes on which the draws of the disturbances were simulated, and how much their results differ."""
 
     spacing: float
     """Spacing of the mesh on which all draws of the disturbances were simulated [m]."""
@@ -180,7 +185,7 @@ class MarginsResult(OpenRecord):
     seed: int
     limits: Limits
     undisturbed: float | None
-    """Mean vertex distance without disturbances [m]; None if the simulation failed."""
+    """Mean distance of the vertices from their targets without disturbances [m]; None if the simulation failed."""
     alone: list[AloneMargin]
     joint: SuccessRate
     moving_vertex_distance: Spread | None = None

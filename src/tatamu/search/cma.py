@@ -36,7 +36,7 @@ class CMASearch(Search):
 
 
 def replay_strategy(space: Space, observations: Sequence[Observation]) -> CMA:
-    """Return the strategy that results from all complete generations of observations, in the given order."""
+    """Return the CMA-ES strategy after all complete generations of observations, in the given order."""
     dimensions = space.dimensions
     bounds = np.tile([0.0, 1.0], (dimensions, 1))
     strategy = CMA(np.full(dimensions, 0.5), FIRST_SPREAD, bounds, seed=0, n_max_resampling=10 * dimensions)

@@ -27,14 +27,14 @@ from scipy.special import erfcx, log_ndtr, ndtr
 
 LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 FAR = -1.0
-"""Value of z below which another formula is used.
+"""Smallest z for the usual formula of expected improvement.
 
-Below this value, the two terms of the usual formula nearly cancel, so rounding errors would be large."""
+If z is smaller, its two terms nearly cancel and rounding errors would be large. Then another formula is used."""
 TINY = 1e-300
 
 
 def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the expected improvement at p points, if the objectives are normal variables.
+    """Return the logarithm of the expected improvement at p points whose objectives are normal variables.
 
     All arrays have the shape (p,).
     """

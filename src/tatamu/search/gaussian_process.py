@@ -83,7 +83,7 @@ class GaussianProcess:
     def _with(
         cls, points: np.ndarray, values: np.ndarray, lengths: np.ndarray, variance: float | None = None
     ) -> GaussianProcess:
-        """Return the process for observations and given lengths. The variance is estimated if it is None."""
+        """Return the process for given observations and lengths l_k. The variance is estimated if it is None."""
         factor, _ = dpotrf(_with_jitter(_correlation(points, points, lengths)), lower=1)
         mean, weights, estimated = _closed_forms(factor, values)
         return cls(points, values, lengths, mean, estimated if variance is None else variance, factor, weights)
@@ -153,7 +153,7 @@ class _Posterior:
 
 
 def _correlation(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return the correlations R between p points and q other points, shape (p, q)."""
+    """Return the correlations between the function's values at p points and at q other points, shape (p, q)."""
     a = a / lengths
     b = b / lengths
     square = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2.0 * a @ b.T

@@ -53,24 +53,24 @@ class Maximisation:
     """
 
     scattered: int = 1024
-    """Number of points scattered over the whole cube."""
+    """Number of points that are scattered over the whole unit cube at the start."""
     around_best: int = 512
-    """Number of points around the best trials."""
+    """Number of points that are placed around the best trials at the start."""
     best_trials: int = 4
     """Number of best trials around which points are placed."""
     spreads: tuple[float, ...] = (0.02, 0.1, 0.3)
-    """Spreads of the points around the best trials, in sides of the cube."""
+    """Standard deviations of the points around the best trials, in sides of the unit cube."""
     kept: int = 6
-    """Number of best points that each round keeps. New points are placed around them."""
+    """Number of best points that each round of the maximisation keeps. New points are placed around them."""
     per_kept: int = 21
-    """Number of new points around each kept point in a round."""
+    """Number of new points that each round of the maximisation places around each of the best points."""
     rounds: int = 8
     first_spread: float = 0.15
-    """Spread of the new points in the first round, in sides of the cube."""
+    """Standard deviation of the new points in the first round of the maximisation, in sides of the unit cube."""
     narrowing: float = 0.6
-    """Ratio of the spread in a round to the spread in the previous round."""
+    """Ratio of the new points' standard deviation in a round of the maximisation to that in the previous round."""
     changed: float = 0.6
-    """Probability that a new point differs from the kept point in one of its coordinates."""
+    """Probability, for each coordinate, that a new point differs from the point around which it is placed."""
 
 
 class GPSearch(Search):
@@ -121,7 +121,7 @@ def _acquisition(
 
 
 def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return an acquisition function that is lowered near the n taken points, shape (n, d).
+    """Return an acquisition function whose values are lowered near n taken points, shape (n, d).
 
     Taken points are known or pending. A point is near if it differs by less than `APART` from a taken point.
     """
@@ -134,9 +134,9 @@ def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]
 
 
 def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.ndarray:
-    """Return the logarithm of each of the n objectives minus its known part, shape (n,).
+    """Return the logarithms of the unknown parts of n objectives, shape (n,).
 
-    If no part is known, return the objectives themselves.
+    The unknown part is the objective minus its known part. If no part is known, return the objectives themselves.
     """
     if space.known_part is None:
         return objectives
@@ -151,7 +151,7 @@ def leading(points: np.ndarray, objectives: np.ndarray, count: int) -> np.ndarra
 def fit_standardised(
     points: np.ndarray, values: np.ndarray, pending: np.ndarray, least: float = LEAST_DEVIATION
 ) -> tuple[GaussianProcess, float, float]:
-    """Fit a process to standardised values, and add its own mean as an observation at pending points.
+    """Fit a Gaussian process to standardised values, and add its own mean as an observation at pending points.
 
     Args:
         points: The n points of the unit cube whose values were observed, shape (n, d).
@@ -160,7 +160,7 @@ def fit_standardised(
         least: Least standard deviation by which values are divided. Without it, small differences would be enlarged.
 
     Returns:
-        The process, and the centre and the spread with which the values were standardised.
+        The process, and the two numbers with which the values were standardised: their centre and their spread.
     """
     centre = float(values.mean())
     spread = max(float(values.std()), least)
@@ -174,7 +174,7 @@ def maximise(
     random: np.random.Generator,
     settings: Maximisation,
 ) -> tuple[np.ndarray, float]:
-    """Find the point of largest acquisition, and return its d coordinates and its acquisition.
+    """Find the point with the largest acquisition, and return its d coordinates and its acquisition.
 
     Gradients would save little time, because a thousand points are evaluated in a millisecond.
 

@@ -17,19 +17,19 @@ from collections.abc import Generator, Iterable, Mapping, Set
 import numpy as np
 
 DIFFERENCE = 0.01
-"""Difference h for derivatives, in sides of the cube."""
+"""Difference h between two points for a derivative, in sides of the unit cube."""
 FIRST_DAMPING = 0.01
 """Damping lambda at the start of a search."""
 LESS, MORE = 0.2, 5.0
 """Factors of the damping lambda: after a step that lowered the sum of squares, and after any other step."""
 MOST_DAMPING = 1e3
-"""Largest damping. If no step lowers the sum of squares with this damping or less, the search ends."""
+"""Largest damping lambda. If no step lowers the sum of squares up to this damping, the search ends."""
 SHORTEST_STEP = 1e-3
-"""Length of a step below which the search ends, in sides of the cube. The length is the step's largest coordinate."""
+"""Shortest step, in sides of the unit cube. The search ends before a step whose largest coordinate is smaller."""
 LEAST_GAIN = 1e-3
-"""Relative decrease of the sum of squares below which the search ends."""
+"""Smallest relative decrease of the sum of squares in a step. The search ends after a step with a smaller decrease."""
 DIGITS = 9
-"""Number of decimals to which coordinates are rounded to compare points."""
+"""Number of decimals to which the coordinates of points are rounded before the points are compared."""
 
 Residuals = np.ndarray | None
 """Vector of residuals at a point; None if the evaluation failed."""
@@ -46,8 +46,8 @@ def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pen
     """Return the next point at which the searches need residuals.
 
     The searches are run one after the other. If all points that a search needs are pending, the function returns
-    neighbours of the point that the search tries. The search will need these neighbours if this point is better than
-    the last. If the neighbours are pending too, the next search starts.
+    neighbours of the point that the search tries. The search will need these neighbours for derivatives if this point
+    is better than the last. If the neighbours are pending too, the next search starts.
 
     Args:
         starts: Starting points of the searches in the unit cube, one for each search. There must be more than are ever
@@ -99,7 +99,7 @@ def least_squares(start: np.ndarray) -> Generator[list[np.ndarray], list[Residua
 
 
 def neighbours(point: np.ndarray) -> list[np.ndarray]:
-    """Return the points for derivatives: one along each coordinate, in the direction that stays inside the cube."""
+    """Return the points for finite differences at a point, one along each coordinate, all inside the unit cube."""
     steps = np.where(point + DIFFERENCE <= 1.0, DIFFERENCE, -DIFFERENCE)
     return list(point + np.diag(steps))
 
@@ -117,7 +117,7 @@ def _jacobian(point: np.ndarray, residuals: np.ndarray, around: list[Residuals])
 
 
 def _step(jacobian: np.ndarray, residuals: np.ndarray, damping: float) -> np.ndarray:
-    """Return the damped Gauss-Newton step, shape (d,)."""
+    """Return the step of the Levenberg-Marquardt method for a given damping, shape (d,)."""
     normal = jacobian.T @ jacobian
     scale = np.diag(normal) + 1e-12 * max(float(np.trace(normal)), 1e-300)
     return np.asarray(np.linalg.solve(normal + damping * np.diag(scale), -jacobian.T @ residuals))

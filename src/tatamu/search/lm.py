@@ -22,20 +22,24 @@ from tatamu.search.search import Observation, Search
 from tatamu.search.space import Parameters, Space
 
 LI_2015 = ((0.53996, 0.20555), (0.78185, 0.45923))
-"""P1 and P2 of the curve shipped with the code of Li et al. 2015 (Yinxiaoli/iros2015_folding).
+"""Control points P1 and P2 of the curve shipped with the code of Li et al. 2015 (Yinxiaoli/iros2015_folding).
 
-The values are fractions of the span in both axes. The curve is exactly this cubic Bezier curve."""
+The values are fractions of the span, the horizontal distance from grasp to release, in both axes. The curve is exactly
+this cubic Bezier curve."""
 CURVES = (LI_2015, ((1 / 3, 0.6), (2 / 3, 0.6)), ((1 / 3, 0.2), (2 / 3, 0.2)))
-"""P1 and P2 of the three starting curves, as fractions of the span in both axes."""
+"""Control points P1 and P2 of the three starting curves.
+
+The values are fractions of the span, the horizontal distance from grasp to release, in both axes.
+"""
 SEARCHED = ("x1", "x2", "z1", "z2")
 """Names of the parameters that are searched."""
 GRASPS = ("g1", "g2")
 FURTHER = 1000
-"""Number of starting points after the three curves. It is larger than the number that any study needs."""
+"""Number of starting points after the three starting curves. It is larger than the number that any study needs."""
 
 
 class LMSearch(Search):
-    """Search that proposes the next evaluation of Levenberg-Marquardt. The seed has no effect."""
+    """Search that proposes the points that the Levenberg-Marquardt method evaluates. The seed has no effect."""
 
     needs_residuals = True
 
@@ -49,7 +53,7 @@ class LMSearch(Search):
 
     @cached_property
     def _curves(self) -> Space:
-        """The search space of P1 and P2 alone."""
+        """The search space of only the Bezier curve's control points P1 and P2."""
         return Space({name: self.space.bounds[name] for name in SEARCHED})
 
     def _all_residuals(self, observation: Observation) -> Residuals:
@@ -60,7 +64,7 @@ class LMSearch(Search):
         return np.concatenate([np.sqrt(self.space.known_part(columns)), observation.residuals])
 
     def _by_point(self, observations: Sequence[Observation]) -> Mapping[Key, Observation]:
-        """Return the observations in which the hands grasp the corners, by their points of the search space."""
+        """Return the observations in which the hands grasp the corners, by their rounded points of the search space."""
         chosen = [each for each in observations if not any(int(each.parameters[name]) for name in GRASPS)]
         points = self._curves.points([each.parameters for each in chosen])
         return {key_of(point): each for point, each in zip(points, chosen, strict=True)}

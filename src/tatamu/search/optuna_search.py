@@ -41,7 +41,7 @@ class OptunaSearch(Search):
 
     @abstractmethod
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return the sampler for one proposal."""
+        """Return Optuna's sampler for one proposal."""
 
     def propose(self) -> tuple[Parameters, float | None]:
         """Return the next parameters, and None because Optuna's samplers do not report an expected improvement."""
@@ -74,7 +74,7 @@ class RandomSearch(OptunaSearch):
     """Search that draws every proposal at random from the whole space."""
 
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return the sampler for one proposal."""
+        """Return Optuna's sampler for one proposal."""
         return RandomSampler(seed=seed)
 
 
@@ -82,5 +82,5 @@ class TPESearch(OptunaSearch):
     """Search with the tree-structured Parzen estimator (Bergstra et al. 2011)."""
 
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return the sampler for one proposal."""
+        """Return Optuna's sampler for one proposal."""
         return TPESampler(seed=seed)

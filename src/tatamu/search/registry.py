@@ -15,7 +15,10 @@ class MakeSearch(Protocol):
     """A callable that makes a search: a subclass of `Search`, or a function."""
 
     def __call__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> Search:
-        """Return a search of `space` with a random seed. Its first proposals are the parameters in `first`."""
+        """Return a search of the space `space` with the random seed `seed`.
+
+        Its first proposals are the parameters in `first`.
+        """
         ...
 
 

@@ -13,7 +13,7 @@ from typing import Literal
 from tatamu.search.search import HIGH, LOW, Proposal
 
 Trials = int | Literal["auto"]
-"""Number of trials of a study. With "auto", a study ends when little improvement is expected."""
+"""Number of trials of a study. If it is "auto", the study ends when little improvement is expected."""
 
 
 @dataclass(frozen=True)
@@ -22,24 +22,24 @@ class Schedule:
 
     trials: Trials
     fidelities: int = 1
-    """Number of fidelities, which are accuracies of the evaluated model.
+    """Number of fidelities, the accuracies of the model that is evaluated.
 
     It is 2 if the search starts at low fidelity, otherwise 1.
     """
     high_share: float = 0.12
-    """Fraction of the trials that run at high fidelity, after the trials at low fidelity.
+    """Fraction of a study's trials that run at high fidelity, after the trials at low fidelity.
 
     The field has no effect if there is only one fidelity.
     """
     least_high: int = 5
     """Least number of trials at high fidelity."""
     least_gain: float = 0.001
-    """Expected gain below which a search with "auto" converges, as a fraction of the best objective.
+    """Smallest expected gain of a useful proposal, as a fraction of the best objective.
 
-    The search converges when `in_a_row` successive proposals stay below this gain. If the number of trials is given,
-    the field has no effect."""
+    A search with the number of trials "auto" ends when `in_a_row` successive proposals have a smaller expected gain. If
+    the number of trials is given, the field has no effect."""
     in_a_row: int = 3
-    """Number of successive proposals with a low expected gain after which a search with "auto" has converged."""
+    """Number of successive proposals with an expected gain below `least_gain` that end a search with "auto" trials."""
     most_auto: int = 100
     """Largest number of trials of a study whose number of trials is "auto"."""
     most_high: int = 20
@@ -52,7 +52,10 @@ class Schedule:
 
     @property
     def until_gain(self) -> float | None:
-        """Expected gain below which the search ends by itself; None if the number of trials is given."""
+        """Smallest expected gain of a useful proposal; None if the number of trials is given.
+
+        The search ends by itself when successive proposals have a smaller expected gain.
+        """
         return self.least_gain if self.trials == "auto" else None
 
     def next_fidelity(self, before: Sequence[Proposal]) -> int | None:

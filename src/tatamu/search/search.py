@@ -57,7 +57,7 @@ class Observation:
 
 
 class Evaluated(Protocol):
-    """The part of an evaluation that a search uses."""
+    """The attributes of an evaluation that a search uses."""
 
     @property
     def objective(self) -> float:
@@ -83,8 +83,7 @@ class Search(ABC):
             space: Bounds of the parameters.
             seed: Random seed of the search.
             first: Parameters of the first proposals. Parameters that occur twice are proposed once. The proposal after
-                these is random. Otherwise the search would know nothing about the objective, except its known part, if
-                all the given parameters failed.
+                them is random, because all first proposals may fail.
         """
         self.space = space
         self.seed = seed
@@ -144,7 +143,7 @@ class Search(ABC):
         self.told.append(Observation(dict(proposal), objective, residuals))
 
     def _settle(self, proposal: Mapping[str, int | float]) -> None:
-        """Remove a proposal from the pending proposals."""
+        """Remove a proposal from the pending proposals, because its result is known."""
         for number, each in enumerate(self.pending):
             if each is proposal or each.parameters == dict(proposal):
                 del self.pending[number]

@@ -127,13 +127,16 @@ class Space:
         return np.asarray((rows - self._low + 0.5 * self._whole) / self._size)
 
     def snap(self, points: np.ndarray) -> np.ndarray:
-        """Return, for each of p points, the nearest point that represents allowed parameters, shape (p, d)."""
+        """Return, for each of p points of the unit cube, the nearest point with allowed parameters, shape (p, d)."""
         inside = np.clip(points, 0.0, 1.0)
         middles = (np.minimum(np.floor(inside * self._size), self._size - 1.0) + 0.5) / self._size
         return np.where(self._whole, middles, inside)
 
     def values(self, points: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the parameters that p snapped points, shape (p, d), represent: p values for each name, shape (p,)."""
+        """Return, for each parameter, the p values that p points of the unit cube represent, shape (p,).
+
+        The points, shape (p, d), are results of `snap`.
+        """
         values = self._low + points * self._size - 0.5 * self._whole
         values[:, self._whole] = np.round(values[:, self._whole])
         values = np.clip(values, self._low, self._high)  # low + (high - low) may be rounded to a number above high
@@ -141,7 +144,7 @@ class Space:
         return {**dict(zip(self._names, values.T, strict=True)), **single}
 
     def parameters(self, point: np.ndarray) -> Parameters:
-        """Return the parameters that one snapped point of the unit cube represents."""
+        """Return the parameters that a point of the unit cube represents. The point is a result of `snap`."""
         values = self.values(point[None])
         searched = {
             name: int(values[name][0]) if whole else float(values[name][0])

@@ -38,11 +38,11 @@ class CoKriging:
     """Settings of the model that combines both fidelities."""
 
     handful: int = 3
-    """Number of trials at high fidelity from which on the difference d between the fidelities is modelled."""
+    """Number of trials at high fidelity that are needed to model the difference d between the fidelities."""
     different: float = 0.1
-    """Least difference in one parameter with which two trials count as different, as a fraction of its range."""
+    """Least difference of two trials in one parameter, as a fraction of its range. Closer trials count as equal."""
     least_difference: float = 1.0
-    """Least standard deviation of the difference d between the logarithms of alpha D at both fidelities.
+    """Least standard deviation of the difference d between the logarithms of alpha D at low and at high fidelity.
 
     A difference of 1.0 corresponds to a factor of about three.
     """
@@ -100,7 +100,7 @@ class TwoFidelitySearch(Search):
             super().tell(proposal, found)
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters at high fidelity, and the improvement that they are expected to bring.
+        """Return the next parameters at high fidelity, and their expected improvement.
 
         The improvement is a fraction of the best objective.
         """
@@ -133,7 +133,7 @@ class TwoFidelitySearch(Search):
     def _acquisition(
         self, low: tuple[np.ndarray, np.ndarray], high: tuple[np.ndarray, np.ndarray]
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """Return a function of p points, shape (p, d), that gives log expected improvement, shape (p,).
+        """Return a function that gives the log expected improvement, shape (p,), at p points, shape (p, d).
 
         The improvement is relative to the best trial of high fidelity.
         """

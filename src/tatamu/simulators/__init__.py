@@ -1,4 +1,7 @@
-"""Simulators by name. A simulator is a function from a `Scene` to a `Rollout`. Each simulator has its own folder."""
+"""Simulators by name. From a `Scene`, a simulator computes the motion of the cloth, a `Rollout`.
+
+Each simulator is a folder of this package.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ class Simulator(Protocol):
     """The functions and values that the module of a simulator must contain."""
 
     CAPABILITIES: Capabilities
-    """What the simulator can do, and its limits. Callers read these instead of comparing names."""
+    """Capabilities and limits of the simulator. Callers read this value instead of comparing the simulator's name."""
 
     def require(self) -> None:
         """Check that the programs which the simulator needs are installed.
@@ -27,13 +30,13 @@ class Simulator(Protocol):
         ...
 
     def prepare(self) -> None:
-        """Do work in advance for which the first rollout would otherwise wait, such as compiling."""
+        """Compile functions, and make other preparations, so that the first rollout need not wait for them."""
         ...
 
     def compilation(self) -> tuple[int, int]:
-        """Return how many of the simulator's compiled functions are on disk, and how many it has.
+        """Return the progress of compilation: the number of compiled functions on disk, and the number to be compiled.
 
-        The first number is 0 if no function had to be compiled.
+        The first number is 0 if this process did not have to compile any function.
         """
         ...
 
@@ -46,7 +49,7 @@ class Simulator(Protocol):
         ...
 
     def simulate_many(self, scenes: Sequence[Scene]) -> list[Rollout]:
-        """Simulate several scenes. The positions are equal to those of single simulations."""
+        """Simulate several scenes. The positions are the same as if each scene were simulated alone."""
         ...
 
 
@@ -55,11 +58,13 @@ SIMULATORS: dict[str, str | Simulator] = {
     "blender": "tatamu.simulators.blender",
     "mujoco": "tatamu.simulators.mujoco",
 }
-"""Module or object of each simulator, by the simulator's name. A module is imported when it is first used."""
+"""All simulators by name. Each is a module, given by its import path, or an object with the same functions.
+
+A module is imported when it is first used."""
 
 
 def named(name: str) -> Simulator:
-    """Return the simulator with a name.
+    """Return the simulator that has this name.
 
     Raises:
         InputError: If no simulator has this name.
@@ -71,7 +76,7 @@ def named(name: str) -> Simulator:
 
 
 def register_simulator(name: str, simulator: Simulator) -> None:
-    """Add a simulator. After that, `simulate(scene, name)`, tasks and checks can use it.
+    """Add a simulator, so that it can be used by its name, for example in `simulate(scene, name)`.
 
     Args:
         name: Name of the simulator.
@@ -86,7 +91,7 @@ def register_simulator(name: str, simulator: Simulator) -> None:
 
 
 def capabilities(name: str) -> Capabilities:
-    """Return the capabilities and limits of the simulator with a name.
+    """Return the capabilities and limits of the simulator that has this name.
 
     Raises:
         InputError: If no simulator has this name.
@@ -95,10 +100,10 @@ def capabilities(name: str) -> Capabilities:
 
 
 def require(*names: str) -> None:
-    """Check that simulators can run on this machine, before any work is done for them.
+    """Check that the simulators with these names can run on this machine. Call this function before long work starts.
 
     Raises:
-        InputError: If no simulator has a given name, or a program that the simulator needs is not installed.
+        InputError: If a name is unknown, or a program that one of the simulators needs is not installed.
     """
     for name in names:
         named(name).require()
@@ -110,5 +115,8 @@ def simulate(scene: Scene, simulator: str = "native") -> Rollout:
 
 
 def simulate_many(scenes: Sequence[Scene], simulator: str = "native") -> list[Rollout]:
-    """Simulate several scenes, and return their rollouts. The positions are equal to those of single simulations."""
+    """Simulate several scenes, and return their rollouts.
+
+    The positions are the same as if each scene were simulated alone.
+    """
     return named(simulator).simulate_many(scenes)

@@ -1,4 +1,4 @@
-"""What a simulator can do, and its limits. Callers use these and need not know the simulator's name."""
+"""Capabilities and limits of a simulator. Other modules read them, instead of testing which simulator is used."""
 
 from __future__ import annotations
 
@@ -11,28 +11,37 @@ from tatamu.scene import Scene
 
 @dataclass(frozen=True)
 class Capabilities:
-    """The capabilities and limits of a simulator. The defaults fit most simulators."""
+    """The capabilities and limits of a simulator.
+
+    By default, a simulator has no capability and no limit.
+    """
 
     parallel: bool = False
-    """Whether `simulate` may be called in several threads of one process. The results must not depend on this."""
+    """Whether several threads of one process can call `simulate` at the same time, without a change of the results."""
     coarse_search: bool = False
-    """Whether a search may start on a coarser mesh, because folds have nearly the same order by quality there."""
-    compression: bool = False
-    """Whether cloth may resist compression less than tension (`Material.compression`).
+    """Whether the search for the best fold can start on a mesh that is coarser than the final mesh.
 
-    Otherwise it resists both equally."""
+    This is possible if the best folds on the coarse mesh are also among the best folds on the final mesh."""
+    compression: bool = False
+    """Whether the simulator can simulate cloth that resists compression less than tension (`Material.compression`).
+
+    If it cannot, cloth resists compression and tension equally."""
     orthotropy: bool = False
-    """Whether warp, weft, shear and bias may have separate stiffnesses. Otherwise cloth is isotropic."""
+    """Whether cloth can have separate stiffnesses for warp, weft, shear and bias. If not, cloth is isotropic."""
     hysteresis: bool = False
-    """Whether bending may have friction (`Material.bending_hysteresis`). Otherwise bending is elastic."""
+    """Whether bending can have internal friction (`Material.bending_hysteresis`). If not, bending is elastic."""
     directional_air: bool = False
-    """Whether air has directional drag, quadratic drag and added mass. Otherwise only `air_drag` acts."""
+    """Whether air can have directional drag, quadratic drag and added mass. If not, only `Material.air_drag` acts."""
     bodies: bool = False
-    """Whether cloth may collide with rigid bodies (`Scene.bodies`). Otherwise scenes with bodies are refused."""
+    """Whether cloth can collide with rigid bodies (`Scene.bodies`). If not, scenes with bodies are refused."""
     sound_cell: float | None = None
-    """Largest mean edge of the mesh with which folds have the right shape, in bending lengths; None if not limited."""
+    """Largest mean edge length of a mesh on which folds have the right shape; None if not limited.
+
+    The unit is the bending length of the cloth (`Material.bending_length`)."""
     usable_cell: float | None = None
-    """Largest mean edge of the mesh with which two folds may be compared, in bending lengths; None if not limited."""
+    """Largest mean edge length of a mesh on which two folds can be compared; None if not limited.
+
+    The unit is the bending length of the cloth (`Material.bending_length`)."""
     friction_table: float | None = None
     """Largest Coulomb coefficient between cloth and table; None if not limited.
 
@@ -43,7 +52,7 @@ class Capabilities:
     Larger coefficients are reduced to this limit."""
 
     def refuse(self, scene: Scene, name: str) -> None:
-        """Raise an error if the simulator with this name cannot simulate a scene at all.
+        """Raise an error if the simulator, whose name is `name`, cannot simulate a scene at all.
 
         Raises:
             InputError: If the scene has rigid bodies and the simulator does not support them.

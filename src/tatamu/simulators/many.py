@@ -12,15 +12,15 @@ from tatamu.scene import Scene
 
 
 def processors() -> int:
-    """Return the number of processors that this process may use."""
+    """Return the number of processors that this process is allowed to use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager
 def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
-    """Yield the given executor. If it is None, yield threads.
+    """Yield the given executor. If it is None, start threads and yield an executor that uses them.
 
-    The number of threads is the number of processors, but at most `most`, the number of tasks at a time.
+    There is one thread per processor, but at most `most` threads.
     """
     if given is not None:
         yield given

@@ -1,4 +1,7 @@
-"""The digest of the source code on which a rollout depends. Simulations of other versions are recognised by it."""
+"""The digest of the source code on which a rollout depends.
+
+With it, tatamu recognises kept simulations that another version of the code made.
+"""
 
 from __future__ import annotations
 

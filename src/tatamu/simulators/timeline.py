@@ -42,9 +42,9 @@ def holds(gripper: Gripper, start: float, end: float) -> bool:
 
 
 def segments(scene: Scene, longest: float) -> list[Segment]:
-    """Divide the time of a scene into segments.
+    """Divide the time of a scene into segments of at most `longest` [s].
 
-    It is divided at its frames, where a gripper opens or closes, and into segments of at most `longest` [s].
+    In addition, a segment ends at each frame, and at each time at which a gripper opens or closes.
     """
     frames = np.arange(scene.frames) / scene.frame_rate
     events = [time for gripper in scene.grippers for time in (gripper.closes, gripper.opens) if time is not None]

@@ -27,23 +27,29 @@ from tatamu.errors import InputError, UnavailableError
 Value = TypeVar("Value")
 
 OPENING_SECONDS = 10.0
-"""Time after which attempts to connect for the first time are given up [s]."""
+"""Longest time for opening the first connection to the database [s]. Attempts are repeated during this time."""
 RETRY_SECONDS = 120.0
-"""Time after which attempts to open a lost connection again are given up [s]."""
+"""Longest time for opening a lost connection to the database again [s]. Attempts are repeated during this time."""
 HOLD_SECONDS = 15.0
-"""Time for which a client waits if another client has locked the study [s]."""
+"""Longest time for which a client waits if another client has locked the study [s]."""
 PAUSE = 0.25
-"""Pause between two attempts [s]."""
+"""Pause between two attempts to use the database, or to lock a study in it [s]."""
 CONNECTIONS = 4
-"""Largest number of connections of one client. The connection that locks its studies is not counted."""
+"""Largest number of connections of one client to the database.
+
+One more connection locks the studies of the client. It is not counted.
+"""
 SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp_keepalives_count=3"
-"""Options of a connection. With them, the server notices that a machine has disappeared, and releases its locks."""
+"""Options of a connection to the database.
+
+With them, the server notices that a client's machine has disappeared, and releases the locks of this client.
+"""
 LOST_STATES = ("08", "57P", "53300")
 """SQLSTATE error codes, or their beginnings, which mean that the database is not available at the moment.
 
 The connection was lost, the server shuts down, or the server has too many clients."""
 PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
-"""SQLSTATE codes of temporary errors, after which an operation is repeated.
+"""SQLSTATE codes of the database's temporary errors. If such an error occurs, the operation is repeated.
 
 They include conflicts with other clients, and tables that another client creates at the same time.
 """
@@ -61,19 +67,22 @@ PASSING_WORDS = (
     "reset by peer",
     "no such file or directory",
 )
-"""Parts of the messages of temporary errors, for drivers that give no SQLSTATE code."""
+"""Parts of the messages of the database's temporary errors.
+
+They identify such an error if the database driver gives no SQLSTATE code.
+"""
 
 
 class ConnectionLostError(Exception):
-    """The connection to the database was lost.
+    """An error: the connection to the database was lost.
 
-    This class is not a subclass of an SQLAlchemy error, after which Optuna would repeat the operation by itself.
-    Instead, tatamu first checks whether the operation was done before the connection was lost.
+    It is not a subclass of an SQLAlchemy error, because Optuna repeats an operation after such an error. Instead,
+    tatamu first checks whether the operation was done before the connection was lost.
     """
 
 
 def parse_storage(given: str) -> str:
-    """Return the address of a database, `postgresql://USER@HOST/DB`, after a check of its form.
+    """Check the form of a database's address, and return the address as `postgresql://USER@HOST/DB`.
 
     Raises:
         InputError: If the address has another form or contains a password. The message never repeats the password.
@@ -122,8 +131,8 @@ class SharedDatabase:
 
         Args:
             operation: Function that reads, or that writes in one transaction.
-            done: Function that is called before each new attempt. It returns whether an earlier attempt did the
-                operation, although the answer was lost.
+            done: Function that is called before each new attempt. It returns whether an earlier attempt completed the
+                operation, and only the answer was lost.
 
         Returns:
             The result of the operation; None if the operation was done but the answer was lost.
@@ -142,7 +151,7 @@ class SharedDatabase:
         return self._persist(attempt, self.retry_seconds)
 
     def hold(self, name: str) -> None:
-        """Lock a study until `release` is called or this process ends.
+        """Lock a study against other clients until `release` is called or this process ends.
 
         Raises:
             UnavailableError: If another client uses the study.
@@ -185,7 +194,7 @@ class SharedDatabase:
                 raise
 
     def _hold_again(self) -> None:
-        """Lock the studies again that were locked before the connection was lost."""
+        """After a lost connection, lock all studies again that this process had locked."""
         with self._lock:
             try:
                 if self._holding is not None:
@@ -204,7 +213,7 @@ class SharedDatabase:
         self._holding = None
 
     def _persist(self, operation: Callable[[], Value], seconds: float) -> Value:
-        """Repeat an operation until it succeeds or the time is over.
+        """Repeat an operation on the database until it succeeds, for at most `seconds` [s].
 
         Raises:
             InputError: If the database refuses the operation.
@@ -244,9 +253,9 @@ class SharedDatabase:
 
 @contextmanager
 def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
-    """Yield the database of an address while the block runs; None if the address is None.
+    """Yield the shared database at an address, and close it when the `with` block ends; None if the address is None.
 
-    The database opens only a few connections.
+    This process opens only a few connections to the database.
 
     Args:
         address: Address `postgresql://USER@HOST/DB`, or None.
@@ -277,7 +286,10 @@ def _rendered(url: URL) -> str:
 
 
 def _say_that_it_was_lost(context: ExceptionContext) -> None:
-    """Convert the loss of a connection to an error after which Optuna does not repeat the operation."""
+    """Raise a `ConnectionLostError` if an SQLAlchemy error means that the connection to the database was lost.
+
+    Optuna would repeat an operation after the SQLAlchemy error, but not after a `ConnectionLostError`.
+    """
     state, reason = _reason(context.original_exception)
     if context.is_disconnect or _passes(state, reason, LOST_STATES):
         raise ConnectionLostError(reason)
@@ -288,7 +300,10 @@ def _passes(state: str, reason: str, states: tuple[str, ...] = PASSING_STATES) -
 
 
 def _reason(error: BaseException) -> tuple[str, str]:
-    """Return the SQLSTATE code of an error, if the error has a code, and the driver's message in one line."""
+    """Return two texts about an error of the database: its SQLSTATE code, and the driver's message in one line.
+
+    The first text is empty if the error has no code.
+    """
     cause: Any = error
     while getattr(cause, "orig", None) or cause.__cause__:
         cause = getattr(cause, "orig", None) or cause.__cause__

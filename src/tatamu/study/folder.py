@@ -36,11 +36,11 @@ MARGINS = "margins"
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """Names of all files in the folder of a study, except the database."""
 STEP = "step-"
-"""Beginning of the names of the folders for a plan's steps."""
+"""Beginning of the folder names of a plan's steps, such as "step-1"."""
 
 
 def step_name(number: int) -> str:
-    """Return the folder name of a step of a plan. Steps are counted from 0."""
+    """Return the folder name of a step of a plan, such as "step-1" for the first step, whose `number` is 0."""
     return f"{STEP}{number + 1}"
 
 
@@ -152,7 +152,7 @@ class ResultFolder:
 
     @cached_property
     def record(self) -> ResultRecord:
-        """The study and its trials.
+        """The study and its trials, read from `result.json`.
 
         Raises:
             InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
@@ -161,7 +161,7 @@ class ResultFolder:
 
     @cached_property
     def plan_record(self) -> PlanRecord:
-        """The plan with several steps.
+        """The learned plan with several steps, read from `result.json`.
 
         Raises:
             InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
@@ -188,7 +188,9 @@ class ResultFolder:
 
     @cached_property
     def rollout(self) -> Rollout:
-        """The motion of the cloth in the best trial, or in all steps of a plan. The field `extra` contains the target.
+        """The motion of the cloth in the best trial, or in all steps of a plan.
+
+        The rollout's field `extra` contains the target shape.
 
         Raises:
             InputError: If the file cannot be read or is not a rollout.
@@ -207,11 +209,11 @@ class ResultFolder:
         return self.rollout.extra["target"]
 
     def matches(self, result: ResultRecord | PlanRecord) -> bool:
-        """Return whether `result.json` exists with exactly this content."""
+        """Return whether `result.json` exists and contains exactly this record."""
         return self.result_file.exists() and read_json(self.result_file) == result.model_dump()
 
     def write_record(self, result: ResultRecord | PlanRecord) -> None:
-        """Write `result.json`."""
+        """Write `result.json`, the record of the study or of the plan."""
         write_json(self.result_file, result.model_dump())
         self._forget("record", "plan_record")
 
@@ -230,18 +232,20 @@ class ResultFolder:
         self._forget("manipulation", "scene")
 
     def write_rollout(self, rollout: Rollout) -> None:
-        """Write `rollout.npz`."""
+        """Write `rollout.npz`, the motion of the cloth."""
         rollout.save(self.rollout_file)
         self._forget("rollout")
 
     def _forget(self, *names: str) -> None:
-        """Forget the content of files, so that each file is read again at its next use."""
+        """Remove the contents of some files from memory, so that each of these files is read again at its next use."""
         for name in names:
             self.__dict__.pop(name, None)
 
 
 def locked(folder: ResultFolder) -> AbstractContextManager[object]:
-    """Return a lock on a folder. The lock ends with the process, even if the process crashes.
+    """Return a lock on the folder of a study, so that only one run writes there. The lock ends with the process.
+
+    It ends even if the process crashes.
 
     Raises:
         InputError: If the folder cannot be written, is used by another run, or contains other files.

@@ -16,14 +16,14 @@ from tatamu.files import MIB, read_bytes, read_json, replacing, write_json, writ
 
 INPUTS = "inputs"
 INDEX = "files.json"
-"""Name of the file that lists the copy of each kind of input."""
+"""Name of the file that lists the path of the copy for each kind of input, such as the garment."""
 LARGEST_INPUT = 256 * MIB
 """Largest size of a copied file [bytes]. The meshes of a robot's links may be large."""
 
 
 @dataclass(frozen=True)
 class Sources:
-    """The files of one input, such as the garment, or the text of an input without a file.
+    """The user's files of one input, such as the garment, or the text of an input that has no file.
 
     If there are several files, the first file refers to the others.
     """
@@ -64,7 +64,7 @@ def _keep(folder: Path, source: Sources) -> str:
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:
-    """Return the path of the copy of an input of a learned fold; None if there is no copy.
+    """Return the path of the copy of a learned fold's input, such as its garment file; None if there is no copy.
 
     If the folder of the fold contains no copies, the copies in the folder of its plan are used.
 

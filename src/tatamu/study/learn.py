@@ -49,7 +49,10 @@ class Places:
     database: SharedDatabase | None = None
     """Database in which the studies are stored; None to store each study in the file `study.db` of its folder."""
     progress: Callable[[Progress], object] = field(default=lambda _: None)
-    """Function that is called when a study is opened, after every trial, and when another stage starts."""
+    """Function that receives the progress of a study.
+
+    It is called when the study is opened, after every trial, and when another stage starts.
+    """
     written: Callable[[Result | PlanResult], object] = field(default=lambda _: None)
     """Function that is called after the folder of a result is written. It can write the page of the result."""
 
@@ -81,8 +84,8 @@ def learn(
         options: Options of the study; None for the defaults.
         places: The executor, the storage and the callbacks of the study; None for this machine and storage in memory.
         evaluate: Evaluator of the manipulations; None for the evaluator that follows from the options.
-        first: Parameters of further manipulations with which the search of the first step starts. On the fine mesh, the
-            search starts with the last of these manipulations.
+        first: Parameters of further manipulations with which the search of the first step starts. If the search also
+            uses a coarse mesh, the first trial on the fine mesh is the last of these manipulations.
 
     Raises:
         InputError: If an option is wrong, or the folder cannot be used.
@@ -129,10 +132,11 @@ class _Learning:
     known: tuple[Parameters, ...] = ()
     """Parameters of further manipulations with which the search of the first step starts.
 
-    On the fine mesh, the search starts with the last of these manipulations."""
+    If the search also uses a coarse mesh, the first trial on the fine mesh is the last of these manipulations.
+    """
 
     def first(self, task: Task) -> list[Parameters]:
-        """Return the parameters with which the search of a first step starts."""
+        """Return the parameters of the first trials in the search for a plan's first step."""
         if self.options.sampler != "gp":
             return list(self.known)
         given = first_curves if self.options.disturbances == "none" else robust_curves
@@ -156,7 +160,7 @@ class _Learning:
         return self._whole(task, results)
 
     def _first_of_step(self, task: Task, results: Sequence[Result]) -> list[Parameters]:
-        """Return the parameters with which the search of a step starts.
+        """Return the parameters of the first trials in the search for a step of a plan.
 
         For later steps, they include the best parameters of the earlier steps, adapted to this step.
         """
@@ -213,7 +217,7 @@ class _Learning:
             return self._run(study, schedule, places)
 
     def _run(self, study: Study, schedule: Schedule, places: Places) -> Result:
-        """Run the remaining trials, and write the folder."""
+        """Run the remaining trials of a study, write its result folder, and return its result."""
         baselines = self.options.baselines
         folder = places.folder
         if study.is_over(schedule) and folder and folder.complete and not (baselines and study.baselines is None):
@@ -231,7 +235,7 @@ class _Learning:
             raise
 
     def _finish(self, study: Study, schedule: Schedule, places: Places) -> Result:
-        """Return the result of a study, and write its folder."""
+        """Return the result of a study whose trials have run, and write its result folder."""
         folder, task = places.folder, study.evaluator.task
         best = study.best() if study.succeeded else None
         rollout = None if best is None else study.evaluation(best).rollout
@@ -302,7 +306,7 @@ def _sources(task: Task, options: LearnOptions) -> dict[str, Sources]:
 
 
 def _refuse_other(folder: ResultFolder, count: int) -> None:
-    """Raise an error if a folder would contain a study of one step and also a plan with several steps."""
+    """Raise an error if the same folder would contain the study of a single step and a plan with several steps."""
     if count == 1 and folder.holds_plan:
         raise InputError(f"{folder.path}: holds a plan of several steps; give another folder")
     if count > 1 and (folder.study_file.exists() or folder.shared_study_file.exists()):

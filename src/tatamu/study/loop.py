@@ -53,12 +53,15 @@ class Progress:
     mesh are counted.
     """
     best_distance: float | None = None
-    """Mean vertex distance of the best trial [m]."""
+    """Mean distance between the vertices of the cloth and their targets in the best trial [m]."""
     coarse: bool = False
     """Whether the best trial so far ran on the coarse mesh."""
     stage: Stage = "trials"
     disturbed: bool = False
-    """Whether the objective is taken over simulations with disturbances. Otherwise it is C of Eq. (10)."""
+    """Whether the objective is a mean or a quantile over simulations with disturbances.
+
+    Otherwise it is C of Eq. (10).
+    """
     step: int = 1
     """Number of the step in its plan, counted from 1."""
     steps: int = 1
@@ -73,7 +76,7 @@ class Progress:
 
 
 class Study:
-    """The trials of one study. Only those rollouts are kept in memory that the result needs."""
+    """The trials of one study. Only those rollouts that the result needs are kept in memory."""
 
     def __init__(
         self, evaluator: Evaluator, search: Search, store: StudyStore, record: StudyRecord, executor: Executor
@@ -106,7 +109,7 @@ class Study:
 
     @property
     def space(self) -> Space:
-        """The search space."""
+        """The search space: the range of each parameter of a trial."""
         return self._search.space
 
     @property
@@ -115,7 +118,7 @@ class Study:
         return self._store.baselines
 
     def is_over(self, schedule: Schedule) -> bool:
-        """Return whether all trials of a schedule have run."""
+        """Return whether all trials of a schedule (number of trials and their meshes) have run."""
         return schedule.next_fidelity([trial.proposal(self.record.coarse) for trial in self.trials]) is None
 
     def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
@@ -168,7 +171,10 @@ class Study:
         return HIGH if len(proposals) < self._stored else schedule.next_fidelity(proposals)
 
     def _replay(self, number: int) -> tuple[Proposal, Future[Evaluation]] | None:
-        """Return a trial that ran before, and add it to the search as pending; None if this trial has not run."""
+        """Return a trial that is already stored, and add it to the search as pending; None if the trial is not stored.
+
+        Trials are stored already if an interrupted study is resumed.
+        """
         if number >= self._stored:
             return None
         trial = self.trials[number]
@@ -195,9 +201,9 @@ class Study:
         return proposal, self.evaluator.submit(self._executor, proposal, NOTHING if keep else beat, keep=keep)
 
     def _finish(self, known: list[Evaluation], proposal: Proposal, future: Future[Evaluation]) -> bool:
-        """Wait for a trial, and report its result to the search. Return whether the trial is new.
+        """Wait for the result of a trial, and report it to the search. Return whether the trial is new.
 
-        A new trial is added to the storage.
+        A new trial is added to the storage. A trial is not new if it was read from the storage.
         """
         number = len(known)
         found = self._result(proposal, future, f"trial {number}")
@@ -242,8 +248,8 @@ class Study:
         """Return the number of the complete trial with the lowest objective; None if all trials failed.
 
         Args:
-            count: Number of first trials that are compared; None for all trials. Trials on the coarse mesh are compared
-                only if no trial on the fine mesh is complete.
+            count: Number of trials to compare, starting with the first trial; None for all trials. Trials on the coarse
+                mesh are compared only if no trial on the fine mesh is complete.
         """
         complete = [trial for trial in self.trials[:count] if trial.state == "complete"]
         fine = [trial for trial in complete if trial.proposal(self.record.coarse).fidelity == HIGH]
@@ -268,10 +274,10 @@ class Study:
         return self._kept[number]
 
     def moments(self) -> dict[str, np.ndarray]:
-        """Return the vertex distances e_i of Eq. (12) after several numbers of trials [m], each of shape (n,).
+        """Return the vertex distances e_i, Eq. (12), of the best trial at several moments of the search [m].
 
-        The distances are those of the best trial until then. The keys are the names in `MOMENTS`, which also contains
-        the numbers of trials.
+        Each moment is a number of finished trials, and the best of these trials is meant. Each array has the shape
+        (n,). The keys are the names in `MOMENTS`, which also contains the numbers of trials.
         """
         counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.trials)}
         numbers = {name: self.best(count) for name, count in counts.items()}
@@ -282,7 +288,7 @@ class Study:
         }
 
     def validate(self, disturbances: Disturbances, parameters: Mapping[str, int | float]) -> SuccessRate:
-        """Return the success rate of a fold under random disturbances that were not used to learn it (validation)."""
+        """Return the success rate of a fold under random disturbances that were not used to learn the fold."""
         low = self.evaluator.low_fidelity(parameters)
         coarse = None if low is None else FoldOnMesh(*low)
         worlds = sample_worlds(disturbances, VALIDATION_WORLDS, self.record.seed, Stream.JUDGING)

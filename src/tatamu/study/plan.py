@@ -94,7 +94,10 @@ class PlanResult:
 
 
 def join(rollouts: Sequence[Rollout], target: np.ndarray) -> Rollout:
-    """Join consecutive rollouts into one. `target` is the target shape at the end [m], shape (n, 3)."""
+    """Join the rollouts (motions of the cloth) of consecutive steps into one.
+
+    `target` is the final target shape [m], (n, 3).
+    """
     starts = np.concatenate([[0.0], np.cumsum([rollout.times[-1] for rollout in rollouts])])
     times = [rollout.times[1:] + start for rollout, start in zip(rollouts, starts[:-1], strict=True)]
     first = rollouts[0]
@@ -133,9 +136,9 @@ def _step(number: int, task: Task, result: Result, whole: FromFlat) -> StepRecor
 
 
 def from_flat(faces: np.ndarray, ideal: np.ndarray, state: np.ndarray) -> FromFlat:
-    """Return the deviation of a state from the ideally folded garment.
+    """Return the deviation of a folded garment from the ideally folded garment.
 
-    The arrays `ideal` and `state` contain the positions of n vertices [m], shape (n, 3).
+    The arrays `ideal` and `state` contain the ideal and the actual positions of the n vertices [m], shape (n, 3).
     """
     reached, wanted = top_views(faces, state, ideal)
     return FromFlat(

@@ -20,7 +20,8 @@ class FromFlat(OpenRecord):
     mask_iou: float
     """Overlap of the folded garment and the ideal, seen from above: intersection over union [-]."""
     area_error: float
-    """Difference between the area that the folded garment covers and the area of the ideal [%]."""
+    """Difference between the area that the folded garment covers and the area of the ideal, relative to the latter [%].
+    """
 
     @property
     def moving_vertex_distance(self) -> None:

@@ -23,9 +23,9 @@ def check_reach(task: Task) -> None:
 
     Each step starts from the ideal result of the previous step.
 
-    Typical folds are tried, the easiest first. In these folds, the hands grasp the corners, the last candidates for the
-    grasp, or the candidates half-way between them. The hands move along a low curve or a high curve. The task is
-    accepted if one of these folds is within the robot's reach.
+    Typical folds are tried, the easiest first. In these folds, the hands grasp the first, the middle or the last vertex
+    in the list of grasp candidates, which starts at the corner. The hands move along a low curve or a high curve. The
+    task is accepted if one of these folds is within the robot's reach.
 
     Raises:
         InputError: If none of these folds is within reach, or if the plan asks to press a fold. The message states the
@@ -54,7 +54,7 @@ def _check_step(task: Task, reach: Reach) -> None:
 
 
 def _typical(fold: Fold) -> Iterator[dict[str, float]]:
-    """Yield the parameters of typical folds."""
+    """Yield the parameters of typical folds, which are tried to find out whether the robot reaches them."""
     last = fold.candidates - 1
     for grasp in dict.fromkeys((0, last // 2, last)):
         for height in HEIGHTS:

@@ -56,7 +56,7 @@ class TaskDescription(OpenRecord):
     fold_line: list[list[float]] | None = None
     """Two points of the fold line [m], shape (2, 2)."""
     translation: Annotated[list[float], Field(min_length=3, max_length=3)] | None = None
-    """Displacement from grasp to release [m]."""
+    """Displacement of the hands from grasp to release [m]."""
     candidates: int | None = None
     """Number M of vertices that each hand may grasp (grasp candidates)."""
     hands: int = 2
@@ -70,11 +70,15 @@ class TaskDescription(OpenRecord):
     start: str | None = None
     """Digest of the state from which a step of a plan starts; None if the plan has only one step."""
     shift: list[HandShift] | None = None
-    """Correction of the manipulation of each hand, left before right; None if there is no correction."""
+    """Shifts of each hand's grasp, release and height that correct the manipulation, left before right.
+
+    None if the manipulation is not corrected.
+    """
     digest: str | None = None
     """Digest of the properties of the task that have no field of their own.
 
-    They are the mesh, the grasps, the ratio of the areas, and the file of the robot.
+    They are the mesh, the grasp candidates, the ratio of the cloth's areas after and before the fold, and the file of
+    the robot.
     """
 
 
@@ -114,7 +118,8 @@ def describe_task(task: Task) -> TaskDescription:
 def _digest(task: Task) -> str:
     """Return a digest of the properties of a task that have no field of their own in its description.
 
-    These are the mesh to the micrometre, the grasps, the ratio of the areas, and the file of the robot.
+    They are the mesh to the micrometre, the grasp candidates, the file of the robot, and the ratio of the cloth's areas
+    after and before the fold.
     """
     fold = task.fold
     ratio = fold.area_ratio or 0.0
@@ -142,7 +147,7 @@ class StudyRecord(OpenRecord):
 
     task: TaskDescription
     sampler: str
-    """Name of the search."""
+    """Name of the search method, such as "gp" or "random"."""
     grasps: Grasps = "integer"
     seed: int
     parallel: int = 1
@@ -156,7 +161,7 @@ class StudyRecord(OpenRecord):
     disturbances: dict[str, Any] | None = None
     """The disturbances; None if there are no disturbances, and the objective is C of Eq. (10)."""
     worlds: int | None = None
-    """Number of random draws of the disturbances; None if there are no disturbances."""
+    """Number of random draws of the disturbances in which trials are simulated; None if there are no disturbances."""
     quantile: float | None = None
     """The quantile of the objective that is minimised; None if the mean is minimised."""
 
@@ -185,9 +190,10 @@ class ResultRecord(StudyRecord):
     tatamu: str = ""
     """Version of tatamu that wrote the file."""
     until_gain: float | None = None
-    """Expected gain below which the search ended, as a fraction of the best objective.
+    """Smallest expected gain at which the search continued, as a fraction of the best objective.
 
-    None if the number of trials was fixed."""
+    The gain is the improvement that the search expects of a further trial. None if the number of trials was fixed.
+    """
     bounds: dict[str, list[float]] = Field(default_factory=dict)
     """Lowest and highest value of each parameter of the search; empty in files of earlier versions."""
     judged: SuccessRate | None = None
@@ -202,7 +208,7 @@ class ResultRecord(StudyRecord):
     None if all trials on the fine mesh failed.
     """
     crossings: Crossings | None = None
-    """Crossings in the best trial; None if all trials failed."""
+    """Crossings of the cloth with itself in the best trial; None if all trials failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
     baselines: list[Baseline] = Field(default_factory=list)
 

@@ -32,9 +32,11 @@ MOMENTS = {
 For example, "error_10" belongs to the best of the first 10 trials. Each name is mapped to this number of trials, and to
 a title."""
 SAME = 1e-6
-"""Largest difference between the target in the folder and the target that another version computes [m].
+"""Largest difference between two target shapes that count as equal [m].
 
-Smaller differences are rounding errors."""
+One target is stored in the folder, and the other is computed again, perhaps by another version of tatamu. Smaller
+differences are rounding errors.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +87,12 @@ class Result:
 
     @property
     def start(self) -> np.ndarray:
-        """The cloth before the fold [m], shape (n, 3)."""
+        """Positions of the cloth's vertices before the fold [m], shape (n, 3)."""
         return self.rollout.positions[0]
 
     @property
     def final(self) -> np.ndarray:
-        """The cloth after the fold [m], shape (n, 3)."""
+        """Positions of the cloth's vertices after the fold [m], shape (n, 3)."""
         return self.rollout.positions[-1]
 
     @property
@@ -115,7 +117,7 @@ class Result:
 
     @property
     def moments(self) -> list[tuple[str, np.ndarray]]:
-        """Titles and vertex distances e_i [m], shape (n,), of the best trials at several moments of the search.
+        """Title and vertex distances e_i [m], shape (n,), of the best trial so far at several moments of the search.
 
         The last entry is the learned fold.
         """
@@ -140,7 +142,7 @@ class Result:
         return np.array(arm.grasp.position) + self._gripper(arm).path(self.rollout.times)
 
     def _gripper(self, arm: ArmPath) -> Gripper:
-        """Return the first gripper of a hand. This gripper moves like the hand."""
+        """Return the first gripper of a hand. A hand has one or more grippers, and the first moves like the hand."""
         for gripper in self.scene.grippers:
             if gripper.hand == arm.name:
                 return gripper
@@ -160,7 +162,7 @@ class Result:
 
     @cached_property
     def task(self) -> Task:
-        """The task. If the result was loaded, the task is made again from the record.
+        """The task that was learned. If the result was loaded, the task is made again from the record.
 
         Raises:
             InputError: If the task cannot be made again, or this version computes another target for it.
@@ -181,7 +183,7 @@ class Result:
         return self.rate(self.final)
 
     def rate(self, final: np.ndarray) -> Score:
-        """Return the score of another outcome of the same manipulation.
+        """Return the score of another outcome of the same manipulation, such as a simulation with disturbances.
 
         `final` contains the final positions of the n vertices [m], shape (n, 3).
         """
@@ -217,7 +219,10 @@ class Result:
 
 
 def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> Task:
-    """Make the task of a record again. Files that were not copied are read from their original paths."""
+    """Make the task of a learned fold again from its record.
+
+    The copies of its files are read. Files that were not copied are read from their original paths.
+    """
     description, asked = record.task, record.asked
     named: TaskOptions | TaskDescription = asked or description
     kept = {kind: kept_input(folder, kind) if folder else None for kind in ("garment", "fold")}

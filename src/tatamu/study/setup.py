@@ -17,9 +17,10 @@ from tatamu.simulators import SIMULATORS, capabilities
 from tatamu.study.record import StudyRecord, describe_task
 
 ROBUST_SHARE = 0.24
-"""Fraction of the trials that run on the fine mesh, if a study has disturbances.
+"""Fraction of the trials that run on the fine mesh, in studies with disturbances.
 
-It is larger than without disturbances, because a coarse mesh predicts failures less reliably."""
+It is larger than in studies without disturbances, because a coarse mesh predicts failures less reliably.
+"""
 LATER_SHARE = 0.3
 """Fraction of the trials that run on the fine mesh, in the second and later steps of plans.
 
@@ -46,7 +47,7 @@ def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> Lear
 
 
 def make_evaluator(task: Task, options: LearnOptions) -> Evaluator:
-    """Return the evaluator of a step.
+    """Return the evaluator of a step, which simulates and scores the step's trials.
 
     Args:
         task: The step to evaluate.
@@ -78,9 +79,9 @@ def _disturbances(
 
 
 def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | None:
-    """Return the disturbances of the options, otherwise of the robot, otherwise the defaults.
+    """Return the disturbances of a study's options. If the options give none, return those of the robot.
 
-    The result is None if the user wants no disturbances.
+    If the robot has none either, return the default disturbances. The result is None if the user wants no disturbances.
     """
     given = options.disturbances
     if isinstance(given, Disturbances):
@@ -105,7 +106,7 @@ def check_pending(options: LearnOptions, simulator: str) -> None:
 
 
 def usual_pending(simulator: str) -> int:
-    """Return the number of pending trials of a new study if the user gives no number."""
+    """Return how many trials a new study evaluates at the same time, if the user gives no number."""
     return USUAL_PENDING if capabilities(simulator).parallel else 1
 
 
@@ -129,9 +130,9 @@ def make_record(task: Task, options: LearnOptions, evaluator: Evaluator, first: 
 
 
 def _robust(evaluator: Evaluator) -> Disturbed | None:
-    """Return the evaluator that applies disturbances. It may be wrapped by other evaluators.
+    """Return the part of an evaluator that applies disturbances; None if the study has no disturbances.
 
-    The result is None if the study has no disturbances.
+    Evaluators can be nested, so this part may be inside other evaluators.
     """
     while not isinstance(evaluator, Disturbed):
         inner = getattr(evaluator, "inner", None)
@@ -150,7 +151,10 @@ def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
 
 
 def make_schedule(task: Task, record: StudyRecord, options: LearnOptions, fidelities: int) -> Schedule:
-    """Return the schedule of a study. More trials run on the fine mesh if coarse meshes are less reliable."""
+    """Return the schedule of a study: the number of trials, and the mesh of each trial.
+
+    More trials run on the fine mesh if coarse meshes are less reliable.
+    """
     schedule = Schedule(options.trials, fidelities)
     if task.number > 0:
         return replace(schedule, high_share=LATER_SHARE)

@@ -30,11 +30,12 @@ from tatamu.study.trial import Baseline, Trial
 Value = TypeVar("Value")
 
 KEY = "tatamu"
-"""User attribute of the Optuna study that contains the `StudyRecord`.
+"""Name of the Optuna study's user attribute in which the `StudyRecord` is stored.
 
-It is also the name of the study in a file, which contains only one study."""
+It is also the name of the study in a file, which contains only one study.
+"""
 BASELINES_KEY = "baselines"
-"""User attribute of the Optuna study that contains the fixed trajectories and their scores."""
+"""Name of the Optuna study's user attribute in which the fixed trajectories and their scores are stored."""
 TRANSIENT = {
     "is full": "the disk is full",
     "is locked": "another program holds it",
@@ -42,9 +43,9 @@ TRANSIENT = {
     "readonly": "cannot be written",
     "disk I/O error": "cannot be read or written now",
 }
-"""Parts of the messages of SQLite about temporary errors, and their meanings.
+"""Parts of SQLite's messages about temporary errors, and the meaning of each.
 
-The file is not damaged after such an error.
+The file of the study is not damaged after such an error.
 """
 
 
@@ -55,7 +56,7 @@ class StudyStore:
         """Prepare the storage. Nothing is opened yet.
 
         Args:
-            label: Name of the storage in messages.
+            label: Name of the storage in error messages.
             run: Function that runs an operation on the storage, and converts errors to those of tatamu.
             open_storage: Function that opens the storage.
             name: Name of the study in the storage.
@@ -114,7 +115,7 @@ class StudyStore:
         return [self._read(number, trial) for number, trial in enumerate(trials)]
 
     def _read(self, number: int, trial: optuna.trial.FrozenTrial) -> Trial:
-        """Return a trial of the storage. It must be a finished trial that tatamu wrote."""
+        """Convert a trial of Optuna to a trial of tatamu. It must be a finished trial that tatamu wrote."""
         if trial.state != TrialState.COMPLETE or trial.number != number:
             raise InputError(
                 f"{self.label}: trial {trial.number}: must be a finished trial of tatamu, given one in state "
@@ -166,7 +167,7 @@ class StudyStore:
 
 @contextmanager
 def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
-    """Yield the storage in the file `study.db` of a folder. The file is closed at the end."""
+    """Yield the storage in the file `study.db` of a folder. The file is closed when the `with` block ends."""
     label = str(folder.study_file)
     opened: list[RDBStorage] = []
 
@@ -231,7 +232,7 @@ def shared_store(database: SharedDatabase, name: str) -> Iterator[StudyStore]:
 def held_store(
     folder: ResultFolder | None, database: SharedDatabase | None, record: StudyRecord
 ) -> Iterator[StudyStore]:
-    """Yield the storage of a study, and lock the study so that no other client can use it until the end.
+    """Yield the storage of a study. Until the `with` block ends, no other client can use the study.
 
     Args:
         folder: Folder of the study; None if the study is only kept in memory.
@@ -297,9 +298,9 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
 
 
 def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
-    """Return a name for a study that differs from the names of all other folders and tasks.
+    """Return the name under which the study of a folder is stored in a shared database.
 
-    The name is equal on all machines on which the folder has this path.
+    Other folders and other tasks have other names. The name is equal on all machines on which the folder has this path.
     """
     task = record["task"]
     fixed = {name: value for name, value in record.items() if name != "parallel"}
@@ -309,7 +310,7 @@ def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
 
 
 def _difference(held: Any, wanted: Any, where: str = "") -> str:
-    """Return a description of the first difference between two structures of plain data."""
+    """Return a description of the first difference between two structures of plain data, such as two settings."""
     if isinstance(held, dict) and isinstance(wanted, dict):
         for key in [*held, *(k for k in wanted if k not in held)]:
             if held.get(key) != wanted.get(key):

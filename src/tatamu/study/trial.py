@@ -25,7 +25,10 @@ OWN_VALUES = ("objective", "trajectory_length")
 
 
 class Scored(OpenRecord):
-    """Base of records that contain the measures of a fold among their own fields."""
+    """Base class of the records of trials and of fixed trajectories.
+
+    In a file, each measure of the fold is a separate field of the record. In memory, the measures are in `score`.
+    """
 
     objective: float | None = None
     """Objective C of Eq. (10) without disturbances, or a penalty if the fold failed.
@@ -40,7 +43,7 @@ class Scored(OpenRecord):
     @model_validator(mode="before")
     @classmethod
     def _gather(cls, value: Any) -> Any:
-        """Combine the measures, which are separate fields in a file, to a score."""
+        """Combine the measures of the fold, which are separate fields in a file, to a score."""
         if not isinstance(value, dict) or "score" in value or value.get("state") == "failed":
             return value
         measures = {name: value[name] for name in MEASURES if value.get(name) is not None}
@@ -49,7 +52,10 @@ class Scored(OpenRecord):
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Write the measures of the score among the other fields. If there is no score, the measures are None."""
+        """Convert the record to plain data for a file, in which each measure of the score is a separate field.
+
+        If there is no score, the measures are None.
+        """
         plain = OpenRecord._plain(self, standard)
         measures = dict.fromkeys(MEASURES) if self.score is None else self.score.model_dump()
         own = {name: plain.get(name) for name in OWN_VALUES}
@@ -73,8 +79,8 @@ class Trial(Scored):
     """Spacing of the mesh on which the trial ran [m]; None if the study has only one mesh.
 
     The shape distance D is a sum over vertices, so it is smaller on a coarse mesh. To make D comparable, D on a coarse
-    mesh is multiplied by the number of vertices of the fine mesh and divided by the number of vertices of the coarse
-    mesh."""
+    mesh is multiplied by the ratio of the numbers of vertices, fine to coarse.
+    """
     ended: Literal["arrival"] | None = None
     """"arrival" if the trial was stopped when the hands arrived, because it could not become the best.
 
@@ -85,9 +91,10 @@ class Trial(Scored):
     None if the search does not estimate improvements.
     """
     worlds: int | None = None
-    """Number of simulations with different disturbances; None if the study has no disturbances.
+    """Number of simulations of the trial, which have different disturbances; None if the study has no disturbances.
 
-    The simulation without disturbances is counted."""
+    The simulation without disturbances is counted.
+    """
     expected_objective: float | None = None
     """The value that the search minimises, if it is not `objective`; None if the search minimises `objective`.
 
@@ -107,7 +114,7 @@ class Trial(Scored):
 
     @property
     def minimised(self) -> float:
-        """The value that the search minimised."""
+        """The value of the trial that the search minimised: `expected_objective` or, if it is None, `objective`."""
         value = self.objective if self.expected_objective is None else self.expected_objective
         assert value is not None, "a trial has an objective"
         return value
@@ -143,7 +150,11 @@ class Trial(Scored):
         )
 
     def proposal(self, coarse: float | None) -> Proposal:
-        """Return the proposal of the trial. `coarse` is the spacing of the coarse mesh [m], if the study has one."""
+        """Return the trial as a proposal of the search.
+
+        The proposal has the parameters, the fidelity (coarse or fine mesh) and the gain that the search expected.
+        `coarse` is the spacing of the coarse mesh [m], if the study has one.
+        """
         fidelity = LOW if coarse is not None and self.spacing == coarse else HIGH
         return Proposal(self.parameters, fidelity, self.expected_gain)
 
@@ -166,7 +177,7 @@ class Trial(Scored):
         )
 
     def attributes(self) -> dict[str, Any]:
-        """Return the data that a study stores for the trial in addition to parameters and the minimised value.
+        """Return the data that a study stores for the trial, in addition to its parameters and the minimised value.
 
         The number of the trial is included, because a storage may lose trials and renumber the other trials.
         """
@@ -196,7 +207,7 @@ class Baseline(Scored):
 
     @classmethod
     def of(cls, name: str, manipulation: Manipulation, found: Evaluation) -> Self:
-        """Return the record of a fixed trajectory, by its name."""
+        """Return the record of a fixed trajectory from its name, its manipulation and its evaluation."""
         return cls(
             name=name,
             title=BASELINES[name][0],

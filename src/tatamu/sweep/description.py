@@ -25,7 +25,10 @@ from tatamu.records import Record
 MOST_TASKS = 100_000
 """Largest number of tasks in a sweep."""
 GROWING = frozenset({"trials"})
-"""Options that may change without making a new task. For example, a study resumes if it gets more trials."""
+"""Options that may be changed in the sweep file without making a new task.
+
+For example, if the number of trials is raised, the study of the task is resumed.
+"""
 NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,99}")
 
 Options = dict[str, Any]
@@ -38,7 +41,7 @@ class SweepFile(Record):
     all: Options = Field(default_factory=dict)
     """Options that all tasks share."""
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict)
-    """Options with a list of values each. Every combination of values is a task."""
+    """Options for which several values are given. Every combination of these values is a task."""
     task: list[Options] = Field(default_factory=list)
     """Options of single tasks. The option `name` is the name of the task's folder."""
 
@@ -50,7 +53,7 @@ class SweepTask:
     name: str
     """Name of the task's folder.
 
-    If the file does not give the name, it ends with a short digest of the task's options.
+    If the sweep file does not give a name, a name is made that ends with a short digest of the task's options.
     """
     options: Options
     """Options from the sweep file, by name."""
@@ -82,7 +85,7 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
 
 
 def _all_options(file: SweepFile) -> Iterator[tuple[str, Options]]:
-    """Yield the location of each task in the file, such as "grid[3]", and its options."""
+    """Yield the place of each task in the sweep file, such as "grid[3]", and the options of the task."""
     for number, values in enumerate(product(*file.grid.values()) if file.grid else ()):
         yield f"grid[{number}]", {**file.all, **dict(zip(file.grid, values, strict=True))}
     for number, options in enumerate(file.task):

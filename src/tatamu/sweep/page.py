@@ -17,7 +17,10 @@ from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
 LEAST = 1e-5
-"""Smallest distance on the logarithmic axis [m]. Smaller distances appear in the chart at this value."""
+"""Smallest distance on the logarithmic axis of the chart [m].
+
+Smaller distances appear in the chart at this value.
+"""
 MOST_POINTS = 5000
 """Largest number of tasks in a chart. The table contains all tasks."""
 
@@ -59,7 +62,10 @@ def page(records: Sequence[TaskRecord]) -> str:
 
 
 def grouped(records: Sequence[TaskRecord], names: Sequence[str]) -> dict[str, list[TaskRecord]]:
-    """Group tasks by the values of the options `names`. Each group's key is a text with these values."""
+    """Return the tasks in groups, so that the options `names` have equal values in a group.
+
+    Each group's key is a text with these values.
+    """
     groups: dict[str, list[TaskRecord]] = {}
     for record in records:
         words = ", ".join(_shown(record.options[name]) for name in names if name in record.options)
@@ -107,7 +113,7 @@ def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
 
 
 def _pairs(records: Sequence[TaskRecord]) -> list[Chart]:
-    """Return charts that plot the two terms of the objective, Eq. (10), against each other."""
+    """Return charts with a dot for each task, whose coordinates are the two terms of the objective, Eq. (10)."""
     both = [record for record in records if record.trajectory_length is not None][:MOST_POINTS]
     if not both:
         return []
@@ -137,7 +143,10 @@ def _cloud(garment: str, number: int, records: Sequence[TaskRecord]) -> dict[str
 
 
 def _cells(record: TaskRecord) -> list[tuple[str, str]]:
-    """Return the table cells with the results of a task. Each cell is a text and a grade, which gives its colour."""
+    """Return the table cells with the results of a task.
+
+    Each cell has a text and a grade. The grade gives the colour of the cell.
+    """
     if record.mean_vertex_distance is None:
         return []
     word = grade(record.mean_vertex_distance)

@@ -22,9 +22,10 @@ State = Literal["waiting", "running", "complete", "failed"]
 
 
 class TaskRecord(OpenRecord):
-    """A task, its state and its results.
+    """A task of a sweep, its state and its results.
 
-    The measures belong to the best trial. If the task is a plan of several folds, they belong to the last fold.
+    The measures of the fold, such as the objective, belong to the best trial. If the task is a plan of several folds,
+    they belong to the last fold.
     """
 
     name: str
@@ -35,7 +36,7 @@ class TaskRecord(OpenRecord):
     error: str | None = None
     """Reason why the task failed; None if the task did not fail."""
     trials: int | None = None
-    """Number of trials in all steps together."""
+    """Number of trials. If the task is a plan of several folds, this is the sum over all folds."""
     failed_trials: int | None = None
     objective: float | None = None
     """Objective C of the best trial, Eq. (10); None for a plan of several steps."""
@@ -47,13 +48,13 @@ class TaskRecord(OpenRecord):
     area_error: float | None = None
     """Area error E_f [%]."""
     crossings: int | None = None
-    """Number of the mesh's edges that pass through triangles at the end."""
+    """Number of edges of the mesh that pass through triangles after the fold."""
     seconds: float | None = None
     """Sum of the wall times of all trials [s]."""
 
 
 class SweepRecord(OpenRecord):
-    """The contents of the file `sweep.json`."""
+    """The contents of the file `sweep.json`: the records of all tasks."""
 
     version: Literal[1] = 1
     tatamu: str = ""
@@ -114,7 +115,7 @@ def completed(record: TaskRecord, folder: Path) -> TaskRecord:
 def holds_task(record: TaskRecord, folder: Path, trials: int) -> bool:
     """Return whether a task needs no further work.
 
-    That is the case if the task is complete, has `trials` trials for each step, and its folder still exists.
+    A task needs no further work if it is complete, has `trials` trials for each step, and still has its result folder.
     """
     results = ResultFolder(folder)
     if record.state != "complete" or not (folder / "report.html").exists():

@@ -64,7 +64,7 @@ def run_sweep(
 
 
 def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, trials: int) -> TaskRecord:
-    """Return the record of a task at the start of this run."""
+    """Return a task's record at the start of this run: the earlier record if the task is complete, or a new record."""
     known = before.get(task.name)
     wanted = task.options.get("trials", trials)
     if known is not None and holds_task(known, folder.of_task(task.name), wanted):
@@ -74,7 +74,7 @@ def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, 
 
 @dataclass
 class _Sweep:
-    """A running sweep."""
+    """A sweep whose tasks are being run."""
 
     folder: SweepFolder
     records: list[TaskRecord]
@@ -148,6 +148,6 @@ def _first_error(futures: Sequence[Future[None]]) -> None:
 
 
 def _said(error: Exception) -> str:
-    """Return the text of an error in one line."""
+    """Return the message of an error in one line."""
     words = " ".join(str(error).split())
     return words if isinstance(error, TatamuError) else f"{type(error).__name__}: {words}"

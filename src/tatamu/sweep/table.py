@@ -27,9 +27,9 @@ MEASURES = (
     "seconds",
 )
 WHOLE = ("trials", "failed_trials", "crossings")
-"""Measures that are whole numbers."""
+"""Columns of the table whose numbers are whole numbers."""
 SHOWN = 24
-"""Largest number of rows in the terminal's table."""
+"""Largest number of rows in the table on the terminal."""
 
 
 def check_parquet() -> None:
@@ -79,7 +79,10 @@ def varied(records: Sequence[TaskRecord]) -> list[str]:
 
 
 def _plain(values: list[Any]) -> list[Any]:
-    """Return the values of a column with a single type. If their types differ, all values are converted to text."""
+    """Return the values of a column, converted to a single type.
+
+    If the types of the values differ, all values are converted to text.
+    """
     kinds = {type(value) for value in values if value is not None}
     if len(kinds) <= 1 or kinds == {int, float}:
         return [float(value) if kinds == {int, float} and value is not None else value for value in values]
@@ -94,7 +97,10 @@ def counts(records: Sequence[TaskRecord]) -> str:
 
 
 class LiveTable:
-    """The table of tasks on the terminal. Running tasks come first, and then the tasks that ended last."""
+    """The table of a running sweep's tasks on the terminal.
+
+    Running tasks come first, and then the tasks that ended last.
+    """
 
     def __init__(self, records: Sequence[TaskRecord]) -> None:
         self._records = {record.name: record for record in records}

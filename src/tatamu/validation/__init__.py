@@ -1,7 +1,7 @@
 """Validation: comparison of a simulator with the theory of an ideal cloth.
 
-A check builds scenes and evaluates rollouts. It does not depend on a simulator. All checks are listed in
-docs/reference/checks.md.
+A check makes scenes, which are the input of a simulation, and evaluates rollouts, which are the simulated motions. It
+does not depend on a simulator. All checks are listed in docs/reference/checks.md.
 """
 
 from tatamu.validation.report import Report, validate

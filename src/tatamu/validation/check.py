@@ -11,17 +11,17 @@ from tatamu.validation.subject import Subject
 
 @dataclass(frozen=True)
 class Case:
-    """One scene, or a few scenes that are evaluated together."""
+    """Part of a check: one scene, or a few scenes, that are simulated and evaluated together."""
 
     label: str
     run: Callable[[Subject], Findings]
     quick: bool = True
-    """Whether `--quick` runs the case."""
+    """Whether the option `--quick` runs the case too."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """A group of cases with a common name."""
+    """A check of a simulator: a group of cases with a common name."""
 
     name: str
     """Name of the check, as given to the option `--only`."""
@@ -31,4 +31,4 @@ class Check:
     cases: tuple[Case, ...]
     figures: dict[str, Figure] = field(default_factory=dict)
     remark: str = ""
-    """Remark for the page, which explains a figure."""
+    """Explanation of the check's results, which the page shows; empty if there is none."""

@@ -21,7 +21,7 @@ class Row:
     error: float
     """Error in `unit`. It is compared with `limit`."""
     limit: float | None
-    """Largest allowed error in `unit`; None if the error is only stated."""
+    """Largest allowed error in `unit`; None if the error is only reported."""
     unit: str
     """Unit of the error and of the limit."""
     note: str = ""
@@ -46,7 +46,10 @@ class Curve:
     y: np.ndarray
     """Vertical coordinates of the k points, shape (k,)."""
     reference: bool = False
-    """Whether the curve is a reference. It is then drawn as a line, and measured curves as points."""
+    """Whether the curve shows reference values.
+
+    Reference values are drawn as a line, measured values as points.
+    """
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A strip whose bending has friction, in one dimension.
+"""Computes the bending of a strip with friction of bending, in one dimension.
 
 The module computes the moment of the strip as a function of its curvature. It also computes the shape of a heavy strip
 whose clamp turns.
@@ -20,11 +20,11 @@ from tatamu.material import Material
 
 LINKS = 400
 STEPS = 60
-"""Number of steps in which the clamp turns from one angle to the next."""
+"""Number of steps in which the clamp of the strip turns from one angle to the next."""
 
 
 class BentSection:
-    """The bending moments of several sections of a strip. The sections remember how they were bent."""
+    """The bending moments of several sections of a strip. The moments depend on how the sections were bent before."""
 
     def __init__(self, material: Material, count: int) -> None:
         """Start with flat sections.
@@ -38,7 +38,7 @@ class BentSection:
         self._plastic = np.zeros((len(self._elements), count))
 
     def moment(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the moment per width of each of k sections [N], shape (k,), after a change of curvatures.
+        """Return the moment per width of each of k sections of the strip [N], shape (k,), after they are bent.
 
         The curvatures change from the stored ones to `curvature` [1/m], shape (k,).
         """
@@ -48,7 +48,10 @@ class BentSection:
         return moment
 
     def work(self, curvature: np.ndarray) -> np.ndarray:
-        """Return the integral of `moment` over the curvature of each section, a work per area [J/m^2], shape (k,)."""
+        """Return the work of bending per area of each of k sections of the strip [J/m^2], shape (k,).
+
+        The work is the integral of `moment` over the curvature.
+        """
         work = 0.5 * self._rigidity * curvature**2
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             bent = np.abs(curvature - plastic)
@@ -69,7 +72,10 @@ class BentSection:
 
 
 def loop(material: Material, curvatures: Sequence[float]) -> np.ndarray:
-    """Return the moment per width [N] at each of k successive curvatures [1/m], shape (k,). The strip starts flat."""
+    """Return the moment per width [N] of a strip at each of k successive curvatures [1/m], shape (k,).
+
+    The strip starts flat.
+    """
     section = BentSection(material, 1)
     moments = []
     for curvature in curvatures:
@@ -97,7 +103,8 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
         gravity: Acceleration of gravity [m/s^2].
 
     Returns:
-        For each angle, reach and drop from the clamp [m], shape (LINKS + 1, 2).
+        The shape of the strip at each angle of the clamp: the horizontal and the vertical distance of each node from
+        the clamp (reach and drop) [m], shape (LINKS + 1, 2).
 
     Raises:
         SimulationError: If a shape cannot be found.
@@ -123,7 +130,10 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
 def _equilibrium(
     joints: BentSection, lengths: np.ndarray, torque: np.ndarray, angles: np.ndarray, clamp: float
 ) -> np.ndarray:
-    """Return the angles of the links below the horizontal [rad]. Newton's method finds the minimum of the work."""
+    """Return the angles of a strip's links below the horizontal [rad] in equilibrium.
+
+    The equilibrium is the minimum of the energy of bending and weight. Newton's method finds the minimum.
+    """
 
     def energy(angles: np.ndarray) -> float:
         return float(joints.work(np.diff(angles, prepend=clamp) / lengths) @ lengths - torque @ np.sin(angles))

@@ -1,4 +1,4 @@
-"""Limits of errors, by simulator and quantity.
+"""Largest allowed errors of simulators in checks, by simulator and quantity.
 
 A limit states how exact a simulator claims to be. Limits are data, so that another simulator can state its own limits.
 A quantity without a limit is printed, but it cannot fail. The unit is a fraction, an SI unit or degrees, as each
@@ -11,8 +11,8 @@ NATIVE = {
     # motion
     "fall": 1e-3,  # fraction of the height of the fall
     "momentum": 1e-6,  # fraction of sum m |v|
-    "angular momentum": 1e-2,  # fraction of sum m |x| |v|; differences of frames are only as exact as this
-    "energy": 1e-3,  # fraction of the converted energy; it must never rise, except by errors of differences of frames
+    "angular momentum": 1e-2,  # fraction of sum m |x| |v|; differences between frames are not more exact
+    "energy": 1e-3,  # fraction of the converted energy; energy must never rise by more than errors of the frames
     # air
     "air speed": 1e-3,
     "air path": 2e-3,

@@ -20,7 +20,7 @@ part of the towel on both meshes."""
 PATCH = 0.025
 """Side of the square corner that a hand holds [m]."""
 EDGE = 1e-9
-"""Depth from the edge to which a hand holds cloth if it only holds the edge [m]."""
+"""Depth of the held cloth, measured from the edge of the towel, if a hand holds only the edge [m]."""
 KNOTS = 41
 REST = 0.6
 """Time from the release to the end of the scene [s]."""
@@ -28,16 +28,19 @@ REST = 0.6
 
 @dataclass(frozen=True)
 class RandomFold:
-    """A random fold along Bezier curves."""
+    """A random fold of a towel by two hands that move along Bezier curves."""
 
     control: np.ndarray
-    """Bezier points P1, P2 and P3 of each hand, relative to P0: (x, y, z) [m], shape (2, 3, 3)."""
+    """Control points P1, P2 and P3 of each hand's Bezier curve, relative to its start P0 [m], shape (2, 3, 3)."""
     seconds: float
     """Time for which the hands move [s]."""
 
     @classmethod
     def random(cls, seed: int, fast: bool) -> RandomFold:
-        """Return a fold that ends near the other end of the towel. The hands may differ, but never pull apart."""
+        """Return a random fold that ends near the other end of the towel.
+
+        The paths of the hands may differ, but the hands never pull the cloth apart.
+        """
         random = np.random.default_rng(seed)
         points = np.zeros((2, 3, 3))
         points[:, 2, 0] = LENGTH * random.uniform(0.75, 1.0)
@@ -56,9 +59,10 @@ class RandomFold:
 
 
 def scene_of(manipulation: RandomFold, material: Material, spacing: float, depth: float = PATCH) -> Scene:
-    """Return the scene of a manipulation on a mesh.
+    """Return the scene of a random fold of a towel on a mesh with this spacing [m].
 
-    Both hands hold a near corner, `depth` metres from the edge. They carry it over and let go.
+    Each hand holds a corner at one end of the towel: the cloth within `depth` metres of the edge. The hands carry the
+    corners over the towel and let go.
     """
     mesh = staggered(LENGTH, WIDTH, spacing)
     plan = mesh[0]
@@ -84,7 +88,7 @@ def scene_of(manipulation: RandomFold, material: Material, spacing: float, depth
 
 
 def half_fold_target(plan: np.ndarray, thickness: float) -> np.ndarray:
-    """Return the towel folded over its middle, with the held end on top of the other end, shape (n, 3) [m]."""
+    """Return the vertices of a towel folded over its middle, with the held end on top [m], shape (n, 3)."""
     over = plan[:, 0] < LENGTH / 2
     return np.column_stack(
         [np.where(over, LENGTH - plan[:, 0], plan[:, 0]), plan[:, 1], np.where(over, 1.5, 0.5) * thickness]

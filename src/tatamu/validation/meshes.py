@@ -15,14 +15,15 @@ from tatamu.meshing import SLIVER, delaunay, staggered, twice_areas
 
 Mesh = tuple[np.ndarray, np.ndarray]
 Layout = Callable[[float, float, float], Mesh]
-"""Function from length, width and spacing [m] to a mesh."""
+"""Function that makes a mesh of a rectangle from length, width and spacing [m]."""
 
 JITTER = 0.2
-"""Largest displacement of the inner vertices in an irregular mesh, in spacings."""
+"""Largest displacement of the inner vertices in an irregular mesh, divided by the mesh spacing."""
 SHEAR = 0.02
-"""Small shear of a square lattice.
+"""Small shear that is applied to a square lattice of points before its triangulation [-].
 
-Because of this shear, Delaunay triangulation cuts all cells along the same diagonal."""
+Because of this shear, Delaunay triangulation cuts all cells along the same diagonal.
+"""
 
 
 def right(length: float, width: float, spacing: float) -> Mesh:
@@ -36,13 +37,16 @@ def right(length: float, width: float, spacing: float) -> Mesh:
 
 
 def staggered_across(length: float, width: float, spacing: float) -> Mesh:
-    """Return the staggered mesh with rows along x."""
+    """Return a staggered mesh, in which every other row is shifted, with its rows along x."""
     points, faces = staggered(width, length, spacing)
     return points[:, ::-1].copy(), faces[:, ::-1].copy()
 
 
 def irregular(length: float, width: float, spacing: float, seed: int = 1) -> Mesh:
-    """Return Delaunay triangles of randomly shifted staggered points inside and even points along the border."""
+    """Return an irregular mesh: Delaunay triangles between randomly shifted points.
+
+    The shifted points are inside. The points on the border are evenly spaced.
+    """
     lattice = _lattice(length, width, spacing * np.array([np.sqrt(3) / 2, 1.0]), 0.0, shifted=True)
     random = np.random.default_rng(seed)
     inner = _inside(lattice, length, width, 0.5 * spacing)
@@ -51,7 +55,7 @@ def irregular(length: float, width: float, spacing: float, seed: int = 1) -> Mes
 
 
 def turned(length: float, width: float, spacing: float, degrees: float) -> Mesh:
-    """Return right triangles in a rotated lattice. Points on the border are evenly spaced."""
+    """Return a mesh of right triangles in a rotated lattice. Points on the border are evenly spaced."""
     if degrees == 0:
         return right(length, width, spacing)
     angle = np.radians(degrees)
@@ -107,4 +111,4 @@ LAYOUTS: dict[str, Layout] = {
     "staggered across": staggered_across,
     "irregular": irregular,
 }
-"""Mesh layouts by name. Angles are those between the mesh and the strip."""
+"""Mesh layouts by name. The angles in the names are between the rows of the mesh and the length of the strip."""

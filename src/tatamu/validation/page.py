@@ -13,11 +13,11 @@ from tatamu.validation.terminal import cells
 
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross")
 LONG = 16
-"""Number of rows above which a table is collapsed. Only rows that failed are then shown."""
+"""Largest number of rows with which a table is not collapsed. A collapsed table shows only the rows that failed."""
 
 
 def page(report: Report) -> str:
-    """Return the whole page as HTML."""
+    """Return the page with the results of all checks as HTML."""
     return render(
         "validation/page.html",
         charts={result.check.name: _charts(result) for result in report.results},
@@ -31,7 +31,7 @@ def page(report: Report) -> str:
 
 
 def _verdict(result: CheckResult) -> tuple[str, str]:
-    """Return the result of a check in a few words, and its tone: pass, fail or stated."""
+    """Return the result of a check in a few words, and the name of its colour: pass, fail or stated."""
     passed = [row.passed for case in result.cases for row in case.rows if row.passed is not None]
     failed = passed.count(False)
     if failed:

@@ -3,7 +3,7 @@
 One plate falls without turning, and another plate swings.
 
 Symbols: rho is the areal density and m_a the added mass [kg/m^2]. c is the linear drag [N s/m^3] and q the quadratic
-    drag [kg/m^3]. k is the constant of drag after a turn, and L the length of the plate.
+    drag [kg/m^3]. k is the constant of the drag after the motion has reversed, and L is the length of the plate.
 """
 
 from __future__ import annotations
@@ -17,12 +17,15 @@ from scipy.signal import find_peaks
 from tatamu.material import Material
 
 LEAST_TURN = 1e-9
-"""Least angle since a change of direction [rad]. It prevents a division by zero."""
+"""Smallest angle that a plate has turned since its motion last reversed [rad]. It prevents a division by zero."""
 
 
 @dataclass(frozen=True)
 class Pushed:
-    """A mass per area that a constant force pushes against drag, from rest: M dv/dt = f - c v - q v^2."""
+    """A mass per area M that a constant force f pushes against drag, from rest.
+
+    The equation of motion is M dv/dt = f - c v - q v^2, with the speed v, the linear drag c and the quadratic drag q.
+    """
 
     mass: float
     """Mass per area M [kg/m^2]."""
@@ -35,15 +38,17 @@ class Pushed:
 
     @property
     def terminal_speed(self) -> float:
-        """Terminal speed: the positive root of f = c v + q v^2 [m/s]; infinite without drag."""
+        """Terminal speed v: the positive root of f = c v + q v^2 [m/s]; infinite without drag."""
         root = np.sqrt(self.linear**2 + 4.0 * self.quadratic * self.force)
         return 2.0 * self.force / (self.linear + root) if root > 0.0 else np.inf
 
     def distance(self, time: float) -> float:
-        """Return the distance [m] after a time [s] from rest. The drag must not be zero.
+        """Return the distance [m] after the time t [s] from rest. The drag must not be zero.
 
-        Drag balances the force at the speeds v1 and -v2. With beta = (c + 2 q v1) / M, r = v1 / v2 and e = exp(-beta
-        t), the speed is v1 (1 - e) / (1 + r e). Its integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
+        M is the mass, c the linear drag and q the quadratic drag. The equation f = c v + q v^2 of the force f has two
+        solutions: the speeds v1 and -v2. With beta = (c + 2 q v1) / M, r = v1 / v2 and e = exp(-beta t), the speed is
+        v1 (1 - e) / (1 + r e). The distance is the integral of the speed:
+        v1 t - (v1 / beta) (1 + 1 / r) ln((1 + r) / (1 + r e)).
         """
         fast = self.terminal_speed
         rate = (self.linear + 2.0 * self.quadratic * fast) / self.mass
@@ -56,9 +61,10 @@ class Pushed:
 
 
 def falling(material: Material, tilt: float, gravity: float) -> tuple[Pushed, Pushed]:
-    """Return the laws of motion of a falling plate along its normal and along its surface. Its tilt is `tilt` [rad].
+    """Return the two motions of a plate that falls without turning: along its normal, and along its surface.
 
-    All parts of the plate have equal velocities and normals, so nothing turns the plate.
+    The plate has the tilt `tilt` [rad]. All parts of the plate have equal velocities and normals, so nothing turns the
+    plate.
     """
     weight = material.areal_density * gravity
     linear = material.air_drag
@@ -80,7 +86,8 @@ def falling(material: Material, tilt: float, gravity: float) -> tuple[Pushed, Pu
 def small_swing_period(material: Material, length: float, gravity: float) -> float:
     """Return the period of small swings without drag of a plate that hangs from its upper edge [s].
 
-    The period is 2 pi sqrt(2 L M / (3 g rho)), with M = rho + m_a.
+    The period is 2 pi sqrt(2 L M / (3 g rho)), with M = rho + m_a. L is the length of the plate, g the acceleration of
+    gravity, rho the areal density and m_a the added mass of air.
     """
     heavier = 1.0 + material.air_added_mass / material.areal_density
     return float(2.0 * np.pi * np.sqrt(2.0 * length * heavier / (3.0 * gravity)))
@@ -91,9 +98,13 @@ def hanging(material: Material, length: float, angle: float, times: np.ndarray, 
 
     The times are `times` [s]. Angles and times have the shape (k,).
 
-    All velocities are along the normal. The equation of motion per width for the angle a is M L^3 / 3 a'' = -rho g L^2
-    / 2 sin(a) - c L^3 / 3 a' - int_0^L max(q, k / (r b)^(1/3)) r^3 dr |a'| a'. M is rho + m_a, r the distance from the
-    upper edge, and b the angle since the plate last turned around.
+    All velocities are along the normal. The angle a follows the equation of motion per width
+
+        M L^3 / 3 a'' = -rho g L^2 / 2 sin(a) - c L^3 / 3 a' - int_0^L max(q, k / (r b)^(1/3)) r^3 dr |a'| a'
+
+    M is rho + m_a, with the areal density rho and the added mass of air m_a. c is the linear and q the quadratic drag,
+    and k the constant of the drag after the motion has reversed. r is the distance from the upper edge, b the angle
+    since the motion of the plate last reversed, L the length of the plate, and g the acceleration of gravity.
     """
     inertia = (material.areal_density + material.air_added_mass) * length**3 / 3
     weight = material.areal_density * gravity * length**2 / 2
@@ -108,7 +119,7 @@ def hanging(material: Material, length: float, angle: float, times: np.ndarray, 
         return -float(np.sign(turn) * state[1])
 
     turns_around.terminal = True  # type: ignore[attr-defined]
-    turns_around.direction = -1.0  # type: ignore[attr-defined]  # from then on it would swing up again
+    turns_around.direction = -1.0  # type: ignore[attr-defined]  # at this event, the motion reverses
     angles = np.empty(len(times))
     start, turn = 0.0, angle
     while start < times[-1]:
@@ -133,7 +144,7 @@ def hanging(material: Material, length: float, angle: float, times: np.ndarray, 
 def _turning_moment(material: Material, length: float, turned: float) -> float:
     """Return the moment of quadratic drag divided by the square of the angular speed, per width [kg m].
 
-    `turned` is the angle since the plate last turned around [rad].
+    `turned` is the angle since the motion of the plate last reversed [rad].
     """
     steady = material.air_drag_quadratic
     turning = material.air_drag_turning / np.cbrt(max(turned, LEAST_TURN))
@@ -150,17 +161,18 @@ class Swing:
     period: float
     """Mean time between two turning points on the same side [s]."""
     decrement: np.ndarray
-    """Logarithm of a ratio, for each swing: its size divided by the size of the next swing to the same side [-]."""
+    """For each swing, the logarithm of a ratio: the size of this swing divided by the size of the next swing to the
+    same side [-]."""
     excursion: np.ndarray
-    """Peak-to-peak size of the swing at the time of each decrement, in the unit of the signal."""
+    """Peak-to-peak size of the swing to which each item of `decrement` belongs, in the unit of the signal."""
 
 
 def swing_of(times: np.ndarray, signal: np.ndarray) -> Swing:
-    """Return the swing in a signal, from its turning points.
+    """Return the period and the decay of a signal that swings, from its turning points.
 
     The signal and its k evenly spaced times [s] have the shape (k,).
 
-    The signal swings about zero and must pass zero at least four times. The part before it first passes zero is
+    The signal swings about zero and must pass zero at least four times. The part before the first zero crossing is
     ignored.
     """
     begin = int(np.argmax(signal * signal[0] < 0.0))

@@ -14,15 +14,17 @@ from tatamu.material import Material
 
 
 def fall(time: np.ndarray, gravity: float) -> np.ndarray:
-    """Return the height in free fall from rest, z = -g t^2 / 2 [m]."""
+    """Return the height z = -g t^2 / 2 in free fall from rest [m], with the gravity g and the time t."""
     return -0.5 * gravity * time**2
 
 
 def hang_displacement(distance: np.ndarray, length: float, material: Material, gravity: float) -> np.ndarray:
     """Return how far points of a hanging sheet move down because of its weight [m].
 
-    At the distance s below the held edge, the tension per width carries the weight below it, rho g (L - s). The strain
-    is the tension divided by Y, so the displacement is u(s) = rho g (L s - s^2 / 2) / Y. This is exact for nu = 0.
+    At the distance s below the held edge, the tension per width carries the weight of the cloth below, rho g (L - s).
+    The strain is the tension divided by the membrane stiffness Y, so the displacement is u(s) = rho g (L s - s^2 / 2) /
+    Y. Here rho is the areal density, g the acceleration of gravity and L the length. This formula is exact if the
+    Poisson ratio is 0.
 
     Args:
         distance: Unstrained distance from the held edge [m].
@@ -35,10 +37,12 @@ def hang_displacement(distance: np.ndarray, length: float, material: Material, g
 
 
 def shear_sag(across: np.ndarray, span: float, material: Material, gravity: float) -> np.ndarray:
-    """Return how far a tall vertical panel sags in its own plane [m]. It is held along both upright sides.
+    """Return how far a tall vertical panel sags in its own plane if it is held along both upright sides [m].
 
-    Far from its top and bottom, the panel is in pure shear: G u'' = -rho g, so the sag is u = rho g x (D - x) / (2 G).
-    If the material gives no G, G = Y / (2 (1 + nu)) as in an isotropic sheet.
+    Far from its top and bottom, the panel is in pure shear. The sag u follows from G u'' = -rho g, with the shear
+    stiffness G, the areal density rho and the acceleration of gravity g. Its solution is u = rho g x (D - x) / (2 G).
+    If the material has no value of G, G is Y / (2 (1 + nu)) as in an isotropic sheet, with the membrane stiffness Y and
+    the Poisson ratio nu.
 
     Args:
         across: Distance x from one held side [m].
@@ -52,7 +56,8 @@ def shear_sag(across: np.ndarray, span: float, material: Material, gravity: floa
 def off_axis_stiffness(material: Material, angle: float) -> float:
     """Return the stiffness of a strip with free sides that is cut at an angle [rad] to the warp [N/m].
 
-    The stiffness Y(a) is the tension per width divided by the strain. Let c = cos(a) and s = sin(a).
+    The stiffness Y(a) is the tension per width divided by the strain. Y and Y_weft are the stiffnesses along warp and
+    weft, G is the shear stiffness, and nu the Poisson ratio. Let c = cos(a) and s = sin(a).
 
     1 / Y(a) = c^4 / Y + s^4 / Y_weft + (1 / G - 2 nu / sqrt(Y Y_weft)) c^2 s^2 (Jones, Mechanics of Composite
     Materials, 1975, section 2.6).
@@ -73,7 +78,8 @@ def off_axis_rigidity(material: Material, angle: float) -> float:
 
     The rigidity is the moment per width divided by the curvature.
 
-    B(a) = B c^4 + B_weft s^4 + T c^2 s^2, with c = cos(a), s = sin(a), and the twist rigidity T.
+    B(a) = B c^4 + B_weft s^4 + T c^2 s^2, with the rigidities B and B_weft along warp and weft, the twist rigidity T, c
+    = cos(a) and s = sin(a).
     """
     along = np.cos(angle) ** 2
     across = np.sin(angle) ** 2
@@ -82,7 +88,10 @@ def off_axis_rigidity(material: Material, angle: float) -> float:
 
 
 def pulled_width(stretch: float, poisson_ratio: float) -> float:
-    """Return the relative width of a sheet with free sides that is pulled to `stretch`: 1 - nu (stretch - 1)."""
+    """Return the relative width of a sheet with free sides that is pulled to the stretch `stretch`.
+
+    The width is 1 - nu (stretch - 1), with the Poisson ratio nu.
+    """
     return 1.0 - poisson_ratio * (stretch - 1.0)
 
 
@@ -102,15 +111,25 @@ def catenary(span: float, length: float, count: int = 201) -> np.ndarray:
 
 
 def incline_threshold(mu: float) -> float:
-    """Return the tilt theta at which a resting sheet starts to slide [rad]: tan(theta) = mu."""
+    """Return the tilt theta at which a resting sheet starts to slide [rad].
+
+    The tilt follows from tan(theta) = mu, with the friction coefficient mu.
+    """
     return float(np.arctan(mu))
 
 
 def incline_acceleration(tilt: float, mu: float, gravity: float) -> float:
-    """Return the acceleration down an incline [m/s^2]: g (sin - mu cos) of the tilt, or zero if the sheet sticks."""
+    """Return the acceleration of a sheet down an incline [m/s^2]; zero if the sheet sticks.
+
+    The acceleration is g (sin(tilt) - mu cos(tilt)), with the friction coefficient mu and the acceleration of gravity
+    g.
+    """
     return float(max(0.0, gravity * (np.sin(tilt) - mu * np.cos(tilt))))
 
 
 def arc_energy(material: Material, curvature: float, area: float) -> float:
-    """Return the bending energy of a flat sheet of area A rolled to a cylinder of curvature k [J]: B k^2 A / 2."""
+    """Return the bending energy of a flat sheet that is rolled to a cylinder [J].
+
+    The energy is B k^2 A / 2, with the bending rigidity B, the curvature k and the area A.
+    """
     return 0.5 * material.bending_rigidity * curvature**2 * area

@@ -20,7 +20,7 @@ from tatamu.version import __version__
 
 @dataclass
 class CaseResult:
-    """The findings of one case."""
+    """The findings of one case of a check: rows and curves."""
 
     label: str
     rows: list[Row] = field(default_factory=list)
@@ -54,7 +54,7 @@ class Report:
 
     @property
     def rows(self) -> list[Row]:
-        """All rows of all checks."""
+        """All rows of all checks, which are the measured quantities with their errors."""
         return [row for result in self.results for case in result.cases for row in case.rows]
 
     @property
@@ -96,7 +96,7 @@ def _row_data(row: Row) -> dict[str, Any]:
 
 
 def select_cases(names: Iterable[str], quick: bool) -> list[tuple[Check, list[Case]]]:
-    """Select checks by name, and the cases of each that are run. Without names, all checks are selected.
+    """Return the checks with these names, each with its cases to run. Without names, all checks are returned.
 
     Raises:
         InputError: If no check has one of the names.
@@ -144,7 +144,10 @@ def validate(
 def _results(
     pairs: Sequence[tuple[Check, Sequence[Case]]], subject: Subject, executor: Executor | None
 ) -> Iterator[CaseResult]:
-    """Yield the results of cases in their order. An executor receives all cases at once."""
+    """Yield the results of the cases of checks, in the order of the cases.
+
+    If an executor is given, it receives all cases at once.
+    """
     cases = [(check, case) for check, cases in pairs for case in cases]
     if executor is None:
         return (run(case, subject) for _, case in cases)
@@ -160,7 +163,7 @@ def _result(future: Future[CaseResult], case: Case) -> CaseResult:
 
 
 def run_named(check: str, label: str, simulator: str) -> CaseResult:
-    """Run a case of a simulator.
+    """Run a case of a check on a simulator.
 
     Case and simulator are given by name, so that another process can call this function.
     """
@@ -169,7 +172,7 @@ def run_named(check: str, label: str, simulator: str) -> CaseResult:
 
 
 def run(case: Case, subject: Subject) -> CaseResult:
-    """Run one case. A simulation that fails gives a row that failed."""
+    """Run one case of a check. If a simulation fails, the result has a failed row."""
     result = CaseResult(case.label)
     started = perf_counter()
     try:

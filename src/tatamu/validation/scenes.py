@@ -17,14 +17,14 @@ def held(vertices: np.ndarray | Sequence[int]) -> Gripper:
 
 
 def flat(mesh: Mesh, height: float = 0.0) -> Cloth:
-    """Return a level cloth that starts without strain."""
+    """Return a level cloth from a mesh. The cloth starts without strain."""
     return Cloth(vertices=raised(mesh[0], height), faces=mesh[1])
 
 
 def hanging(plan: np.ndarray) -> np.ndarray:
     """Return n flat points, shape (n, 2), as points in the y-z plane [m], shape (n, 3).
 
-    Their x axis points straight down.
+    The x axis of the flat points becomes the direction straight down.
     """
     return np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
 

@@ -24,7 +24,7 @@ class Subject:
     simulate: Callable[[Scene], Rollout]
     simulate_many: Callable[[Sequence[Scene]], list[Rollout]]
     limits: dict[str, float] = field(default_factory=dict)
-    """Largest allowed error of each quantity. A quantity without a limit is stated, but cannot fail."""
+    """Largest allowed error of each quantity, by its name. A quantity without a limit is reported, but cannot fail."""
 
     @classmethod
     def named(cls, name: str) -> Subject:
@@ -47,7 +47,7 @@ class Subject:
         return None if limit is None else factor * limit
 
     def end(self, cloth: Cloth, material: Material, vertices: np.ndarray, duration: float) -> np.ndarray:
-        """Simulate a cloth of which a hand holds some vertices without motion.
+        """Simulate a cloth whose vertices `vertices` are held without motion.
 
         Returns:
             Positions at the end [m], shape (n, 3).

@@ -39,7 +39,7 @@ def cells(row: Row) -> list[str]:
 
 
 def table(result: CheckResult) -> Table:
-    """Return the table of a check. Each case has a heading in it."""
+    """Return the table with the results of a check. Each case has a heading in it."""
     out = Table(title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold")
     out.add_column("quantity", ratio=1)
     for name in ("reference", "got", "error", "limit"):
@@ -66,7 +66,7 @@ def table(result: CheckResult) -> Table:
 
 
 def summary(report: Report) -> str:
-    """Return a line with the numbers of rows that passed, failed, and are only stated."""
+    """Return a line with three numbers: rows with a limit, rows that failed, and rows without a limit."""
     stated = len(report.rows) - report.judged
     verdict = "[green]all pass[/]" if report.failures == 0 else f"[bold red]{report.failures} fail[/]"
     return f"{report.simulator}: {report.judged} judged, {verdict}; {stated} stated without a limit"

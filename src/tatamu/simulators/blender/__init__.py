@@ -1,7 +1,8 @@
-"""Blender's cloth, the paper's simulator. It runs as a separate process. See docs/theory/blender.md.
+"""The cloth simulation of Blender, which the ICMA 2019 paper used. Blender runs as a separate process.
 
-A scene is translated into Blender's numbers (`mapping`, `springs`) and written as a recipe (`recipe`, `timeline`). A
-program inside Blender (`worker`) receives the recipe through a pipe (`process`) and runs it.
+The modules `mapping` and `springs` convert a scene to Blender's numbers. The modules `recipe` and `timeline` write the
+converted scene as a recipe, which is plain data. The module `process` sends the recipe through a pipe to the program
+`worker`, which runs inside Blender. The theory is in docs/theory/blender.md.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ CAPABILITIES = Capabilities(
     friction_table=MOST_FRICTION / TABLE_FRICTION,
     friction_cloth=MOST_FRICTION / SELF_FRICTION,
 )
-"""Capabilities of Blender. It can fold on any mesh, but its friction is limited.
+"""Capabilities of Blender. Cells of the mesh may have any size, but friction coefficients are limited.
 
-Each rollout is a process with its own threads."""
+Several rollouts can run at the same time, because each of them uses a Blender process of its own."""
 
 
 def require() -> None:
@@ -46,7 +47,7 @@ def prepare() -> None:
 
 
 def compilation() -> tuple[int, int]:
-    """Return zeros, because nothing is compiled."""
+    """Return (0, 0): no function is compiled, and no function needs to be compiled."""
     return 0, 0
 
 
@@ -54,7 +55,8 @@ def simulate(scene: Scene) -> Rollout:
     """Simulate one scene in Blender.
 
     Raises:
-        InputError: If no Blender is found, the material's `blender` table is wrong, or the scene has rigid bodies.
+        InputError: If no Blender is found, the material's `blender` table contains an error, or the scene has rigid
+            bodies.
         SimulationError: If the rollout is not finite, or Blender crashes during the scene in every attempt.
     """
     begin = time.perf_counter()
@@ -78,7 +80,7 @@ def simulate(scene: Scene) -> Rollout:
 def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
     """Return the positions of the n vertices in all f frames [m], shape (f, n, 3).
 
-    `moved` contains the positions after the first frame.
+    `moved` contains the positions in all frames except the first.
     """
     if not np.isfinite(moved).all():
         frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))

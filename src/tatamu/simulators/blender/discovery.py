@@ -1,7 +1,8 @@
-"""The search for Blender.
+"""Finds Blender on this machine.
 
-An environment variable may name the path of Blender. If it is not set, Blender is taken from the environment of `tatamu
-install blender`. If this environment does not exist either, the search path for programs is searched.
+If the environment variable TATAMU_BLENDER is set, it contains the path of Blender. If it is not set, Blender is taken
+from the virtual environment that `tatamu install blender` makes. If this environment does not exist, the program
+`blender` is looked up on the search path for programs.
 """
 
 from __future__ import annotations
@@ -14,9 +15,14 @@ from pathlib import Path
 from tatamu.errors import InputError
 
 VARIABLE = "TATAMU_BLENDER"
-"""Name of the environment variable that contains the path of a Python with `bpy`, or of a Blender executable."""
+"""Name of the environment variable that contains the path of Blender.
+
+The path leads to a Blender executable, or to a Python interpreter that can import `bpy`, the Python module of
+Blender."""
 VERSION = "5.0.1"
-"""Version of Blender that `tatamu install blender` installs. The measurements in docs/notes/simulators.md used it."""
+"""Version of Blender that `tatamu install blender` installs.
+
+The measurements in docs/notes/simulators.md were made with this version."""
 HELP = (
     f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
     f"or let {VARIABLE} name a Blender executable or a Python that has bpy"
@@ -41,15 +47,15 @@ def environment_folder() -> Path:
 
 
 def python_of(folder: Path) -> Path:
-    """Return the path of the Python in a virtual environment."""
+    """Return the path of the Python interpreter in a virtual environment."""
     return folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
 
 
 def command() -> list[str]:
-    """Return the command that starts a worker, a process with Blender.
+    """Return the command line that starts a worker, a process that runs Blender.
 
     Raises:
-        InputError: If no Blender is found, or the environment variable names another program.
+        InputError: If no Blender is found, or the environment variable names a program that does not exist.
     """
     named = os.environ.get(VARIABLE)
     if named:
@@ -71,9 +77,10 @@ def _named(name: str) -> str:
 
 
 def started_by(program: str) -> list[str]:
-    """Return the command that starts a worker with a program.
+    """Return the command line that starts a worker, a process that runs Blender, from the path `program`.
 
-    The program is a Python, which is recognised by its name, or a Blender executable.
+    The program is a Blender executable, or a Python interpreter that can import Blender. The file name of an
+    interpreter begins with `python` or `pypy`.
     """
     if Path(program).name.lower().startswith(("python", "pypy")):
         return [program, str(WORKER)]
@@ -81,7 +88,7 @@ def started_by(program: str) -> list[str]:
 
 
 def available() -> bool:
-    """Return whether a Blender is found."""
+    """Return whether Blender is found on this machine."""
     try:
         command()
     except InputError:

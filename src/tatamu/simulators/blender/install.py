@@ -11,15 +11,18 @@ from tatamu.errors import InputError
 from tatamu.simulators.blender.discovery import VERSION, environment_folder, python_of
 
 PYTHON = "3.11"
-"""The only Python version for which this Blender is available as a wheel."""
+"""The only version of Python for which this version of Blender is available as a package (wheel)."""
 PACKAGES = (f"bpy=={VERSION}", "numpy<2")
 
 
 def install(folder: Path | None = None) -> Path:
-    """Make the virtual environment, unless a working one exists, and return its Python.
+    """Install Blender in a virtual environment if necessary, and return the path of the environment's Python.
+
+    If the folder already contains a Python that can import Blender, nothing is installed. Otherwise the folder is
+    deleted and made again.
 
     Raises:
-        InputError: If the Python version for the wheel is missing, or the packages cannot be installed.
+        InputError: If the Python version that the wheel needs is missing, or the packages cannot be installed.
     """
     folder = folder or environment_folder()
     python = python_of(folder)

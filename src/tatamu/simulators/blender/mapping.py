@@ -3,7 +3,7 @@
 Each relation is derived and measured in docs/theory/blender.md.
 
 Blender multiplies gravity by 0.001 and counts time in frames. Its unit of time is therefore sqrt(0.001) s = 31.6 ms. If
-k is a stiffness and m a mass in Blender's numbers, their ratio is 1000 k/m in 1/s^2.
+k and m are a stiffness and a mass in Blender's numbers, the physical ratio of stiffness to mass is 1000 k/m [1/s^2].
 """
 
 from __future__ import annotations
@@ -21,39 +21,49 @@ from tatamu.simulators.blender.springs import Springs
 UNIT = float(np.sqrt(1e-3))
 """Blender's unit of time [s]."""
 THICKNESS = 0.01
-"""Thickness to which the cloth is enlarged for Blender [m], because Blender's least contact distance is 1 mm."""
-REACH = 2e-3
-"""Least contact distance of the cloth and of the table [m]. The table's plane is lowered by the same distance.
+"""Thickness of the cloth in Blender [m].
 
-With a smaller distance, cloth that falls from 1 m would pass through the table.
+The whole scene is scaled until the cloth has this thickness, because Blender's smallest contact distance is 1 mm."""
+REACH = 2e-3
+"""Smallest contact distance that the cloth and the table get in Blender [m].
+
+With smaller distances, cloth that falls from 1 m would pass through the table. Because of these distances, Blender
+keeps a gap between the table and the cloth. Therefore the table is lowered until the cloth lies at the right height.
 """
 REST = 0.93
 """Ratio of the gap between table and cloth to the sum of their contact distances.
 
-The ratio is 1 without load and 8/9 under load [measured]."""
+The ratio is at most 1 without load, and 8/9 under load (measured). The value lies between these two ratios."""
 LAYERS = 1.125
-"""Factor that corrects the distance between layers.
+"""Factor by which Blender's property `self_distance_min` is multiplied [-].
 
-Blender's distance is 8/9 of twice `self_distance_min` [measured]."""
+With this factor, layers of cloth have the right distance. In Blender, the distance between layers is 8/9 of twice
+`self_distance_min` (measured)."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
-"""Blender's friction numbers for a coefficient of 1: for cloth on the table, and between layers [measured]."""
-MOST_FRICTION = 80.0
-"""Largest value of Blender's friction numbers."""
-COLLISION_LOOPS = 12
-"""Number of rounds of contact in each substep.
+"""Friction numbers of Blender that correspond to a friction coefficient of 1 (measured).
 
-With fewer rounds, the friction of the table on a layer is not proportional to the load. For example, a sheet under
-another sheet should slide at 39 degrees. With 4 rounds, it slides at 21 degrees [measured].
+The first number is for cloth on the table, and the second number is for layers of cloth."""
+MOST_FRICTION = 80.0
+"""Largest friction number that Blender accepts."""
+COLLISION_LOOPS = 12
+"""Number of times that Blender corrects contacts in each substep.
+
+With fewer corrections, the friction of the table on a layer is not proportional to the load. For example, a sheet that
+lies under another sheet should slide when the table is tilted by 39 degrees. With 4 corrections, it slides at 21
+degrees (measured).
 """
 LARGEST_STIFFNESS = 1e4
 LONGEST_STEP = 1.0 / 300.0
 """Longest substep [s]. In this time, cloth with a speed of 1 m/s moves 3.3 mm."""
 STABLE = 1.4
-"""Largest product of substep and largest bending frequency. Explicit bending becomes unstable at 2."""
+"""Largest allowed product h omega [-].
+
+h is the length of a substep, and omega the largest angular frequency of bending. Bending is integrated explicitly,
+which becomes unstable if h omega reaches 2."""
 BENDING_DAMPING = 5e-4
 """Ratio of bending damping to bending stiffness, in Blender's unit of time.
 
-Without damping, a hanging strip oscillates by 1 mm."""
+Without damping, a hanging strip keeps oscillating by 1 mm."""
 QUALITY = 5
 """Blender's default number of substeps in a frame whose length is one unit of Blender's time."""
 DAMPING_RATIO = 0.1
@@ -73,7 +83,10 @@ class Mapping:
     scale: float = 1.0
     """Ratio of lengths in Blender to lengths in metres."""
     clock: float | None = None
-    """Time in Blender for each frame of the rollout, if the raw property `time_scale` gives it; None for real time."""
+    """Duration of a frame of the rollout in Blender's unit of time.
+
+    It comes from the raw property `time_scale` of the material. It is None if the material does not give this property.
+    Then each frame has its real duration."""
     standoff: float = 0.0
     """Distance that Blender keeps between the table's plane and the cloth [m]."""
     warnings: list[str] = field(default_factory=list)
@@ -88,7 +101,11 @@ class Mapping:
 
 
 def mapped(scene: Scene, longest: float) -> Mapping:
-    """Return Blender's numbers for a scene. `longest` is the duration of the scene's longest segment [s]."""
+    """Return Blender's numbers for a scene.
+
+    Blender simulates the scene in segments, each of which is one frame in Blender. `longest` is the duration of the
+    longest segment [s].
+    """
     if scene.material.blender is not None:
         return _raw(scene, longest)
     springs = Springs(scene.cloth)
@@ -191,7 +208,7 @@ def _drag(mapping: Mapping, material: Material) -> None:
 
 
 def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
-    """Set the number of substeps, so that contact and explicit bending are stable."""
+    """Set the number of substeps in a frame of Blender, so that contact and explicit bending are stable."""
     settings = mapping.settings
     frequency = springs.bending_frequency() * np.sqrt(settings["bending_stiffness"] / settings["mass"]) / UNIT
     step = min(LONGEST_STEP, STABLE / max(frequency, 1e-9))
@@ -201,10 +218,11 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:
-    """Return the raw numbers of a material's `blender` table, converted to the enlarged scene.
+    """Return the properties that a material's `blender` table gives in Blender's own numbers.
 
-    If the table omits a property of the cloth, Blender's default is used. The default of the quality depends on the
-    unit of Blender's time. If the table omits a property of contacts, it is derived from the material's SI fields.
+    The numbers are converted to the enlarged scene. If the table omits a property of the cloth, Blender's default is
+    used. For the number of substeps (`quality`), the default depends on the duration of a frame in Blender's time. If
+    the table omits a property of contacts, this property is computed from the material's fields in SI units.
     """
     raw = DEFAULTS | checked(scene.material.blender or {})
     growing = [name for name in raw if _grows(name, raw.get("bending_model") == "LINEAR")]
@@ -221,11 +239,11 @@ def _raw(scene: Scene, longest: float) -> Mapping:
 
 
 def _grows(name: str, linear: bool) -> bool:
-    """Return whether a number must be scaled with the scene, so that the motion stays equal at a larger size.
+    """Return whether a number must be scaled with the scene, so that the enlarged scene moves in the same way.
 
-    Lengths and speeds are scaled. Stiffnesses of springs are scaled, because they are forces per relative stretch.
-    Dampers are not scaled, because their numbers are forces per speed. Hinges are not scaled, because their force is
-    already proportional to the edge.
+    Lengths and speeds are scaled. Stiffnesses of springs are scaled, because they are forces per relative stretch. The
+    numbers of dampers are not scaled, because they are forces per speed. The stiffness of hinges is not scaled, because
+    the force of a hinge is already proportional to the length of its edge.
     """
     kind, _, what = name.partition("_")
     spring = kind in ("tension", "compression", "shear") or (linear and kind == "bending")
@@ -233,5 +251,5 @@ def _grows(name: str, linear: bool) -> bool:
 
 
 def _substeps_by_default(frame: float) -> int:
-    """Return the substeps of a frame whose length is `frame` in Blender's time: Blender's default, rounded up."""
+    """Return Blender's default number of substeps, rounded up, for a frame of `frame` units of Blender's time."""
     return int(np.clip(np.ceil(QUALITY * frame - 1e-6), 1, 1000))

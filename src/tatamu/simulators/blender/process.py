@@ -1,8 +1,8 @@
-"""Blender as a separate process. It starts when it is first needed, restarts after a crash, and ends with tatamu.
+"""Blender as a separate process. It starts when it is first needed, restarts after a crash, and ends when tatamu ends.
 
-Blender is licensed under the GPL and has global state, so it is never imported here. A pipe carries a recipe to
-Blender, and another pipe carries positions back. The worker ends when its standard input closes. Therefore it also ends
-if tatamu is killed.
+Blender is licensed under the GPL and has global state, so it is never imported here. A pipe carries a recipe (the data
+of one scene) to Blender, and another pipe carries positions back. The worker, which is the process that runs Blender,
+ends when its standard input closes. Therefore it also ends if tatamu is killed.
 """
 
 from __future__ import annotations
@@ -24,15 +24,17 @@ from tatamu.errors import InputError, SimulationError
 from tatamu.simulators.blender import discovery
 
 MARK = b"\x00\xfftatamu\xff\x00"
-"""Start of every message. All other bytes in the pipe are output of Blender itself."""
+"""Start of every message. All bytes between two messages in the pipe are output of Blender itself."""
 START_LIMIT = 120.0
 """Longest time to wait for the first message of a started Blender [s]."""
 ATTEMPTS = 3
-"""Number of attempts to run a recipe. After these, the recipe counts as the cause of Blender's crashes."""
+"""Number of attempts to run a recipe (the data of one scene).
+
+If Blender crashes in every attempt, the recipe counts as the cause of the crashes."""
 
 
 class WorkerDied(Exception):
-    """The pipe from Blender ended before the answer came."""
+    """The exception that is raised if the pipe from Blender ends before the answer comes."""
 
 
 class Worker:
@@ -44,7 +46,8 @@ class Worker:
         self.log: IO[bytes] = tempfile.TemporaryFile()
         self.scratch = tempfile.TemporaryDirectory(prefix="tatamu-blender-", ignore_cleanup_errors=True)
         environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONHOME")}
-        environment |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self.scratch.name)  # a killed Blender leaves a folder
+        # If Blender is killed, it leaves its temporary files behind. They are then deleted with this folder.
+        environment |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self.scratch.name)
         try:
             self.process = subprocess.Popen(
                 self.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, env=environment
@@ -77,7 +80,7 @@ class Worker:
         return self.process.stdout  # type: ignore[return-value]
 
     def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray]:
-        """Run one recipe, and return the answer and the positions as float32 numbers.
+        """Run one recipe (the data of one scene), and return the answer and the positions as float32 numbers.
 
         Raises:
             WorkerDied: If Blender ended before it answered.
@@ -108,7 +111,7 @@ class Worker:
         return data
 
     def close(self) -> None:
-        """End the process, and wait until it has ended, so that no zombie remains."""
+        """End the process, and wait until it has ended, so that no zombie process remains."""
         for pipe in (self.process.stdin, self.process.stdout, self.log):
             if pipe is not None:
                 with _quiet():
@@ -128,16 +131,16 @@ def _quiet() -> Iterator[None]:
 
 
 class Workers:
-    """The idle Blender workers of this process. A worker is used by one thread at a time."""
+    """The idle Blender processes (workers) that this process has started. Only one thread at a time uses a worker."""
 
     def __init__(self) -> None:
         self._idle: list[Worker] = []
         self._lock = threading.Lock()
 
     def run(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray, str]:
-        """Run one recipe, and repeat it if Blender crashes.
+        """Run one recipe (the data of one scene), and repeat it if Blender crashes.
 
-        Return the answer, the positions and Blender's version.
+        The method returns the answer, the positions and Blender's version.
 
         Raises:
             InputError: If no Blender is found.

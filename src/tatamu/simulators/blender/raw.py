@@ -36,7 +36,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "thickness_outer": (1e-3, 1.0),
     "cloth_friction": (0.0, 80.0),
 }
-"""Smallest and largest allowed value of each number."""
+"""Smallest and largest allowed value of each property in a material's `blender` table."""
 CHOICES = {"bending_model": ("ANGULAR", "LINEAR")}
 SWITCHES = ("use_self_collision",)
 WHOLE = ("quality", "collision_quality")
@@ -50,7 +50,9 @@ COLLISION = (
     "self_friction",
     "use_self_collision",
 )
-"""Names of the properties of the cloth's contacts. Properties in COLLIDER belong to the table, others to the cloth."""
+"""Names of the properties of the cloth's contacts.
+
+Properties in COLLIDER belong to the table. All other properties belong to the material of the cloth."""
 COLLIDER = ("thickness_outer", "cloth_friction")
 LENGTHS = ("distance_min", "self_distance_min", "thickness_outer", "impulse_clamp", "self_impulse_clamp")
 """Names of the properties that are lengths [m] or speeds."""
@@ -60,7 +62,9 @@ DEFAULTS: dict[str, Value] = {
     "shear_stiffness": 5.0,
     "bending_stiffness": 0.5,
 }
-"""Blender's defaults of the properties that enlarged scenes change, and that a table may omit."""
+"""Blender's default of each property that is scaled with the scene.
+
+The default is used if a `blender` table omits the property."""
 
 
 def checked(table: Mapping[str, Value]) -> dict[str, Value]:

@@ -1,4 +1,7 @@
-"""A recipe: a scene as plain data for the worker, in Blender's units and near Blender's origin."""
+"""A recipe: a scene as plain data, in Blender's units and near Blender's origin.
+
+The worker, a program that runs inside Blender, simulates the recipe.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ LONGEST_FRAME = 1.0 / 50.0
 
 @dataclass(frozen=True)
 class Recipe:
-    """A recipe for the worker, with the numbers that convert the worker's answer back to the scene."""
+    """A recipe for the worker, with the numbers that convert the worker's positions back to the scene.
+
+    The worker is a program that runs inside Blender.
+    """
 
     request: dict[str, Any]
     scale: float
@@ -37,7 +43,7 @@ def written(scene: Scene) -> Recipe:
     """Write the recipe of a scene.
 
     Raises:
-        InputError: If the material's `blender` table is wrong.
+        InputError: If the material's `blender` table contains an error.
     """
     pieces = segments(scene, LONGEST_FRAME if scene.material.blender is None else np.inf)
     longest = max((piece.duration for piece in pieces), default=LONGEST_FRAME)
@@ -76,7 +82,7 @@ def _faces(scene: Scene, mapping: Mapping) -> list[list[int]]:
 def _bending(scene: Scene) -> list[int] | None:
     """Return the vertices that are on no seam; None if the cloth has no seams.
 
-    If the cloth has seams, Blender's bending stiffness is a weight of these vertices.
+    If the cloth has seams, only the returned vertices get a bending stiffness in Blender.
     """
     if not len(scene.cloth.seams):
         return None

@@ -17,7 +17,7 @@ from tatamu.scene import Cloth
 from tatamu.topology import Topology, areas, edge_lengths
 
 DIRECTIONS = np.linspace(0.0, np.pi, 24, endpoint=False)
-"""Directions over which constants are averaged [rad]."""
+"""Directions over which elastic constants are averaged, as angles [rad]."""
 
 
 class Springs:
@@ -37,10 +37,10 @@ class Springs:
 
     @cached_property
     def _directions(self) -> np.ndarray:
-        """Return the directions of each triangle's three sides in its own plane, shape (m, 3, 2).
+        """Vectors along the three sides of each of the m triangles, in the plane of the triangle [m], shape (m, 3, 2).
 
-        The first axis of the plane is the scene's x axis, projected into the plane. It is the y axis if the plane is
-        normal to x. Flat cloth therefore has the same axes everywhere.
+        The first axis of the plane is the scene's x axis, projected into the plane. If the plane is nearly normal to x,
+        the y axis is projected instead. Flat cloth therefore has the same axes everywhere.
         """
         corners = self.rest[self.faces]
         sides = corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]
@@ -55,9 +55,10 @@ class Springs:
 
     @cached_property
     def tensor(self) -> np.ndarray:
-        """Plane elasticity divided by the spring constant, C/k, for the strains (xx, yy, xy), shape (3, 3).
+        """Ratio C/k of the matrix C of plane elasticity to the spring constant k, shape (3, 3).
 
-        C/k = (1/A) sum L^2 nn (x) nn.
+        The rows and columns belong to the strains (xx, yy, xy). C/k = (1/A) sum L^2 nn (x) nn. The sum is taken over
+        all edges. L is the rest length of an edge, n its direction, and A the area of the cloth.
         """
         weight = 1.0 / self.topology.faces_per_edge[self.topology.face_edges]
         x, y = self._directions[:, :, 0], self._directions[:, :, 1]
@@ -66,7 +67,7 @@ class Springs:
 
     @property
     def moduli(self) -> np.ndarray:
-        """Stiffness of a strip in each of d directions, divided by the spring constant, Y/k, shape (d,)."""
+        """Ratio Y/k of the tensile stiffness Y of a strip to the spring constant k in d directions, shape (d,)."""
         c, s = np.cos(DIRECTIONS), np.sin(DIRECTIONS)
         stress = np.stack([c * c, s * s, c * s])
         return 1.0 / np.einsum("ad,ab,bd->d", stress, np.linalg.inv(self.tensor), stress)
@@ -83,11 +84,12 @@ class Springs:
 
     @property
     def rigidities(self) -> np.ndarray:
-        """Bending rigidity in each of d directions, divided by Blender's bending stiffness, B/b, shape (d,).
+        """Ratio B/b of the bending rigidity B to Blender's bending stiffness b in d directions, shape (d,).
 
-        Blender pushes each vertex opposite an edge with b L theta / 30 (measured: docs/theory/blender.md). The
-        stiffness of a hinge is therefore b L (H_a + H_b) / 60. The rigidity follows from the energy per area of a sheet
-        that is bent to a cylinder.
+        Blender pushes each vertex opposite an edge with the force b L theta / 30 (measured: docs/theory/blender.md). L
+        is the length of the edge, and theta is the angle between its two triangles. H_a and H_b are the heights of the
+        triangles over the edge. The stiffness of a hinge is therefore b L (H_a + H_b) / 60. The rigidity follows from
+        the energy per area of a sheet that is bent to a cylinder.
         """
         hinges = self._hinges
         angle = self._edge_angles[:, None]
@@ -98,16 +100,17 @@ class Springs:
 
     @property
     def _edge_angles(self) -> np.ndarray:
-        """Direction of each of the h inner edges in the axes of its triangle [rad], shape (h,)."""
+        """Angle of each of the h inner edges from the first axis of one of its two triangles [rad], shape (h,)."""
         angles = np.zeros(len(self.topology.edges))
         angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
         return np.asarray(angles[self.topology.faces_per_edge == 2])
 
     def bending_frequency(self) -> float:
-        """Return the largest angular frequency of the hinges, for b = 1 and a vertex mass of 1 [1/time unit].
+        """Return the largest angular frequency of the hinges, in Blender's numbers [1/time unit].
 
-        The force on the vertices opposite an edge is b L theta / 30. The vertices of the edge have the opposite force.
-        The frequency follows from this linear force by power iteration.
+        Blender's bending stiffness b and the mass of each vertex are assumed to be 1. The force on each vertex opposite
+        an edge is b L theta / 30, where L is the length of the edge and theta the angle between its triangles. The
+        opposite force acts on each end of the edge. The frequency follows from these forces by power iteration.
         """
         hinges = self._hinges
         if not len(hinges.length):
@@ -122,28 +125,38 @@ class Springs:
 
 @dataclass(frozen=True)
 class Hinges:
-    """The h inner edges with their two opposite vertices, laid flat. The edge goes from (0, 0) to (L, 0)."""
+    """The h inner edges of the mesh. Each has two triangles, and each triangle has a vertex opposite the edge.
+
+    In the coordinates of a hinge, both triangles lie in one plane, and the edge goes from (0, 0) to (L, 0).
+    """
 
     vertices: np.ndarray
-    """Both ends of each edge, and its opposite vertices, shape (h, 4)."""
+    """Vertex numbers of both ends of each edge, and of the two vertices opposite the edge, shape (h, 4)."""
     length: np.ndarray
     """Length L of each edge [m], shape (h,)."""
     feet: np.ndarray
-    """Position along the edge of the foot of each opposite vertex [m], shape (2, h)."""
+    """Distances along the edge from its start to the foot of each opposite vertex [m], shape (2, h).
+
+    The foot of a vertex is the nearest point on the line of the edge."""
     heights: np.ndarray
     """Heights H_a and H_b of the opposite vertices over the edge [m], shape (2, h)."""
 
     @property
     def coefficients(self) -> np.ndarray:
-        """Change of the angle theta with the elevation of each of the four vertices [1/m], shape (h, 4)."""
+        """Derivatives of the angle theta between the triangles with respect to the heights of the four vertices.
+
+        The shape is (h, 4), and the unit is 1/m. A height is measured normal to the plane in which the triangles lie
+        flat.
+        """
         share, inverse = self.feet / self.length, 1.0 / self.heights
         first, second = ((1.0 - share) * inverse).sum(0), (share * inverse).sum(0)
         return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
 
     def angle(self, direction: np.ndarray) -> np.ndarray:
-        """Return the angles of the h hinges on a cylinder of curvature 1, shape (h,).
+        """Return the angle of each hinge of a mesh that lies on a cylinder with the curvature 1/m [rad], shape (h,).
 
-        The cylinder is bent across `direction` [rad], which is measured from the edge.
+        All four vertices of each hinge lie on the cylinder. `direction` contains the angle from each edge to the
+        direction in which the cylinder is curved [rad], shape (h,).
         """
         zero = np.zeros_like(self.length)
         along = np.stack([zero, self.length, self.feet[0], self.feet[1]], axis=1)
@@ -153,7 +166,7 @@ class Hinges:
 
 
 def _largest(force: sparse.csr_array, theta: sparse.csr_array, count: int) -> float:
-    """Return the largest eigenvalue of force @ theta. Power iteration from a fixed start computes it."""
+    """Return the largest eigenvalue of the matrix product of `force` and `theta`, by power iteration."""
     vector = np.cos(1.7 * np.arange(count) ** 1.3)
     value = 0.0
     for _ in range(200):

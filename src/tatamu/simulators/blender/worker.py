@@ -1,8 +1,9 @@
 """A program that runs inside Blender. It reads recipes from standard input and writes positions to standard output.
 
 The module `tatamu.simulators.blender.process` starts this program, with a Python that has `bpy` or with `blender
---background --python`. The program imports nothing from tatamu and needs no numpy. A message consists of MARK, its
-length as four bytes (little endian), and JSON. In a reply, `bytes` bytes of float32 positions follow the JSON.
+--background --python`. The program imports nothing from tatamu and needs no numpy. A message consists of the bytes
+MARK, the length of the JSON text as four bytes (little endian), and the JSON text. In a reply, positions as float32
+numbers follow. The JSON field `bytes` contains their size in bytes.
 
 Blender itself also prints to standard output. The reader therefore skips all bytes until the next MARK. After the first
 message, everything except replies is sent to standard error.
@@ -29,7 +30,7 @@ IDENTITY = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))
 
 
 def main() -> None:
-    """Answer recipes until standard input ends."""
+    """Simulate each recipe (the data of one scene) and send the answer, until standard input ends."""
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     recipes: queue.Queue[dict[str, Any]] = queue.Queue()
@@ -44,7 +45,10 @@ def main() -> None:
 
 
 def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
-    """Put each recipe on the queue. If the other side has ended, end immediately, even during a simulation."""
+    """Read recipes (data of scenes) from `source`, and put each of them on the queue.
+
+    When the input ends, end this program, even during a simulation.
+    """
     try:
         while len(header := source.read(len(MARK) + 4)) == len(MARK) + 4:
             recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
@@ -53,7 +57,7 @@ def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
 
 
 def send(out: BinaryIO, message: dict[str, Any], payload: bytes = b"") -> None:
-    """Write one message and the bytes that follow it."""
+    """Write one message, and the bytes `payload` after it, to `out`."""
     text = json.dumps(message).encode()
     out.write(MARK + struct.pack("<I", len(text)) + text + payload)
     out.flush()
@@ -90,7 +94,7 @@ def clear() -> None:
 
 
 def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) -> Any:
-    """Return a new mesh in the scene. Its coordinates are the coordinates of the scene."""
+    """Return a new mesh object in Blender's scene. Its coordinates are the coordinates of Blender's scene."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices, [], faces)
     made = bpy.data.objects.new(name, mesh)
@@ -101,9 +105,8 @@ def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) 
 def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
     """Return a modifier that adds a group of vertices to the held vertices.
 
-    The group is added with a factor, which can be animated.
-
-    If the group itself were edited during a simulation, Blender would rebuild all springs from the present shape.
+    The modifier has a factor, which is 1 while the group is held and 0 otherwise. This factor can be animated. If the
+    group itself were edited during a simulation, Blender would rebuild all springs from the present shape.
     """
     cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
     modifier = cloth.modifiers.new(f"hold {name}", "VERTEX_WEIGHT_MIX")
@@ -117,7 +120,7 @@ class HookedVertices:
     """One gripper: a weight that holds its vertices, and hooks that carry the vertices.
 
     A hand that closes at the start carries all its vertices with one hook. A hand that closes later has one hook for
-    each vertex, because the vertices have moved before.
+    each vertex, because the vertices have already moved when the hand closes.
     """
 
     def __init__(self, cloth: Any, number: int, grip: dict[str, Any]) -> None:
@@ -131,7 +134,7 @@ class HookedVertices:
 
     @staticmethod
     def hook(cloth: Any, name: str, vertices: list[int]) -> Any:
-        """Return an empty object that carries vertices along."""
+        """Return a new object without a shape. When the object moves, it carries the given vertices along."""
         empty = bpy.data.objects.new(name, None)
         bpy.context.scene.collection.objects.link(empty)
         cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
@@ -141,9 +144,9 @@ class HookedVertices:
         return empty
 
     def move(self, now: array[float], displacement: list[float] | None) -> None:
-        """Carry the vertices by `displacement` from where the hand closed. Release them if `displacement` is None.
+        """Move the vertices by `displacement` from their positions when the hand closed, or release them.
 
-        `now` contains the present positions.
+        They are released if `displacement` is None. `now` contains the present positions of all vertices.
         """
         if displacement is not None and not self.closed and self.late:
             self.offsets = [
@@ -156,7 +159,7 @@ class HookedVertices:
 
 
 def add_cloth(cloth: Any, recipe: dict[str, Any]) -> Any:
-    """Add the cloth modifier, which must be the last modifier of the object."""
+    """Add the cloth modifier and return it. It must be the last modifier of the object."""
     if recipe["rest"] is not None:
         cloth.shape_key_add(name="start", from_mix=False)
         rest = cloth.shape_key_add(name="rest", from_mix=False)
@@ -178,22 +181,26 @@ def add_cloth(cloth: Any, recipe: dict[str, Any]) -> Any:
 
 
 def add_table(collider: dict[str, Any]) -> None:
-    """Add a triangle with which the cloth collides."""
+    """Add the table, a triangle with which the cloth collides."""
     table = mesh_object("table", collider["vertices"], [[0, 1, 2]])
     table.modifiers.new("collision", "COLLISION")
     assign(table.collision, collider["settings"])
 
 
 def assign(target: Any, values: dict[str, Any]) -> None:
-    """Set properties by name. Each *_stiffness is set before its *_stiffness_max, which Blender keeps larger."""
+    """Set properties in alphabetical order.
+
+    In this order, each *_stiffness is set before its *_stiffness_max. Blender never lets *_stiffness_max be smaller
+    than *_stiffness.
+    """
     for name, value in sorted(values.items()):
         setattr(target, name, value)
 
 
 def animate(cloth: Any, modifier: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> None:
-    """Set the duration of each frame, and the times at which each hand holds, with constant keyframes.
+    """Set the duration of each frame, and the frames in which each hand holds, by keyframes.
 
-    Keyframes do not change the springs.
+    The value of a keyframe stays constant until the next keyframe. Keyframes do not make Blender rebuild the springs.
     """
     key(modifier.settings, "time_scale", [segment["time_scale"] for segment in segments])
     for number, hand in enumerate(hands):
@@ -206,7 +213,7 @@ def animate(cloth: Any, modifier: Any, hands: list[HookedVertices], segments: li
 
 
 def curves(action: Any) -> Iterator[Any]:
-    """Yield all curves of an action. Blender 5 stores them in layers."""
+    """Yield all curves of an action, which is Blender's record of keyframes. Blender 5 stores the curves in layers."""
     if hasattr(action, "fcurves"):
         yield from action.fcurves
         return
@@ -217,7 +224,10 @@ def curves(action: Any) -> Iterator[Any]:
 
 
 def key(owner: Any, name: str, values: list[float]) -> None:
-    """Set a keyframe for each of the frames 2, 3, ... at which the value changes. Frame 1 has the first value."""
+    """Set the values of a property in the frames 2, 3, ... by keyframes. Frame 1 has the same value as frame 2.
+
+    A keyframe is only set in frame 1 and in frames in which the value changes.
+    """
     setattr(owner, name, values[0])
     if len(set(values)) == 1:
         return
@@ -229,7 +239,10 @@ def key(owner: Any, name: str, values: list[float]) -> None:
 
 
 def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> bytes:
-    """Simulate frame by frame. Return the positions of the wanted frames as bytes, without the initial positions."""
+    """Simulate all frames, and return the positions in the frames that the recipe marks as wanted, as bytes.
+
+    Initial positions are left out.
+    """
     frames = bytearray()
     bpy.context.scene.frame_set(1)
     for frame, segment in enumerate(segments, start=2):
@@ -243,7 +256,7 @@ def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]
 
 
 def positions_of(cloth: Any) -> array[float]:
-    """Return the present positions of the n vertices [m] as 3n numbers."""
+    """Return the present positions of the n vertices in Blender's coordinates, as 3n numbers."""
     mesh = cloth.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     values = array("f", bytes(12 * len(mesh.vertices)))
     mesh.vertices.foreach_get("co", values)

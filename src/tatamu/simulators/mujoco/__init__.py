@@ -24,11 +24,13 @@ LONGEST_STEP = 2e-3
 CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
 """Capabilities of MuJoCo.
 
-Its bending energy is quadratic, so on large cells a fold collapses into a flat crease. Cells are measured in bending
-lengths. On cells up to 0.37, the loop of a fold has the right shape. Rollouts on larger cells print a warning.
+In MuJoCo the bending energy is quadratic, so on large cells a fold collapses into a flat crease. The size of cells is
+the mean edge of the mesh, as a multiple of the cloth's bending length. Up to the size 0.37, the loop of a fold has the
+right shape. Rollouts on larger cells contain a warning.
 
-A rehearsal is a simulation of the robot that carries out its plan. It compares two folds on the same mesh, so it
-accepts cells up to 0.45. The smaller cells would need four times as many vertices (docs/theory/robot-planning.md)."""
+A rehearsal simulates how the robot carries out its plan. It compares two folds on the same mesh, so larger cells (up to
+the size 0.45) are accepted. Each halving of the edges would need four times as many vertices
+(docs/theory/robot-planning.md)."""
 
 
 def require() -> None:
@@ -45,7 +47,7 @@ def prepare() -> None:
 
 
 def compilation() -> tuple[int, int]:
-    """Return zeros, because nothing is compiled."""
+    """Return (0, 0): no function is compiled, and no function needs to be compiled."""
     return 0, 0
 
 
@@ -103,7 +105,8 @@ class Run:
     def _change(self, step: float, held: tuple[bool, ...]) -> None:
         """Change the time step or the held vertices.
 
-        The factorised matrix of mass and stiffness depends on both, and is computed again.
+        The factorised matrix of mass and stiffness depends on the time step and on the held vertices, so it is computed
+        again.
         """
         for hand, holding in zip(self.hands, held, strict=True):
             if not holding:
@@ -137,7 +140,7 @@ class Run:
         return np.asarray(positions)
 
     def warnings(self) -> list[str]:
-        """Return the warnings of MuJoCo, and lines about what MuJoCo cannot represent."""
+        """Return MuJoCo's own warnings, and a line for each property of the scene that MuJoCo cannot represent."""
         names = engine().mjtWarning
         found = [
             f"mujoco: {names(number).name.removeprefix('mjWARN_').lower()}, {warning.number} times"

@@ -1,4 +1,7 @@
-"""Grippers in MuJoCo. It has no grippers for cloth, so held vertices are made very heavy and moved along their path."""
+"""Grippers in MuJoCo.
+
+MuJoCo has no grippers for cloth. Therefore held vertices are made very heavy, and are moved along their path.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,13 @@ import numpy as np
 from tatamu.scene import Gripper
 
 HEAVY = 1e6
-"""Factor on the mass of a held vertex. With it, the cloth cannot pull the vertex off its path within a step."""
+"""Mass that is added to a held vertex, as a multiple of its own mass [-].
+
+Because the vertex is so heavy, the cloth cannot pull it off its path within a step."""
 
 
 class HeldVertices:
-    """The vertices of one gripper."""
+    """The vertices that one gripper holds and moves along its path."""
 
     def __init__(self, gripper: Gripper, masses: np.ndarray) -> None:
         self.gripper = gripper
@@ -34,13 +39,16 @@ class HeldVertices:
             model.dof_armature[self.sliders] = 0.0
 
     def aim(self, data: Any, start: float, end: float) -> None:
-        """Put the vertices on their path, with the path's velocity, before a step from `start` to `end` [s]."""
+        """Put the vertices on their path before a step from `start` to `end` [s].
+
+        They also get the velocity of the path.
+        """
         if self.closed_at is not None:
             data.qpos[self.sliders] = self._path(start)
             data.qvel[self.sliders] = (self._path(end) - self._path(start)) / (end - start)
 
     def settle(self, data: Any, end: float) -> None:
-        """Put the vertices back on their path after a step, because cloth has pulled them off it."""
+        """Put the vertices back on their path after a step, because the cloth has pulled them off their path."""
         if self.closed_at is not None:
             data.qpos[self.sliders] = self._path(end)
 

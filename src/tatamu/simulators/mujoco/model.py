@@ -1,9 +1,10 @@
-"""A scene as a MuJoCo model. Each vertex is a body with three sliders, and a flex connects all vertices.
+"""A scene as a MuJoCo model.
 
-The membrane is Saint Venant-Kirchhoff on triangles. Bending is a quadratic hinge model with the cylinder rigidity D = E
-t^3 / 12 (1 - nu^2) (MuJoCo 4.0, XML reference, flex/elasticity). The input of MuJoCo is a Young modulus E, a Poisson
-ratio nu and an elastic thickness t. The thickness t may differ from the thickness for contact. E and t follow from the
-stiffness Y [N/m] and the bending rigidity B [N m] of the cloth:
+Each vertex is a body with three sliders (joints along x, y and z). A flex, MuJoCo's deformable body, connects all
+vertices. The membrane follows the law of Saint Venant and Kirchhoff on each triangle. Bending is a quadratic hinge
+model with the cylinder rigidity D = E t^3 / 12 (1 - nu^2) (MuJoCo 4.0, XML reference, flex/elasticity). The input of
+MuJoCo is a Young modulus E, a Poisson ratio nu and an elastic thickness t. The thickness t can differ from the
+thickness for contact. E and t follow from the stiffness Y [N/m] and the bending rigidity B [N m] of the cloth:
 
     Y = E t,  B = E t^3 / 12 (1 - nu^2)   =>   t = sqrt(12 B (1 - nu^2) / Y),  E = Y / t
 """
@@ -24,10 +25,10 @@ SLIDERS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "
 
 
 def engine() -> Any:
-    """Return the package `mujoco`.
+    """Import the Python package `mujoco` and return it.
 
     Raises:
-        InputError: If the package is not installed.
+        InputError: If the package is not installed, or its version is older than 4.0.
     """
     try:
         import mujoco
@@ -47,9 +48,9 @@ def vertex_masses(scene: Scene) -> np.ndarray:
 
 
 def compiled(scene: Scene) -> Any:
-    """Return the compiled model of a scene. Its sliders are zero in the unstrained shape.
+    """Return the compiled model of a scene. In the unstrained shape, the coordinates of all its sliders are zero.
 
-    The constants of the model must be set before it runs.
+    Before the model runs, MuJoCo must compute the constants of the model (`mj_setConst`).
     """
     mujoco = engine()
     try:

@@ -1,6 +1,7 @@
 """Rigid bodies in MuJoCo.
 
-They are free bodies with a very large mass. Before every step, each body is put on its path with the path's velocity.
+They are free bodies with a very large mass. Before every step, each body is put on its path, and gets the velocity of
+this path.
 
 MuJoCo's mocap bodies are not used, because they have no velocity and would not drag the cloth.
 """
@@ -14,15 +15,23 @@ import numpy as np
 from tatamu.body import Body
 
 CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
-"""Contact parameters. MuJoCo's contacts are springs and dampers, with a time of 4 ms and a depth of 0.2 mm here."""
+"""Contact parameters in MuJoCo's language.
+
+A contact in MuJoCo is a spring with a damper. Here its time constant is 4 ms. The deeper the contact, the stiffer it
+is, up to a depth of 0.2 mm."""
 HEAVY = 1e3
 """Mass of a body [kg]. It is so large that cloth does not move the body within a step."""
 RIGID = 2
-"""Bit of the collision masks with which bodies collide with cloth, but not with each other or with the table."""
+"""Bit in MuJoCo's collision masks.
+
+With this bit, bodies collide with cloth, but not with each other or with the table."""
 
 
 def rigid(number: int, body: Body) -> str:
-    """Return the XML element of a body in MuJoCo's language. MuJoCo uses the same sizes and quaternions as tatamu."""
+    """Return the XML element of a body in MuJoCo's language.
+
+    Sizes and quaternions are not converted, because MuJoCo defines them as tatamu does.
+    """
     size = " ".join(map(repr, body.size))
     return (
         f'<body name="rigid{number}"><freejoint/>'
@@ -33,10 +42,10 @@ def rigid(number: int, body: Body) -> str:
 
 
 class MovingBody:
-    """A body that moves along its path."""
+    """A rigid body that is moved along its path in the scene."""
 
     def __init__(self, body: Body, model: Any, number: int) -> None:
-        """Find the body with a number in a model."""
+        """Find the body in a model, from its number among the bodies of the scene."""
         self.body = body
         joint = int(model.body(f"rigid{number}").jntadr[0])
         at = int(model.jnt_qposadr[joint])
@@ -45,7 +54,7 @@ class MovingBody:
         self.velocities = slice(rate, rate + 6)
 
     def aim(self, data: Any, start: float, end: float) -> None:
-        """Put the body on its path, with the path's velocity, before a step from `start` to `end` [s]."""
+        """Put the body on its path before a step from `start` to `end` [s], and give it the velocity of the path."""
         import mujoco
 
         positions, orientations = self.body.path(np.array([start, end]))

@@ -1,6 +1,7 @@
-"""The simulator that tatamu contains. It is explicit, uses several time steps, and runs on the processor.
+"""The simulator `native`, which is a part of tatamu. It runs on the processor and needs no other program.
 
-It is derived in docs/theory/native.md.
+It integrates the motion explicitly, with time steps of different lengths for contact, bending and membrane. The theory
+is in docs/theory/native.md.
 """
 
 from tatamu.simulators.native.memory.kernel_cache import forget_stale_kernels
@@ -35,8 +36,8 @@ CAPABILITIES = Capabilities(
 )
 """Capabilities of the simulator.
 
-A rollout runs on one core without a lock. Bending is accurate even on large cells, on which other simulators make sharp
-creases."""
+A rollout runs on one core and does not hold Python's lock, so several rollouts can run at the same time. Bending is
+accurate even on large cells. On such cells, other simulators make sharp creases."""
 
 
 def require() -> None:
@@ -44,7 +45,7 @@ def require() -> None:
 
 
 def prepare() -> None:
-    """Compile the kernels, or load them from disk."""
+    """Compile the functions of the simulator, or load their compiled code from disk."""
     load_kernels()
 
 

@@ -1,6 +1,8 @@
-"""Air around a thin sheet: drag in all directions, drag by direction, and the mass of air that the sheet carries.
+"""Air around a thin sheet: drag, and the mass of air that the sheet carries.
 
-n is the unit normal, and v the velocity with the parts v_n = n.v and v_t = v - v_n n. The forces per area are:
+Isotropic drag is equal in all directions (`Air.drag`). The following forces depend on the direction. n is the unit
+normal of the sheet, and v its velocity. The velocity has the parts v_n = n.v and v_t = v - v_n n. The forces per area
+are:
 
     f_n = -(c_n + q |v_n|) v_n n - m_a (d v_n / dt) n        drag and added mass along the normal
     f_t = -(c_t + q_t |v_t|) v_t                             drag along the surface
@@ -10,10 +12,10 @@ f_n is the force along the normal, f_t the force along the surface, and t the ti
 and q_t quadratic drag. k_n is the constant of drag after a change of direction. m_a is the added mass of air, and rho
 the areal density.
 
-With the added mass, cloth has the inertia rho + m_a along n and rho across n. Only rho has weight. By the
-Sherman-Morrison formula, accelerations lose the fraction alpha = m_a / (rho + m_a) of their component along n. A normal
-that turns also changes the velocity, by -alpha (d n . v) n, because d v_n / dt = n.a + (d n / dt).v. The energy rho v^2
-/ 2 + m_a v_n^2 / 2 is then conserved. The derivation is in docs/theory/air.md.
+With the added mass, the inertia of cloth per area is rho + m_a along n, and rho across n. Gravity acts on rho only. By
+the Sherman-Morrison formula, an acceleration a loses the fraction alpha = m_a / (rho + m_a) of its component along n.
+If the normal turns by d n, the velocity also changes by -alpha (d n . v) n, because d v_n / dt = n.a + (d n / dt).v.
+Then the energy rho v^2 / 2 + m_a v_n^2 / 2 is conserved. The derivation is in docs/theory/air.md.
 
 Cloth in contact carries no air, because there is no air between the surfaces.
 """
@@ -31,14 +33,14 @@ from tatamu.simulators.native.geometry import Vector, normal_of, unit
 
 
 class Air(NamedTuple):
-    """Constants of gravity, of drag that is equal in all directions, and of air that acts by direction."""
+    """Constants of gravity, of isotropic drag, and of drag and added mass that depend on the direction."""
 
     gravity: float
     """Acceleration of gravity [m/s^2]."""
     drag: float
     """Linear drag in every direction, divided by the areal density [1/s]."""
     directional: bool
-    """Whether any of the constants that follow is not zero."""
+    """Whether any drag or added mass depends on the direction, or on the square of the velocity."""
     density: float
     """Areal density rho of the cloth [kg/m^2]."""
     added_mass: float
@@ -48,7 +50,10 @@ class Air(NamedTuple):
     normal_quadratic: float
     """Quadratic drag q_n along the normal [kg/m^3]."""
     turning: float
-    """Constant k_n of quadratic drag after a change of direction [kg/m^(8/3)]."""
+    """Constant k_n of quadratic drag after cloth changes its direction [kg/m^(8/3)].
+
+    The quadratic drag is k_n s^(-1/3) if this is larger than q_n. s is the path along the normal since the velocity
+    along the normal changed its sign."""
     tangential_linear: float
     """Linear drag c_t along the surface [N s/m^3]."""
     tangential_quadratic: float
@@ -56,17 +61,18 @@ class Air(NamedTuple):
 
 
 class AirSurface(NamedTuple):
-    """The surface of the cloth as air acts on it.
+    """The surface of the cloth, on which the air acts.
 
-    A slot is the memory position of a vertex. Arrays have no rows if air does not act by direction.
+    A slot is the memory position of a vertex. All arrays are empty if `Air.directional` is false.
     """
 
     normals: np.ndarray
-    """Unit normals when they were computed last, shape (3, slots)."""
+    """Unit normal of the surface at each slot (memory position of a vertex), from the last update, shape (3, slots)."""
     carried: np.ndarray
-    """Fraction alpha = m_a / (rho + m_a) of each slot [-], shape (slots,).
+    """Ratio alpha of the carried mass of air to the mass of cloth and carried air [-], shape (slots,).
 
-    It is 0 for cloth that is held or in contact."""
+    The array has one number per slot (memory position of a vertex). The ratio is 0 for cloth that is held or in
+    contact."""
     along: np.ndarray
     """Temporary memory: decrease of the velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray
@@ -78,7 +84,7 @@ class AirSurface(NamedTuple):
 
 
 def air_of(gravity: float, material: Material) -> Air:
-    """Return the constants of air and gravity [m/s^2] for a cloth."""
+    """Return the constants of air for the material of a cloth and the acceleration of gravity [m/s^2]."""
     return Air(
         gravity=gravity,
         drag=material.air_drag / material.areal_density,
@@ -94,7 +100,9 @@ def air_of(gravity: float, material: Material) -> Air:
 
 
 SHORTEST = 1e-9
-"""Least path since a change of direction [m]. It prevents a division by zero; the velocity there is near zero."""
+"""Smallest value of the path s in the formula k_n s^(-1/3) of drag [m].
+
+A shorter path is replaced by this value, which prevents a division by zero."""
 EVERY = 2
 """Number of outer time steps between two updates of the normals. An update takes as long as a few substeps."""
 
@@ -108,7 +116,7 @@ def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
 
 @kernel
 def _sum_normals(x: np.ndarray, faces: np.ndarray, sums: np.ndarray) -> None:
-    """Sum the normals of the triangles around each vertex."""
+    """Sum the area vectors (normals multiplied by the area) of the triangles around each vertex."""
     sums[:] = 0.0
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -193,9 +201,10 @@ def meet(
 
     Args:
         V: Velocities by slot (memory position of a vertex) [m/s], shape (3, slots).
-        surface: Surface whose normals and carried air are updated.
+        surface: Surface of the cloth. Its normals and its carried air are updated.
         air: Constants of air.
-        positions: Positions of the vertices. A vertex that contact has moved touches something.
+        positions: Positions of the vertices. A vertex that contact has moved counts as touching a surface, so it
+            carries no air.
         faces: Triangles, shape (m, 3).
         slot: Slot of each vertex, shape (n,).
         free: 0 for held vertices and 1 for others, by slot.
@@ -236,12 +245,12 @@ def resist(
 
     Args:
         V: Velocities by slot (memory position of a vertex) [m/s], shape (3, slots).
-        F: Forces by slot and copy [N], shape (3, width).
+        F: Forces [N], shape (3, width). The first columns belong to the slots. The other columns are not used.
         inverse_mass: Inverse mass of the cloth without air, by slot [1/kg].
         surface: Normals of the surface, and the air that it carries.
         step: Time for which the forces act [s].
         fall: Downward velocity that gravity adds [m/s].
-        slower: Relative change of a velocity by drag [-].
+        slower: Relative change of a velocity by isotropic drag [-].
     """
     n = V.shape[1]
     along = surface.along

@@ -1,8 +1,9 @@
 """Compilation of kernels by numba, without fast-math. A kernel is a compiled function. Compiled code is kept on disk.
 
-The compiler does not reorder or fuse products and sums, so a rollout always has exactly equal bytes. Numpy's error
-model is used. With this model, a division by zero gives an infinity and not an exception. A check for exceptions would
-prevent a loop from computing eight numbers at a time. `boundscheck` stays switched off.
+Without fast-math, the compiler does not reorder or fuse products and sums. Therefore two rollouts of the same scene
+have exactly equal bytes. Numpy's error model is used. With this model, a division by zero gives an infinity and not an
+exception. Checks for exceptions would prevent loops from computing eight numbers at a time. The indices of arrays are
+not checked either (`boundscheck` is off).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 from numba import njit, typeof
 
 _KERNELS: list[Any] = []
-"""The numba dispatchers of all functions that are compiled separately."""
+"""All functions that numba compiles separately, as the dispatcher objects that numba makes of them."""
 
 
 def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -33,25 +34,26 @@ kernel = _compiler()
 inlined = njit(cache=True, error_model="numpy", inline="always")
 """Decorator that compiles a function and always inlines it.
 
-It has two uses. Some loops that call a function can be vectorised only if the function is inlined. And a function with
-many records as arguments that is called only once in the code would otherwise be compiled twice.
+There are two reasons for inlining. Some loops that call a function can be vectorised only if the function is inlined.
+The other reason is the time for compiling. A function that is called at only one place, and has many records as
+arguments, would be compiled twice if it were not inlined.
 """
 unlocked = _compiler(nogil=True)
-"""Decorator for outermost loops. Other Python threads can run during such a loop."""
+"""Decorator that compiles the outermost loop of a simulation. Other Python threads can run during this loop."""
 
 
 def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
     """Return a kernel's compiled code for arguments of these types. The kernel is compiled if necessary.
 
     In every call, a kernel checks the types of all arguments. For a scene with its hundred arrays, this takes a hundred
-    microseconds. The returned code does not check, so it must not be called with arguments of other types.
+    microseconds. The returned code does not check the types, so it must not be called with arguments of other types.
     """
     code: Callable[..., Any] = kernel.compile(tuple(map(typeof, arguments)))
     return code
 
 
 def compilation() -> tuple[int, int]:
-    """Return how many kernels are on disk, and how many there are.
+    """Return the progress of compilation: the number of compiled functions (kernels) on disk, and of all kernels.
 
     The first number is 0 if this process did not have to compile any kernel.
 

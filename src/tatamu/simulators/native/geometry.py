@@ -13,7 +13,7 @@ from tatamu.simulators.native.compiled import inlined, kernel
 Vector = tuple[float, float, float]
 
 TINY_LENGTH = 1e-30
-"""Number added to lengths and squares that may be zero, before they are used as divisors."""
+"""Number that is added to lengths and squares before they are used as divisors, because they may be zero."""
 
 
 @inlined
@@ -94,7 +94,10 @@ def closest_between(
 
 @kernel
 def closest_on_segments(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
-    """Return the distance of the segments (a, b) and (c, d) [m], and the fractions along them of the closest points."""
+    """Return the distance of the segments (a, b) and (c, d) [m], and two fractions.
+
+    The closest points lie at these fractions along the first and along the second segment.
+    """
     ux, uy, uz = difference(x, b, a)
     vx, vy, vz = difference(x, d, c)
     rx, ry, rz = difference(x, a, c)
@@ -103,9 +106,10 @@ def closest_on_segments(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector
 
 @kernel
 def point_triangle(x: np.ndarray, v: int, a: int, b: int, c: int, up: np.ndarray) -> tuple[float, bool]:
-    """Return the distance of vertex v from triangle (a, b, c) [m], and on which side of v the triangle is.
+    """Return the distance of vertex v from triangle (a, b, c) [m], and whether the triangle is above v.
 
-    The second result is whether the direction from v to the closest point agrees with the direction `up`, shape (3,).
+    The triangle is above v if the direction from v to the closest point of the triangle agrees with the direction `up`,
+    shape (3,).
     """
     abx, aby, abz = difference(x, b, a)
     acx, acy, acz = difference(x, c, a)

@@ -27,7 +27,7 @@ class Grip:
 
 @dataclass(frozen=True)
 class Led:
-    """A gripper that follows targets of a controller, and no longer the motion of the scene."""
+    """State of a gripper that follows the targets of a controller instead of its motion in the scene."""
 
     vertices: tuple[int, ...] | None
     """Vertices that the gripper holds; None if it is open."""
@@ -45,7 +45,10 @@ class GripperState:
 
 @lru_cache(maxsize=64)
 def _parts(steps: int) -> np.ndarray:
-    """Return the fractions of its path that a hand has covered after each step, 1 / steps to 1, shape (steps, 1)."""
+    """Return the fraction of its path that a hand has covered after each of `steps` steps, shape (steps, 1).
+
+    The fractions increase from 1 / steps to 1.
+    """
     return np.arange(1, steps + 1)[:, None] / max(steps, 1)
 
 
@@ -85,7 +88,10 @@ class Grippers:
         return tuple(number in self._grips for number in range(len(self._grippers)))
 
     def displacements(self, number: int) -> np.ndarray:
-        """Return the displacements at outer step `number` [m], shape (grippers, 3). Open grippers have zero."""
+        """Return the displacements of all grippers at outer step `number` [m], shape (grippers, 3).
+
+        The displacement of an open gripper is zero.
+        """
         shape = (len(self._grippers), 3)
         return np.where(np.reshape(self.closed, (-1, 1)), self._paths[: shape[0], number], np.zeros(shape))
 
@@ -100,6 +106,8 @@ class Grippers:
 
     def lead(self, hands: Sequence[HandTarget | None], number: int, stop: int, fastest: float) -> None:
         """Move grippers to targets at constant velocity. Grippers without a new target stay at their last target.
+
+        Grippers that never had a target follow their motions in the scene.
 
         Args:
             hands: Target of each gripper; None if it has no new target.
@@ -151,15 +159,19 @@ class Grippers:
         return self._held(number).keys() != self._grips.keys()
 
     def open_due(self, number: int) -> list[np.ndarray]:
-        """Open the grippers that no longer hold in step `number`. Return the vertices that each of them held."""
+        """Open the grippers that must be open in outer step `number`.
+
+        The method returns the vertices that each of these grippers held.
+        """
         due = sorted(self._grips.keys() - self._held(number).keys())
         self._hands = None if due else self._hands
         return [self._grips.pop(gripper).vertices for gripper in due]
 
     def close_due(self, number: int, x: np.ndarray) -> list[np.ndarray]:
-        """Close the grippers that hold from step `number` on, at positions x [m].
+        """Close the grippers that must hold from outer step `number` on.
 
-        Return the vertices of each of them.
+        The method returns the vertices that each of these grippers grasps. x contains the present positions of all
+        vertices [m].
         """
         held = self._held(number)
         taken = []
@@ -187,11 +199,11 @@ class Grippers:
         )
 
     def state(self) -> GripperState:
-        """Return a copy of the changing state."""
+        """Return a copy of the part of the grippers' state that changes during a simulation."""
         return GripperState(dict(self._grips), dict(self._led))
 
     def restore(self, state: GripperState) -> None:
-        """Set the grippers to a state of the same scene."""
+        """Set the grippers to a state that `state` returned for the same scene."""
         for index in self._led.keys() - state.led.keys():
             self._follow_scene(index)
         self._grips = dict(state.grips)
@@ -212,9 +224,9 @@ class Grippers:
         return held
 
     def _start(self, index: int, holds: bool, number: int) -> Place:
-        """Return the displacement of a gripper at outer step `number` from where the gripper closed [m].
+        """Return the displacement of a gripper since it closed, at outer step `number` [m].
 
-        If the gripper is open, return zero.
+        It is zero if `holds` is false, because the gripper is then open.
         """
         if not holds:
             return NOWHERE

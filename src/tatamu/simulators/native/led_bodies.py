@@ -1,4 +1,4 @@
-"""Rigid bodies of a running scene, such as fingers, that follow a controller's targets instead of the scene."""
+"""Rigid bodies of a running scene, such as fingers, that follow the targets of a controller."""
 
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ class BodyPose:
 
 
 class LedBodies:
-    """All bodies of a scene, by number. Time is counted in outer steps (the longest time steps) and not in seconds."""
+    """All rigid bodies of a scene, by number.
+
+    Time is counted in outer steps (the longest time steps) and not in seconds.
+    """
 
     def __init__(self, scene: Scene, bodies: Bodies, outer_step: float) -> None:
         """Let all bodies follow the motions of the scene.
@@ -94,13 +97,14 @@ class LedBodies:
         self._led |= poses
 
     def state(self) -> dict[int, BodyPose]:
-        """Return a copy of the state that changes."""
+        """Return a copy of the last target pose of each body that has had a target, by the number of the body."""
         return dict(self._led)
 
     def restore(self, state: Mapping[int, BodyPose]) -> None:
-        """Set the bodies to a state of the same scene.
+        """Set the bodies to a state that `state` returned for the same scene.
 
-        The next call of `lead` writes the paths of bodies with targets.
+        Bodies without a target get back their path in the scene. For bodies with a target, the next call of `lead`
+        writes the path.
         """
         times = np.arange(self._positions.shape[1]) * self._outer_step
         for index in self._led.keys() - state.keys():
@@ -113,7 +117,7 @@ class LedBodies:
 
 
 def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest: float) -> BodyPose:
-    """Return the pose that a target requires, if the body can reach the pose in the given time [s]."""
+    """Return the pose that a target requires; raise an error if the body cannot reach it in `seconds`."""
     position = now.position if target.position is None else _numbers(target.position, 3, f"{name}.position", "[m]")
     way = float(np.linalg.norm(position - now.position))
     if not way <= fastest * (1.0 + 1e-9) * seconds:

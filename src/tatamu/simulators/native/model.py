@@ -30,7 +30,7 @@ from tatamu.simulators.native.options import ContactOptions, Options, StepOption
 from tatamu.topology import Topology, among, areas, edge_lengths, lumped
 
 CENTROID_TO_CORNER = 0.58
-"""Bound on the ratio of the distance from a triangle's centroid to a corner to its longest edge: 1 / sqrt(3)."""
+"""Upper bound on the distance from the centroid of a triangle to a corner, divided by the longest edge: 1 / sqrt(3)."""
 
 
 class ElasticModel(NamedTuple):
@@ -42,14 +42,16 @@ class ElasticModel(NamedTuple):
 
 @dataclass(frozen=True)
 class Model:
-    """All data about a cloth and its material that do not depend on the scene."""
+    """All data about a cloth and its material that do not depend on other parts of the scene."""
 
     slot: np.ndarray
     """Slot (memory position) of each vertex, shape (n,)."""
     slots: int
-    """Number of slots that contain vertices or fillers. Copies come after these slots."""
+    """Number of slots (memory positions of vertices), including fillers.
+
+    Copies of vertices are stored after these slots."""
     width: int
-    """Number of slots and copies together."""
+    """Number of slots (memory positions of vertices) and of copies of slots together."""
     mass: np.ndarray
     """Lumped mass of each vertex [kg], shape (n,): a third of the mass of each triangle around the vertex."""
     elastic: ElasticModel
@@ -57,11 +59,15 @@ class Model:
     membrane_frequency: float
     """Largest angular frequency of the membrane at rest [1/s]."""
     bending_frequency: float
-    """Largest angular frequency of bending at rest [1/s], without friction."""
+    """Largest angular frequency of bending at rest, if bending has no friction [1/s]."""
     sticking_frequency: float
-    """Largest angular frequency of bending at rest while all friction of bending sticks [1/s]; 0 without friction."""
+    """Largest angular frequency of bending at rest, while all friction of bending sticks [1/s].
+
+    It is 0 if bending has no friction."""
     rest_measures: np.ndarray
-    """Measures g of the dihedral angles in the unstrained shape, in the order of memory [-]."""
+    """Measures g = 4 tan(theta / 4) of the dihedral angles theta in the unstrained shape [-].
+
+    They are in the order of the hinges in memory."""
     lengths: np.ndarray
     """Lengths of the edges at rest [m], shape (e,)."""
 
@@ -79,13 +85,13 @@ class Model:
 _kept: dict[bytes, Model] = {}
 _keeping = Lock()  # because simulate_many runs scenes in threads
 _MOST_KEPT = 48
-"""Number of models that are kept.
+"""Largest number of models, which are cloths prepared for the simulator, that are kept in memory.
 
 A study simulates about 20 random draws of the disturbances, each with its own material, on two meshes."""
 
 
 def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
-    """Return the model of a cloth. The last models are kept, because a study simulates a cloth many times."""
+    """Return the model of a cloth. Recent models are kept in memory, because a study simulates a cloth many times."""
     digest = blake2b(digest_size=16)
     fibre = np.empty((0, 3)) if cloth.fibre is None else cloth.fibre
     for array in (cloth.rest, cloth.faces, cloth.seams, fibre):
@@ -105,9 +111,9 @@ def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
 
 
 def _give_back_memory() -> None:
-    """Return the memory that was used for building to the system.
+    """Return to the operating system the memory that was needed only for building the model.
 
-    glibc would keep about 25 MB for 13,000 vertices.
+    Otherwise the C library glibc would keep about 25 MB for a mesh of 13,000 vertices.
     """
     if sys.platform == "linux":
         getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
@@ -195,7 +201,7 @@ def _faces_of_edges(topology: Topology) -> np.ndarray:
 def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the triangles near each vertex. They contain the vertex or one of its neighbours.
 
-    The result is the start of each vertex's entries, and the list of all entries.
+    The first array contains the start of each vertex's entries in the second array, which lists the triangles.
     """
     rows = np.repeat(np.arange(len(faces)), 3)
     incident = sparse.csr_array((np.ones(3 * len(faces)), (faces.ravel(), rows)), shape=(count, len(faces)))
@@ -206,7 +212,7 @@ def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def steps_per_frame(frame_rate: float, outer_step: float) -> int:
-    """Return the number of outer steps of at most `outer_step` [s] that make one frame."""
+    """Return the number of outer steps in one frame, so that a step is at most `outer_step` long [s]."""
     return max(1, ceil(1.0 / (frame_rate * outer_step) - 1e-9))
 
 

@@ -1,4 +1,4 @@
-"""Compilation of kernels in two processes at the same time, if no compiled kernels are on disk.
+"""Compilation of functions (kernels) in two processes at the same time, if no compiled kernels are on disk.
 
 The compiler has a lock, so threads would wait for each other. Therefore a second process compiles the functions of the
 time steps and writes them to disk. Meanwhile this process compiles the search for contact candidates. Then it waits for
@@ -34,7 +34,7 @@ COMMAND = f"from {__name__} import compile_but_search; compile_but_search()"
 
 
 def smallest_scene() -> Scene:
-    """Return a short scene of two triangles. Kernels that are compiled for it can be used for every scene."""
+    """Return a short scene of two triangles. Functions that are compiled for it can be used for every scene."""
     corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]]
     material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5)
     hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.01)
@@ -79,7 +79,7 @@ def compile_but_search() -> None:
 
 
 def calls(system: System) -> list[tuple[Any, tuple[Any, ...]]]:
-    """Return the kernels that the time steps call, each with arguments of the right types."""
+    """Return the compiled functions (kernels) that the time steps call, each with arguments of the right types."""
     state = system.state
     elastic = system.elastic
     contact = (state.positions, system.mesh, system.contact, system.options)

@@ -1,6 +1,6 @@
 """The test whether released cloth is at rest.
 
-The test uses displacements and not kinetic energy, because kinetic energy only shows jitter.
+The test uses displacements and not kinetic energy, because the kinetic energy of cloth at rest only shows jitter.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ class Rest:
             number: Number of the present outer step.
             x: Positions [m], shape (n, 3).
             wait: Number of outer steps between two tests.
-            still: Mean displacement between two tests below which the cloth is at rest [m].
+            still: Limit for the mean displacement between two tests [m]. If the displacement is smaller, the cloth is
+                at rest.
         """
         if self.before is not None and np.linalg.norm(x - self.before, axis=1).mean() < still:
             return Rest(reached=True)

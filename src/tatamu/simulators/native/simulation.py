@@ -1,8 +1,7 @@
 """A running scene. `simulate` runs it to the end, or a controller advances it step by step.
 
-Time advances in outer steps of length H, and a whole number of outer steps makes a frame. The result does not depend on
-how a run is divided. A scene may be advanced in pieces, or continued from a saved state. It gives exactly the same
-bytes as without interruption.
+Time advances in outer steps of length H, and a whole number of outer steps makes a frame. A scene can be advanced in
+pieces, or continued from a saved state. The result has exactly the same bytes as without interruption.
 """
 
 from __future__ import annotations
@@ -38,15 +37,20 @@ from tatamu.simulators.native.targets import HandTarget
 from tatamu.topology import Topology, edge_lengths, principal_stretches
 
 FRAMES_AT_ONCE = 8
-"""Number of frames between two checks for interrupts. Compiled loops do not notice interrupts."""
-RECENT = 0.1
-"""Time before an error [s]. If a hand moved too fast within this time, the error names the hand as its cause."""
-LOCKED = 3000.0
-"""Value of Y h^2 / B above which a warning says that cells may be too stiff for natural folds [-].
+"""Number of frames between two checks for interrupts.
 
-Y is the stiffness, h the mean edge, and B the bending rigidity."""
+Interrupts come, for example, from Ctrl+C, and compiled loops do not notice them."""
+RECENT = 0.1
+"""Time before an error in which the motion of hands is checked [s].
+
+If a hand moved too fast within this time, the error names the hand as its cause."""
+LOCKED = 3000.0
+"""Largest value of Y h^2 / B without a warning [-].
+
+If the value is larger, a warning says that the cells of the mesh may be too stiff for natural folds. Y is the stiffness
+of the cloth, h the mean edge, and B the bending rigidity."""
 THICK = 0.5
-"""Thickness above which a warning is printed, as a fraction of the shortest edge."""
+"""Largest thickness of the cloth without a warning, as a fraction of the shortest edge of the mesh [-]."""
 
 
 class Simulation:
@@ -137,7 +141,7 @@ class Simulation:
 
     @property
     def displacements(self) -> np.ndarray:
-        """Displacement of each gripper from where it closed [m], shape (grippers, 3). Open grippers have zero."""
+        """Displacement of each gripper since it closed [m], shape (grippers, 3). It is zero for an open gripper."""
         return self._grippers.displacements(self.number)
 
     @property
@@ -151,7 +155,9 @@ class Simulation:
         hands: Sequence[HandTarget | None] | None = None,
         bodies: Sequence[BodyTarget | None] | None = None,
     ) -> None:
-        """Simulate for some time. The end is the outer step nearest to the total time that was requested so far.
+        """Simulate for the time `seconds`, and stop at the end of an outer step.
+
+        The end is the outer step nearest to the total time that was requested so far.
 
         Args:
             seconds: Time to simulate [s]. It must be at least one outer step, and must not exceed the end of the scene.
@@ -247,9 +253,10 @@ class Simulation:
         return floor(time / self.sizes.outer_step + 0.5)
 
     def _advance_to(self, last: int) -> None:
-        """Advance to step `last`, or only to the next event or by a few frames.
+        """Advance to outer step `last`, but at most to the next event, and at most by FRAMES_AT_ONCE frames.
 
-        `_latest` receives the frames in between.
+        At an event, a gripper opens or closes, layers are separated, or a test shows whether the cloth is at rest. The
+        positions in the frames in between are written to `_latest`.
         """
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
@@ -286,7 +293,7 @@ class Simulation:
         return lines
 
     def _work_grippers(self) -> None:
-        """Open the grippers that are due, and then close those that are due.
+        """First open all grippers that must open now, and then close all grippers that must close now.
 
         In this order, a gripper can grasp cloth in the same step in which another gripper releases it.
         """
@@ -320,7 +327,8 @@ class Simulation:
     def _untangle(self) -> None:
         """Separate layers that have passed through each other, for example after a pinch, and search candidates again.
 
-        Layers that are still crossed may separate later, when the cloth has moved. Other layers may have crossed again.
+        The method plans another attempt if layers are still crossed or were separated. Layers that are still crossed
+        can be separated later, when the cloth has moved. Layers that were separated can cross again.
         """
         x = self.system.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
@@ -392,9 +400,10 @@ class Simulation:
 
 
 def locking(cloth: Cloth, material: Material) -> float:
-    """Return the ratio of stretching to bending, Y h^2 / B [-], which is infinite if B is zero.
+    """Return the ratio Y h^2 / B [-], which compares the stiffness in stretching with the stiffness in bending.
 
-    Y is the stiffness of the cloth, B its bending rigidity, and h the mean edge of its mesh.
+    Y is the stiffness of the cloth, B its bending rigidity, and h the mean edge of its mesh. If B is zero, the ratio is
+    infinite.
     """
     edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
     stiffness = max(material.stretch_stiffness, material.weft_stiffness)

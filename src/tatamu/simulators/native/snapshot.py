@@ -27,7 +27,7 @@ class SimulationState:
     number: int
     """Number of outer steps (the longest time steps of the simulator) that have been simulated."""
     requested: float
-    """Simulated time that was requested so far [s]."""
+    """Total time that calls of `Simulation.advance` have requested so far [s]."""
     untangle_at: int
     """Number of the outer (longest) time step in which the simulator tries again to separate crossed layers.
 

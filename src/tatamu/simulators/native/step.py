@@ -1,8 +1,8 @@
 """Time stepping: symplectic Euler at three rates.
 
 An outer step, the longest time step, has two parts. In the first part, bending changes ("kicks") the velocities once or
-more. After each kick, membrane, gravity and drag act in small substeps. (If gravity acted once per outer step, it would
-excite the membrane, and cloth would fall 0.2 % too far in half a second.) In the second part, contact and the table
+more. After each kick, membrane, gravity and drag act in small substeps. (If gravity only acted once per outer step, the
+membrane would vibrate, and cloth would fall 0.2 % too far in half a second.) In the second part, contact and the table
 correct the positions, and the velocities change by the same corrections. If layers are crushed, contact is resolved
 several times per outer step. There is no linear solve, and no iteration to a tolerance. Held vertices have an inverse
 mass of zero. They follow their path at constant velocity within an outer step.
@@ -128,7 +128,10 @@ def _lead(state: State, hands: Hands, number: int, outer_step: float) -> None:
 
 @kernel
 def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarray) -> float:
-    """Copy positions from slots to x and to `predicted`, and return the sum of the squares of all coordinates [m^2]."""
+    """Copy positions from slots (memory positions of vertices) to `x` and to `predicted`.
+
+    The function returns the sum of the squares of all coordinates [m^2].
+    """
     row_x, row_y, row_z = X[0], X[1], X[2]
     square = 0.0
     for v in range(slot.shape[0]):
@@ -146,7 +149,10 @@ def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarra
 
 @kernel
 def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarray, V: np.ndarray, rate: float) -> None:
-    """Copy corrected positions back to slots, and add the corrections times `rate` [1/s] to the velocities."""
+    """Copy corrected positions back to slots (memory positions of vertices).
+
+    The corrections times `rate` [1/s] are added to the velocities.
+    """
     row_x, row_y, row_z = X[0], X[1], X[2]
     row_u, row_v, row_w = V[0], V[1], V[2]
     for i in range(slot.shape[0]):
@@ -161,7 +167,7 @@ def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarr
 
 @kernel
 def _longest_way(V: np.ndarray, seconds: float) -> float:
-    """Return the distance that the fastest vertex moves in a time [s] at its present velocity [m]."""
+    """Return the distance [m] that the fastest vertex moves in a given time at its present velocity."""
     square = 0.0
     for s in range(V.shape[1]):
         square = max(square, V[0, s] * V[0, s] + V[1, s] * V[1, s] + V[2, s] * V[2, s])
@@ -170,9 +176,9 @@ def _longest_way(V: np.ndarray, seconds: float) -> float:
 
 @kernel
 def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
-    """Copy the positions of the vertices near bodies from slots.
+    """Copy the positions of the vertices near rigid bodies from slots (memory positions).
 
-    They belong to the start or the end of a membrane step.
+    If `to_start` is true, the positions are stored as positions at the start of a membrane step, otherwise at its end.
     """
     positions = bodies.near.positions
     for b in range(bodies.radius.shape[0]):
@@ -188,7 +194,7 @@ def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool
 
 @kernel
 def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
-    """Copy the corrected positions of the vertices near bodies back to slots.
+    """Copy the corrected positions of the vertices near rigid bodies back to slots (memory positions).
 
     Also add the corrections to the velocities, and update Y, the positions in the time `ahead` [s].
     """
@@ -209,9 +215,9 @@ def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
 def _meet_bodies(system: System, begin: float, end: float, number: int) -> None:
     """Resolve contact with bodies after a membrane step, which is a part of outer step `number`.
 
-    The membrane step starts at the fraction `begin` of the outer step and ends at the fraction `end`. Cloth that hangs
-    over a finger pulls each vertex there. In an outer step, this moves the vertex by millimetres, which is too much for
-    one correction. In a membrane step, the motion is small enough.
+    The membrane step starts at the fraction `begin` of the outer step and ends at the fraction `end`. If cloth hangs
+    over a finger, its weight pulls the vertices on the finger down. In an outer step, this moves a vertex by
+    millimetres, which is too much for one correction. In a membrane step, the motion is small enough.
     """
     state = system.state
     h = system.sizes.substep
@@ -284,7 +290,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
 
 @unlocked
 def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tuple[int, float]:
-    """Make outer steps.
+    """Make outer steps, the longest time steps of the simulator.
 
     Args:
         system: The running scene. Its state is changed in place.

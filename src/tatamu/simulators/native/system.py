@@ -23,21 +23,29 @@ class State(NamedTuple):
     """
 
     X: np.ndarray
-    """Positions in slots (memory positions of vertices) and copies of slots [m], shape (3, width)."""
+    """Positions in slots (memory positions of vertices) and copies of slots [m], shape (3, width).
+
+    The width is the number of slots and copies."""
     V: np.ndarray
     """Velocities in slots (memory positions of vertices) [m/s], shape (3, slots)."""
     Y: np.ndarray
-    """Positions at which forces are computed [m], shape (3, width)."""
+    """Positions at which forces are computed, in slots (memory positions) and copies of slots [m], shape (3, width)."""
     F: np.ndarray
-    """Forces in slots and copies [N], in single precision, shape (3, width). Between substeps they are zero."""
+    """Forces in slots (memory positions of vertices) and copies of slots [N], in single precision, shape (3, width).
+
+    Between substeps they are zero."""
     inverse_mass: np.ndarray
-    """Inverse mass of each slot [1/kg], shape (slots,). It is 0 for held vertices and fillers."""
+    """Inverse mass of the vertex in each slot (memory position) [1/kg], shape (slots,).
+
+    It is 0 for held vertices and for slots without a vertex."""
     free: np.ndarray
-    """Whether gravity and drag move the vertex in each slot, shape (slots,): 1, or 0 for held vertices and fillers."""
+    """Whether gravity and drag move the vertex in each slot (memory position), shape (slots,).
+
+    It is 0 for held vertices and for slots without a vertex, and 1 for all other slots."""
     slot: np.ndarray
     """Slot (memory position) of each vertex, shape (n,)."""
     positions: Positions
-    """Positions by vertex. One time step of these positions is one round of contact."""
+    """Positions by vertex, for contact. Their fields `start` and `predicted` refer to one round of contact."""
     triangle_forces: np.ndarray
     """Temporary memory: forces of a block of triangles on their corners [N], in single precision, shape (9 BLOCK,)."""
     hinges: HingeMeasures

@@ -21,7 +21,7 @@ class HandTarget:
     """The target of one gripper in one call of `Simulation.advance`."""
 
     displacement: Sequence[float] | np.ndarray | None = None
-    """Displacement at the end of the call from where the gripper closed [m], shape (3,); None if it does not move."""
+    """Displacement of the gripper since it closed, at the end of the call [m], shape (3,); None if it does not move."""
     closed: bool | None = None
     """True to close the gripper at the start of the call, False to open it, None to leave it unchanged."""
     vertices: Sequence[int] | np.ndarray | None = None
@@ -46,7 +46,7 @@ class HandTarget:
     def held(
         self, name: str, before: tuple[int, ...] | None, usual: tuple[int, ...], count: int
     ) -> tuple[int, ...] | None:
-        """Return the vertices that the gripper holds from the start of the call on; None if it is open.
+        """Return the vertices that the gripper holds after it has opened or closed; None if it is open.
 
         Args:
             name: Name of this target in messages.

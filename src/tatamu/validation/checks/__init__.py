@@ -36,4 +36,4 @@ FAMILIES = (
 )
 
 CHECKS: dict[str, Check] = {check.name: check for family in FAMILIES for check in family.CHECKS}
-"""The check with each name."""
+"""Checks by their names, in the order in which they run."""

@@ -17,7 +17,7 @@ from tatamu.validation.subject import Subject
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 STIFF = Material(areal_density=0.2, stretch_stiffness=1000.0, bending_rigidity=1.0)
-"""A stiff material. Its own weight bends it by less than a thousandth of its length."""
+"""A stiff material. Its own weight bends a sheet by less than a thousandth of the sheet's length."""
 
 DIRECTED = {
     "air_drag": 0.1,
@@ -49,7 +49,7 @@ RATE = 200.0
 
 
 def fall(subject: Subject, tilt: float) -> Findings:
-    """Check a sheet that falls at a constant tilt. Its drag is different along its normal and along its surface."""
+    """Check a sheet that falls at a constant tilt, with different drag along its normal and along its surface."""
     material = CLOTH.model_copy(update=DIRECTED)
     plan, faces = staggered(0.2, 0.15, 0.02)
     slope = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])

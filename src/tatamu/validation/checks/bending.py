@@ -1,11 +1,11 @@
 """Checks of bending: cantilevers against the heavy elastica, and the crease of a fold against a heavy chain.
 
-In a cantilever check, a strip of twice the length droops on both sides of its middle. One row of vertices across the
-middle is held. Its slope at this row is zero by symmetry, so the reference has exactly the length from this row to the
-tip.
+The heavy elastica is the theory of a thin strip that bends under its own weight. In the check `cantilever`, one row of
+vertices across the middle of a strip is held, and the strip droops on both sides. By symmetry, the slope of the strip
+at this row is zero. Therefore each side is a cantilever with exactly the length from this row to the tip.
 
-The check `clamp` holds a whole end instead, as a robot or a ruler does. The triangles next to the last held row can
-then bend on its held side too. Therefore the clamp of the reference is half a cell behind this row.
+The check `clamp` holds a whole end instead, as a robot or a ruler does. The strip can then also bend behind the last
+held row, over half a cell. Therefore the clamp of the reference is half a cell behind this row.
 
 Strips come to rest with air drag near critical damping. The drag does not change where they come to rest.
 """
@@ -36,8 +36,8 @@ DENSITY = 0.2
 def strip_material(gamma: float, length: float) -> tuple[Material, float]:
     """Return a fabric and the time in which its strip comes to rest [s].
 
-    The fabric has w L^3 / B = gamma, with the weight per area w, the length L and the bending rigidity B. Its drag is
-    nearly critical.
+    The fabric has w L^3 / B = gamma, with the weight per area w, the length L and the bending rigidity B. The air drag
+    of the fabric is near critical damping.
     """
     slowest = slowest_frequency(gamma, length, GRAVITY)
     rigidity = DENSITY * GRAVITY * length**3 / gamma
@@ -63,8 +63,8 @@ def droop(
         fibre: Direction of the warp; None if the material is isotropic.
 
     Returns:
-        Two arrays over the n vertices: the unstrained distance from the middle row [m], shape (n,), and the reach and
-        drop [m], shape (n, 2).
+        Two arrays over the n vertices: the unstrained distance from the middle row [m], shape (n,), and the horizontal
+        and vertical distance from this row at rest (reach and drop) [m], shape (n, 2).
     """
     plan, faces = mesh
     cloth = Cloth(vertices=raised(plan), faces=faces, fibre=fibre)
@@ -73,17 +73,23 @@ def droop(
 
 
 def tip_of(along: np.ndarray, shape: np.ndarray, length: float) -> np.ndarray:
-    """Return the mean position of the end row of a strip (reach, drop), shape (2,)."""
+    """Return the mean position of the vertices at the end of a strip [m], shape (2,).
+
+    The position consists of the horizontal and the vertical distance from the clamp: reach and drop.
+    """
     return shape[along > length - 1e-9].mean(axis=0)
 
 
 def chord_of(tip: np.ndarray) -> float:
-    """Return the angle [degrees] between the horizontal and the line from the clamp down to a tip (reach, drop)."""
+    """Return the angle between the horizontal and the line from a clamp down to the tip of a strip [degrees].
+
+    `tip` has the horizontal and the vertical distance of the tip from the clamp.
+    """
     return float(np.degrees(np.arctan2(tip[1], tip[0])))
 
 
 def both_sides(subject: Subject, gamma: float, layout: str) -> Findings:
-    """Check the droop of one strip on three meshes, and the order of convergence of its tip."""
+    """Check how a strip that is held at its middle row droops on three meshes, and how fast its tip converges."""
     wanted = cantilever(gamma)[-1] * LENGTH
     angle = np.degrees(chord(gamma))
     material, duration = strip_material(gamma, LENGTH)
@@ -125,7 +131,10 @@ def _order(subject: Subject, layout: str, misses: list[float]) -> Findings:
 
 
 def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
-    """Check a strip that is held over a whole end. The reference begins half a cell behind the last held row."""
+    """Check how a strip that is held over a whole end droops.
+
+    The reference begins half a cell behind the last held row.
+    """
     back = 2 * spacing
     plan, faces = right(LENGTH + back, WIDTH, spacing)
     plan = plan - [back, 0.0]
@@ -146,7 +155,10 @@ def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
 
 
 def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
-    """Check a strip that is folded over itself on the table. Its upper end is held a little above its lower end."""
+    """Check the crease of a strip that is folded over itself on the table.
+
+    Its upper end is held a little above its lower end.
+    """
     length = 0.4
     width = 0.06
     rise = 0.004

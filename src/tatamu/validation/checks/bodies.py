@@ -5,8 +5,8 @@ tensions per width on both sides, and mu is the friction coefficient. When the s
 
     T1 / T0 = e^(mu theta)
 
-This is the formula of Euler and Eytelwein, which holds for any radius. Both ends of the strip are held and moved with
-one speed. The tensions follow from the strains of the straight parts.
+This is the formula of Euler and Eytelwein, which holds for any radius. Both ends of the strip are held, and both are
+moved along the strip with the same speed. The tensions follow from the strains of the straight parts.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from tatamu.validation.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
 DRAPED = FABRIC.model_copy(update={"bending_rigidity": 1e-4, "air_drag": 2.0})
-"""Cloth with damping, so that it soon comes to rest."""
+"""Material with air drag, so that its cloth soon comes to rest."""
 HALF = 0.5 * FABRIC.thickness
 RADIUS = 0.03
 """Radius of the cylinder [m]."""
@@ -41,11 +41,11 @@ FREE = 0.1
 """Length of each straight part of the strip around the cylinder [m]."""
 ROW = 0.005
 STRAIN = 0.02
-"""Strain of the strip before the strip is moved around the cylinder [-]."""
+"""Strain of the strip around the cylinder before the strip is moved [-]."""
 PULL = 0.1
-"""Time at which the strip is fully stretched [s]."""
+"""Time after which the strip around the cylinder is fully stretched and starts to move [s]."""
 SPEED = 0.05
-"""Speed of the strip along the cylinder [m/s]."""
+"""Speed at which the strip is moved around the cylinder [m/s]."""
 ALONG_Y = [np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0]
 """Orientation that rotates the z axis to the y axis."""
 TIPPED = 0.5 * np.arccos(np.sqrt(1.0 / 3.0))
@@ -54,11 +54,14 @@ ON_A_CORNER = [np.cos(TIPPED), np.sin(TIPPED) * np.sqrt(0.5), -np.sin(TIPPED) * 
 SMALL = 0.06
 """Half the side of a cloth that hangs down on all sides of a sphere without buckling [m].
 
-A cloth that buckles would not stay symmetric for long."""
+A larger cloth would buckle, and would not stay symmetric for long."""
 POKE = 0.6
 """Speed of a finger that is pushed into cloth [m/s]."""
 SLIPPED = 1e-3
-"""Displacement of a strip of cloth relative to the box below it, above which the strip counts as left behind [m]."""
+"""Largest displacement of a strip of cloth relative to the box on which it is carried [m].
+
+If the displacement is larger, the strip counts as left behind.
+"""
 
 
 def strip_around(mu: float, angle: float) -> Scene:
@@ -82,7 +85,7 @@ def strip_around(mu: float, angle: float) -> Scene:
     grippers = []
     for side in (-1.0, 1.0):
         end = np.flatnonzero(np.isclose(plan[:, 0], 0.0 if side < 0 else length))
-        ahead = np.array([np.cos(0.5 * angle), 0.0, -side * np.sin(0.5 * angle)])  # in the direction of the arc
+        ahead = np.array([np.cos(0.5 * angle), 0.0, -side * np.sin(0.5 * angle)])  # along the arc of contact
         stretched = 0.5 * STRAIN * length * side * ahead
         moved = stretched + 0.4 * FREE * ahead
         times = [0.0, PULL, PULL + 0.4 * FREE / SPEED]
@@ -107,7 +110,10 @@ def strip_around(mu: float, angle: float) -> Scene:
 
 
 def tensions(scene: Scene, rollout: Rollout) -> np.ndarray:
-    """Return the tension per width of both straight parts in every frame [N/m], shape (f, 2)."""
+    """Return the tension per width of both straight parts of a strip around a cylinder [N/m], shape (f, 2).
+
+    Each row is for one of the f frames.
+    """
     along = scene.cloth.rest[:, 0]
     length = along.max()
     found = []
@@ -161,8 +167,9 @@ def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
 def carried(subject: Subject, mu: float) -> Findings:
     """Check a strip of cloth that lies on an accelerated box.
 
-    Two numbers are compared with theory. The first is the acceleration at which the strip starts to slip, mu g. The
-    second is the distance by which the strip slips at 1.1 times this acceleration.
+    Two numbers are compared with theory. The first number is the acceleration at which the strip starts to slip, mu g,
+    where g is the acceleration of gravity. The second number is the distance by which the strip slips at 1.1 times this
+    acceleration.
     """
     wanted = mu * GRAVITY
     found = threshold(lambda a: left_behind(subject, mu, a) > SLIPPED, wanted, 0.1 * wanted, 0.002 * wanted)
@@ -172,7 +179,10 @@ def carried(subject: Subject, mu: float) -> Findings:
 
 
 def drawn_out(mu: float, table: float) -> Scene:
-    """Return a scene with a cloth on three boxes with level tops. The middle box, a long finger, is moved along y."""
+    """Return a scene with a cloth on three boxes, from under which the middle box is pulled out.
+
+    The boxes have level tops. The middle box, a long finger, is moved along y.
+    """
     mesh = right(0.2, 0.1, 0.02)
     fixed = [
         Body(name=side, shape="box", size=[0.2, 0.5, 0.01], friction=table, positions=[[x, 0.05, -0.01]])
@@ -192,7 +202,9 @@ def drawn_out(mu: float, table: float) -> Scene:
 def dragged(subject: Subject, mu: float, table: float) -> Findings:
     """Check how far a finger that is pulled out from under a cloth drags the cloth along.
 
-    The acceleration is a = g (phi mu - (1 - phi) mu_table). phi is the fraction of the cloth's mass over the finger.
+    The acceleration of the cloth is a = g (phi mu - (1 - phi) mu_table). g is the acceleration of gravity, and phi is
+    the fraction of the cloth's mass over the finger. The finger has the friction coefficient mu, and the other boxes
+    have the friction coefficient mu_table.
     """
     scene = drawn_out(mu, table)
     under = np.abs(scene.cloth.vertices[:, 0] - 0.1) < 0.03
@@ -217,7 +229,7 @@ OBSTACLES = {
         orientations=[ON_A_CORNER],
     ),
 }
-"""Bodies whose highest point is the origin."""
+"""Bodies on which a cloth falls, by name. Their highest point is the origin."""
 
 
 def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Scene:
@@ -233,7 +245,10 @@ def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Sc
 
 
 def penetration(scene: Scene, points: np.ndarray) -> float:
-    """Return how deep a cloth is in a body, in thicknesses [-]. It is 0 at the distance of rest, or farther away."""
+    """Return how deep a cloth is in a body, in thicknesses of the cloth [-].
+
+    The result is 0 if the cloth rests on the body, or is farther away.
+    """
     gap = distances(
         scene.bodies[0], points, scene.cloth.faces, scene.duration, below=0.45 * scene.material.thickness
     ).min()
@@ -253,7 +268,7 @@ def draped(subject: Subject, obstacle: str) -> Findings:
 
 
 def asymmetry(scene: Scene, points: np.ndarray) -> float:
-    """Return the largest deviation of a cloth from symmetry [m].
+    """Return the largest deviation of a cloth from mirror symmetry [m].
 
     The mirror planes are x = 0 and y = 0. Each vertex is compared with the mirror image of the vertex on the opposite
     side.
@@ -268,7 +283,7 @@ def asymmetry(scene: Scene, points: np.ndarray) -> float:
 
 
 def dropped(subject: Subject, obstacle: str) -> Findings:
-    """Check the energy of a cloth that falls on an obstacle."""
+    """Check that a cloth that falls on an obstacle gains no energy."""
     scene = over(obstacle, 0.05, 0.6)
     undamped = scene.material.model_copy(update={"air_drag": 0.0})
     scene = scene.model_copy(update={"material": undamped})
@@ -278,9 +293,9 @@ def dropped(subject: Subject, obstacle: str) -> Findings:
 
 
 def poked(seed: int) -> Scene:
-    """Return a scene with a limp cloth and a thin finger, which moves around and into the cloth at 0.6 m/s.
+    """Return a scene with a limp cloth that is held at two sides, and a thin finger.
 
-    The cloth is held at two sides.
+    The finger moves around the cloth and is pushed into the cloth, at 0.6 m/s.
     """
     random = np.random.default_rng(seed)
     plan, faces = staggered(0.16, 0.16, float(random.choice([0.013, 0.026])))
@@ -308,7 +323,10 @@ def poked(seed: int) -> Scene:
 
 
 def deepest_poke(simulate: Callable[[Scene], Rollout], seed: int) -> float | None:
-    """Return how deep the finger of `poked` goes into the cloth at most, in thicknesses; None after an error."""
+    """Return the largest depth of a finger in a cloth, in thicknesses of the cloth, in the scene `poked`.
+
+    The result is None if the simulation fails.
+    """
     scene = poked(seed)
     try:
         rollout = simulate(scene)

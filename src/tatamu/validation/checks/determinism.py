@@ -20,7 +20,10 @@ from tatamu.validation.subject import Subject
 
 
 def different(first: Rollout, second: Rollout) -> float:
-    """Return the number of different bytes in the positions; all bytes if the sizes of the positions differ."""
+    """Return the number of different bytes in the positions of two rollouts, which are simulated motions.
+
+    If the numbers of positions differ, all bytes count as different.
+    """
     a = first.positions.tobytes()
     b = second.positions.tobytes()
     if len(a) != len(b):
@@ -29,7 +32,7 @@ def different(first: Rollout, second: Rollout) -> float:
 
 
 def again(subject: Subject) -> Findings:
-    """Compare two rollouts of a scene in this process. Another scene is simulated between these two."""
+    """Compare two rollouts of one scene in this process. Between the two simulations, another scene is simulated."""
     scene = folded()
     first = subject.simulate(scene)
     subject.simulate(carried())
@@ -62,7 +65,7 @@ def in_another_process(scene: Scene, simulator: str) -> Rollout:
 
 
 def batch(subject: Subject) -> Findings:
-    """Compare single rollouts with the rollouts of `simulate_many`."""
+    """Compare scenes that are simulated one by one with scenes that `simulate_many` simulates together."""
     scenes = [folded(), carried(), folded()]
     together = subject.simulate_many(scenes)
     alone = [subject.simulate(scene) for scene in scenes[:2]]

@@ -1,8 +1,8 @@
 """Checks of Coulomb friction: cloth on an inclined table, and cloth on cloth.
 
 The threshold is the tilt at which a cloth starts to slide. It is found by bisection of an interval of tilts. A cloth
-counts as sliding if its middle moves faster than `SLIDING` after one second. This is the case at 0.01 degrees above the
-threshold.
+counts as sliding if its middle moves faster than `SLIDING` after one second. At 0.01 degrees above the threshold, the
+cloth moves this fast.
 """
 
 from __future__ import annotations
@@ -25,11 +25,13 @@ from tatamu.validation.subject import Subject
 COEFFICIENTS = (0.2, 0.4, 0.6, 0.8, 1.0)
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 SLIDING = 1e-3
-"""Speed above which a cloth slides [m/s]."""
+"""Largest speed of a cloth that counts as at rest on the table [m/s]. A faster cloth counts as sliding."""
 SHIFTED = 1e-3
-"""Distance in 0.4 s above which a layer counts as sliding [m].
+"""Largest distance that a layer of a stack moves in 0.4 s if it counts as at rest [m].
 
-At 0.1 degrees above the threshold, layers move farther."""
+A layer that moves farther counts as sliding. At 0.1 degrees above the tilt at which sliding starts, layers move
+farther.
+"""
 GRIP = 3.0
 """Friction coefficient of the table under stacks. It is so large that the lowest layer does not slide."""
 
@@ -43,7 +45,7 @@ def incline(mu: float, tilt: float, duration: float) -> Scene:
 
 
 def layers(count: int, mu: float, tilt: float, duration: float) -> tuple[Scene, list[np.ndarray]]:
-    """Return a scene with a stack of square cloths, and the vertices of each cloth.
+    """Return a scene with a stack of square cloths on a tilted table, and the vertices of each cloth.
 
     Each cloth is smaller than the cloth below it.
     """
@@ -65,7 +67,10 @@ def layers(count: int, mu: float, tilt: float, duration: float) -> tuple[Scene, 
 
 
 def travel(subject: Subject, scene: Scene, members: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Return times [s], and how far the middle of some vertices has moved down the incline [m]."""
+    """Return two arrays over the f frames of a simulation: times [s], and distances down the incline [m].
+
+    The distance is how far the mean position of the vertices `members` has moved; None for all vertices of the cloth.
+    """
     rollout = subject.simulate(scene)
     tilt = scene.table.tilt if scene.table else 0.0
     middle = rollout.positions[:, slice(None) if members is None else members].mean(axis=1)
@@ -73,13 +78,13 @@ def travel(subject: Subject, scene: Scene, members: np.ndarray | None = None) ->
 
 
 def final_speed(times: np.ndarray, distance: np.ndarray) -> float:
-    """Return the mean speed during the last fifth of the time [m/s]."""
+    """Return the mean speed of a cloth during the last fifth of its simulated motion [m/s]."""
     late = len(times) * 4 // 5
     return float((distance[-1] - distance[late]) / (times[-1] - times[late]))
 
 
 def threshold(slides: Callable[[float], bool], guess: float, within: float, to: float) -> float:
-    """Return the tilt between sticking and sliding [rad], found by bisection.
+    """Return the tilt at which a cloth starts to slide [rad], found by bisection.
 
     The first interval is from guess - within to guess + within. The last interval is not longer than `to`.
     """
@@ -92,7 +97,11 @@ def threshold(slides: Callable[[float], bool], guess: float, within: float, to: 
 
 
 def on_table(subject: Subject, mu: float) -> Findings:
-    """Check the threshold of sliding, the creep below it and the acceleration above it, for one coefficient."""
+    """Check when and how a cloth on a tilted table slides.
+
+    The quantities are the tilt at which the cloth starts to slide, its creep below this tilt, and its acceleration
+    above.
+    """
     wanted = incline_threshold(mu)
 
     def slides(tilt: float) -> bool:
@@ -125,16 +134,19 @@ def on_table(subject: Subject, mu: float) -> Findings:
 
 
 def _acceleration(times: np.ndarray, distance: np.ndarray) -> float:
-    """Return the acceleration [m/s^2].
+    """Return the acceleration of a sliding cloth [m/s^2], from its distances at given times.
 
-    It is twice the leading coefficient of a parabola through the second half of the motion.
+    The acceleration is twice the leading coefficient of a parabola through the second half of the motion.
     """
     half = len(times) // 2
     return float(2 * np.polyfit(times[half:], distance[half:], 2)[0])
 
 
 def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
-    """Check the threshold of sliding and the creep of the layers that lie on a lowest layer."""
+    """Check when the top cloth of a stack on a tilted table slides.
+
+    The quantities are the tilt at which the cloth starts to slide, and its creep below this tilt.
+    """
     wanted = incline_threshold(mu)
 
     def slides(tilt: float) -> bool:

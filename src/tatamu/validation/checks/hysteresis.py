@@ -18,31 +18,35 @@ from tatamu.validation.scenes import hanging, raised
 from tatamu.validation.subject import Subject
 
 FRICTION = 10.0
-"""Ratio HB / B of frictional moment to bending rigidity of the strips [1/m].
+"""Ratio HB / B of the strips [1/m]: frictional moment of bending HB divided by bending rigidity B.
 
 Cotton has about 50, and worsteds have 20 (Matsudaira et al. 2015)."""
 SPACING = 0.01
 ROLLS = (1.0, 30.0)
-"""Initial curvatures of rolls [1/m]. The first is below all yield curvatures, and the second far above all of them.
+"""Initial curvatures of two rolled sheets [1/m].
 
-Between these, the remaining curvature depends on whether the ends or the middle open first."""
+The first is below the curvatures at which the friction of bending yields, and the second far above them. At an initial
+curvature between these two, the remaining curvature depends on whether the ends or the middle of the roll open first.
+"""
 ROLL_DRAG = 60.0
-"""Drag of the roll [N s/m^3]. It is above critical damping."""
+"""Air drag of the roll [N s/m^3], which is above critical damping."""
 TURNING_DRAG = 1.0
-"""Drag of the strip whose clamp turns [N s/m^3]. The strip is so slow that drag is a hundredth of its weight."""
+"""Air drag of the strip whose clamp turns [N s/m^3]. The strip moves so slowly that this drag is a hundredth of the
+strip's weight."""
 CLAMPS = ((5.0, 45.0), (11.0, 0.0), (17.0, 45.0))
-"""Times at which the clamp stops [s], and its angles below the horizontal [degrees]. It starts at 90 degrees."""
+"""Times at which the clamp stops [s], and its angles below the horizontal at these times [degrees]. At the start, the
+angle is 90 degrees."""
 REST = 1.0
 """Time for which the clamp rests after each turn [s]."""
 
 
 def frictional(plain: Material) -> Material:
-    """Return a material with added hysteresis."""
+    """Return a copy of a material, with friction of bending added."""
     return Material.model_validate(plain.model_dump() | {"bending_hysteresis": FRICTION * plain.bending_rigidity})
 
 
 def unroll(subject: Subject, curvature: float) -> Findings:
-    """Check a rolled sheet that is released without gravity. It opens until its friction stops it."""
+    """Check a rolled sheet that is released without gravity. The sheet opens until its friction of bending stops it."""
     fabric = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4, air_drag=ROLL_DRAG)
     material = frictional(fabric)
     cloth, _ = rolled(0.1, 0.04, SPACING / 2, curvature)
@@ -58,7 +62,10 @@ def unroll(subject: Subject, curvature: float) -> Findings:
 
 
 def _mean_curvature(along: np.ndarray, points: np.ndarray) -> float:
-    """Return the mean curvature of the middle of a strip [1/m]. `along` is the unstrained distance from its end [m]."""
+    """Return the mean curvature of the middle of a strip [1/m].
+
+    `along` is the unstrained distance of each vertex from the strip's end [m].
+    """
     rows = np.unique(along)
     centres = np.array([points[along == row].mean(axis=0) for row in rows])
     links = np.diff(centres, axis=0)
@@ -94,9 +101,9 @@ def turn(subject: Subject, gamma: float) -> Findings:
 
 
 def _turning(vertices: np.ndarray, distance: float) -> Gripper:
-    """Return a hand that holds one row of vertices.
+    """Return a hand that holds one row of vertices in a clamp that turns.
 
-    The row is `distance` [m] from the last held row and turns about it.
+    The clamp turns about the last held row. The held row is at the distance `distance` [m] from the last held row.
     """
     knots = np.linspace(0.0, CLAMPS[-1][0] + REST, 401)
     turns = [0.0] + [time + rest for time, _ in CLAMPS for rest in (0.0, REST)]

@@ -33,7 +33,7 @@ def velocities(rollout: Rollout) -> np.ndarray:
 def kinetic(scene: Scene, rollout: Rollout) -> np.ndarray:
     """Return the kinetic energy of the mean velocities between f frames [J], shape (f - 1,).
 
-    It is never larger than the mean of the true kinetic energy.
+    This energy is never larger than the mean of the true kinetic energy between two frames.
     """
     return 0.5 * np.einsum("fnk,fnk,n->f", *[velocities(rollout)] * 2, masses(scene))
 
@@ -48,7 +48,7 @@ def mechanical(scene: Scene, rollout: Rollout) -> np.ndarray:
 
 
 def rolled(length: float, width: float, spacing: float, curvature: float) -> tuple[Cloth, float]:
-    """Return a sheet that is rolled along x without stretch, and its bent area [m^2]."""
+    """Return a sheet that is rolled along x without stretch, and its area [m^2]."""
     plan, faces = right(length, width, spacing)
     rows = np.unique(plan[:, 0])
     heading = curvature * (rows[:-1] + 0.5 * np.diff(rows))
@@ -60,7 +60,7 @@ def rolled(length: float, width: float, spacing: float, curvature: float) -> tup
 
 
 def free_fall(subject: Subject) -> Findings:
-    """Check a level cloth that falls for half a second."""
+    """Check the height of a level cloth that falls freely for half a second."""
     scene = Scene(cloth=flat(staggered(0.2, 0.15, 0.02)), material=FABRIC, duration=0.5, frame_rate=100)
     rollout = subject.simulate(scene)
     height = rollout.positions[:, :, 2]
@@ -74,7 +74,7 @@ def free_fall(subject: Subject) -> Findings:
 
 
 def momentum(subject: Subject) -> Findings:
-    """Check a bent, stretched and twisted strip that is released without gravity."""
+    """Check the momentum of a bent, stretched and twisted strip that is released without gravity."""
     plan, faces = right(0.2, 0.1, 0.02)
     bent = rolled(0.2, 0.1, 0.02, 6.0)[0].vertices * [1.01, 1.02, 1.0]
     twisted = bent + np.column_stack([0 * plan, 2.0 * plan[:, 0] * (plan[:, 1] - 0.03)])
@@ -119,7 +119,7 @@ def spring(subject: Subject) -> Findings:
 
 
 def swing(subject: Subject) -> Findings:
-    """Check a level strip that is held at one edge and swings down."""
+    """Check the energy of a level strip that is held at one edge and swings down."""
     mesh = staggered(0.3, 0.1, 0.02)
     grippers = [held(np.flatnonzero(mesh[0][:, 0] == 0))]
     scene = Scene(cloth=flat(mesh), material=FABRIC, grippers=grippers, duration=2.0, frame_rate=200)
@@ -127,7 +127,7 @@ def swing(subject: Subject) -> Findings:
 
 
 def drop(subject: Subject) -> Findings:
-    """Check a slanting cloth that falls on a table."""
+    """Check the energy of a slanting cloth that falls on a table."""
     plan, faces = staggered(0.2, 0.15, 0.02)
     slanting = np.column_stack([0.95 * plan[:, 0], plan[:, 1], 0.05 + np.sqrt(1 - 0.95**2) * plan[:, 0]])
     cloth = Cloth(vertices=slanting, faces=faces, rest_vertices=raised(plan))
@@ -136,7 +136,10 @@ def drop(subject: Subject) -> Findings:
 
 
 def _never_up(subject: Subject, scene: Scene, height: float) -> Findings:
-    """Compare kinetic and gravitational energy with their sum at the start, when the cloth is unstrained."""
+    """Check that the sum of kinetic and gravitational energy never exceeds the sum at the start.
+
+    At the start, the cloth is unstrained, so it has no other energy.
+    """
     energy = mechanical(scene, subject.simulate(scene))
     scale = float(masses(scene).sum()) * scene.gravity * height
     over = max(0.0, float(energy.max()) / scale)

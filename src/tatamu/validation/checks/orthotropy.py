@@ -1,6 +1,7 @@
 """Checks of woven cloth.
 
-Its shear stiffness is independent, and its stretching and bending depend on the angle to the warp.
+The shear stiffness of woven cloth is independent of its other stiffnesses. Its stretching and bending depend on the
+angle to the warp.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ WOVEN = Material(
     poisson_ratio=0.2,
     bending_rigidity=2e-5,
 )
-"""Material of the checks. Its shear stiffness of 30 N/m is 0.5 gf/cm/degree in Kawabata's units."""
+"""Woven material of these checks. Its shear stiffness of 30 N/m is 0.5 gf/cm/degree in Kawabata's units."""
 ANGLES = (0, 15, 30, 45, 60, 90)
 """Angles between strips and the warp [degrees]."""
 LENGTH = 0.10
@@ -45,7 +46,7 @@ def direction(degrees: float) -> list[list[float]]:
 
 
 def pull(subject: Subject, degrees: float) -> Findings:
-    """Check a strip, cut at an angle to the warp, that hangs from one end."""
+    """Check the stiffness of a strip, cut at an angle to the warp, that hangs from one end."""
     length = 0.3
     plan, faces = LAYOUTS["staggered"](length, 0.02, 0.01)
     stiffness = off_axis_stiffness(WOVEN, np.radians(degrees))
@@ -64,7 +65,7 @@ def pull(subject: Subject, degrees: float) -> Findings:
 
 
 def droop(subject: Subject, degrees: float, gamma: float = 10.0) -> Findings:
-    """Check a wide sheet, cut at an angle to the warp, that droops on both sides of the row that is held."""
+    """Check how a wide sheet, cut at an angle to the warp, droops on both sides of its middle row, which is held."""
     plain, duration = strip_material(gamma, LENGTH)
     parts = {name: part * plain.bending_rigidity for name, part in BENT.items()}
     material = Material.model_validate(plain.model_dump() | parts)

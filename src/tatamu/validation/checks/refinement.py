@@ -1,12 +1,14 @@
 """Check of refinement: whether a mesh of half the spacing changes which manipulation is best.
 
-Thirty random folds of one towel are simulated on a mesh and on a mesh of half its spacing. They are scored by their
-mean vertex distance to the half fold. A search depends on the order of these scores.
+Thirty random folds of one towel are simulated on a mesh and on a mesh of half its spacing. The score of a fold is the
+mean distance of its vertices from the towel that is folded exactly in half. A search depends on the order of these
+scores.
 
 In the first case, hands hold only the edge, as in tatamu's own folds, and the cloth turns about the edge. In the second
-case, hands hold several rows of vertices, and so they also fix the slope of the corner. They lay the corner down with
-its hem turned up, and the corner jumps when the hands open. The jump differs between any two meshes, so this is a
-separate case. A halved time step is not compared, because a scene has no time step: every simulator chooses its own.
+case, hands hold several rows of vertices, and so they also fix the slope of the corner. The hands then lay the corner
+down with its hem turned up, and the corner jumps when the hands open. The jump differs between any two meshes, so the
+second case is separate. A halved time step is not compared, because a scene has no time step: every simulator chooses
+its own.
 """
 
 from __future__ import annotations
@@ -30,9 +32,9 @@ COUNT = 30
 
 
 def score(subject: Subject, scene: Scene) -> float:
-    """Return the area-weighted mean distance between the final cloth and the half fold [m].
+    """Return the area-weighted mean distance between the final cloth and a towel that is folded exactly in half [m].
 
-    It is half the towel's length if the simulation fails.
+    The result is half the towel's length if the simulation fails.
     """
     try:
         end = subject.simulate(scene).positions[-1]
@@ -44,7 +46,10 @@ def score(subject: Subject, scene: Scene) -> float:
 
 
 def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: int = COUNT) -> Findings:
-    """Compare the order of random folds and the best fold on two meshes. Hands hold `depth` metres from the edge."""
+    """Compare two meshes: the order of random folds by their scores, and the best fold.
+
+    Hands hold the cloth within `depth` metres of the edge.
+    """
     folds = [RandomFold.random(100 + seed, fast=False) for seed in range(count)]
     coarse, fine = (
         np.array([score(subject, scene_of(fold, TOWEL, s, depth)) for fold in folds]) for s in (spacing, spacing / 2)

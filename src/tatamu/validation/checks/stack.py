@@ -20,9 +20,9 @@ SIDE = 0.16
 
 
 def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
-    """Return a scene with equal square cloths on a level table, and the vertices of each cloth.
+    """Return a scene with a stack of equal square cloths on a level table, and the vertices of each cloth.
 
-    Every second cloth is rotated, so that no vertex lies on another.
+    Every second cloth is rotated, so that no vertex lies on another vertex.
     """
     layouts = (staggered, staggered_across)
     parts = []
@@ -36,7 +36,7 @@ def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
 
 
 def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
-    """Check the gaps and the creep of a stack at rest."""
+    """Check the gaps between the layers of a stack at rest, and how far the layers creep."""
     scene, members = stack(count, duration)
     positions = subject.simulate(scene).positions
     inner = [part[(np.abs(scene.cloth.vertices[part, :2]) < 0.4 * SIDE).all(axis=1)] for part in members]

@@ -1,7 +1,7 @@
 """Checks of stretch: strain of a hanging sheet, shear, contraction, and the catenary.
 
-Without drag, waves in a membrane decay slowly. These static scenes therefore have air drag near critical damping of
-their slowest wave. The drag does not change where the cloth comes to rest.
+Without drag, waves in a membrane decay slowly. The scenes of these checks therefore have air drag near critical damping
+of the slowest wave. The drag does not change the shape in which the cloth comes to rest.
 """
 
 from __future__ import annotations
@@ -24,15 +24,16 @@ FABRICS = {
     "woven": Material(areal_density=0.2, stretch_stiffness=1000.0, poisson_ratio=0.0, bending_rigidity=2e-5),
     "jersey": Material(areal_density=0.15, stretch_stiffness=150.0, poisson_ratio=0.0, bending_rigidity=5e-6),
 }
-"""Materials without Poisson effect. Their held edge does not disturb the uniaxial reference."""
+"""Materials without Poisson effect. These materials do not contract across the pull, so the held edge does not disturb
+the one-dimensional strain of the reference."""
 PLANE = Material(areal_density=0.2, stretch_stiffness=100.0, poisson_ratio=0.3, bending_rigidity=2e-5)
 MESHES = ("right triangles", "staggered", "irregular")
 
 
 def settled(material: Material, slowest: float) -> tuple[Material, float]:
-    """Return a material with critical drag, and the time in which it comes to rest [s].
+    """Return a material with critical drag, and the time in which its cloth comes to rest [s].
 
-    The drag is critical for the slowest angular frequency [rad/s].
+    The drag is critical for a motion with the angular frequency `slowest` [rad/s].
     """
     damped = settling(material, slowest)
     rate = min(slowest, damped.air_drag / material.areal_density / 2)
@@ -40,7 +41,7 @@ def settled(material: Material, slowest: float) -> tuple[Material, float]:
 
 
 def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> Findings:
-    """Check a sheet that hangs from one edge."""
+    """Check the strain of a sheet that hangs from one edge."""
     length = 0.3
     plan, faces = LAYOUTS[layout](length, 0.1, spacing)
     plain = FABRICS[fabric]
@@ -70,7 +71,7 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
 
 
 def shear(subject: Subject, layout: str, plain: Material = PLANE) -> Findings:
-    """Check a tall panel that is held along its upright sides and sags in its plane by shear."""
+    """Check how a tall panel that is held along its upright sides sags in its plane by shear."""
     span = 0.1
     height = 0.4
     mesh = LAYOUTS[layout](span, height, 0.01)
@@ -95,7 +96,10 @@ def shear(subject: Subject, layout: str, plain: Material = PLANE) -> Findings:
 
 
 def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
-    """Check a weightless sheet that is pulled at its ends. Far from the ends, its sides move inwards freely."""
+    """Check how the area of a weightless sheet changes when the sheet is pulled at its ends.
+
+    Far from the ends, its sides move inwards freely.
+    """
     length = 0.4
     width = 0.1
     ramp = 0.05
@@ -125,7 +129,7 @@ def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
 
 
 def hands(subject: Subject, length: float = 0.5, span: float = 0.4) -> Findings:
-    """Check a limp strip whose ends are held by two hands, which move towards each other."""
+    """Check how a limp strip sags between two hands that hold its ends and move towards each other."""
     mesh = right(length, 0.06, 0.01)
     plan = mesh[0]
     shift = (length - span) / 2

@@ -1,9 +1,9 @@
 """Checks of symmetry: a scene that is rotated and shifted, mirrored or renumbered must have the same motion.
 
 Before contact, the results must agree within rounding errors. In contact, rounding errors grow with every impact. The
-difference after contact is therefore only stated. It is stated next to the difference that a scene gives if it is
-larger by a billionth. In the first scene, two hands lift a towel at one side. In the second scene, the hands carry the
-towel over a table.
+difference after contact is therefore only stated, and has no limit. For comparison, the same difference is stated for a
+scene that is enlarged by a billionth. In the first scene, two hands lift a towel at one side. In the second scene, the
+hands carry the towel over a table.
 """
 
 from __future__ import annotations
@@ -28,12 +28,15 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 
 @dataclass(frozen=True)
 class Change:
-    """A change of a scene. It must change the coordinates of the motion in the same way, and nothing else."""
+    """A change of a scene, such as a rotation.
+
+    The coordinates of the simulated motion must change in the same way, and the motion must not change otherwise.
+    """
 
     points: Callable[[np.ndarray], np.ndarray]
     """Function from points of the original scene to points of the changed scene, shape (.., 3)."""
     order: np.ndarray
-    """For each vertex of the changed scene, the vertex of the original scene, shape (n,)."""
+    """For each of the n vertices of the changed scene, the index of this vertex in the original scene, shape (n,)."""
     flips: bool = False
     """Whether the change turns triangles over."""
 
@@ -113,7 +116,10 @@ def folded() -> Scene:
 
 
 def changed(subject: Subject, change: Callable[[int], Change]) -> Findings:
-    """Check the largest distance between the original and the changed motion, in the air and after contact."""
+    """Check that a changed scene moves like the original scene, in the air and after contact.
+
+    The largest distance of a vertex between both motions is reported.
+    """
     for what, scene, limit in (
         ("in the air", carried(), subject.limit("symmetry")),
         ("after a fold on the table", folded(), None),
@@ -132,7 +138,10 @@ def changed(subject: Subject, change: Callable[[int], Change]) -> Findings:
 
 
 def _explained(apart: np.ndarray, frame_rate: float) -> str:
-    """Return a text on the largest distance, from the distances of each vertex in each frame [m], shape (f, n)."""
+    """Return a remark that compares the largest distance between two motions with the mean distance.
+
+    `apart` has the distance of each of n vertices in each of f frames [m], shape (f, n).
+    """
     worst = int(apart.max(axis=1).argmax())
     return (
         f"one vertex, after {worst / frame_rate:.2g} s; all of them then {apart[worst].mean():.2g} m on average, at "

@@ -1,8 +1,8 @@
 """Checks of tangles: limp cloth that is pressed, dragged and folded must never pass through itself.
 
 A crossing is a pair of an edge and a triangle that pass through each other. Crossings are counted in every frame. For
-two separate layers, vertices on the wrong side are counted as well. A vertex of the upper layer under the lower layer
-has passed through the lower layer, even if no edge crosses it any more.
+two separate layers, vertices on the wrong side are counted as well. If a vertex of the upper layer is under the lower
+layer, it has passed through the lower layer, even if no edge crosses the lower layer any more.
 """
 
 from __future__ import annotations
@@ -29,12 +29,14 @@ from tatamu.validation.subject import Subject
 LIMP = Material(areal_density=0.15, stretch_stiffness=200.0, bending_rigidity=2e-6, thickness=0.001)
 SIDE = 0.2
 SPACING = 0.012
-"""Spacing of the mesh that is folded [m]."""
+"""Mesh spacing of the cloth in the random folds [m]."""
 BATCH = 8
 
 
 def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
-    """Return a scene in which a hand presses the middle of a sheet on another sheet and drags it.
+    """Return a scene with two sheets, and the vertices of the lower and of the upper sheet.
+
+    A hand presses the middle of the upper sheet on the lower sheet and drags the upper sheet.
 
     Args:
         speed: Speed of the hand [m/s].
@@ -76,7 +78,7 @@ def wrong_side(rollout: Rollout, lower: np.ndarray, upper: np.ndarray) -> int:
 
 
 def press_and_drag(subject: Subject, speed: float, press: float) -> Findings:
-    """Check crossings while one limp layer is pressed on another layer and dragged over it."""
+    """Check that a limp layer does not pass through the layer on which it is pressed and dragged."""
     scene, lower, upper = dragged(speed, press)
     rollout = subject.simulate(scene)
     counts = crossings_over_time(rollout.positions, rollout.faces)
@@ -94,7 +96,7 @@ def press_and_drag(subject: Subject, speed: float, press: float) -> Findings:
 def crossings_of_fold(
     simulate: Callable[[Scene], Rollout], seed: int, fast: bool, spacing: float = SPACING
 ) -> np.ndarray | None:
-    """Return the crossings in every frame of a random fold of limp cloth, shape (f,).
+    """Return the number of crossings in each of f frames of a random fold of limp cloth, shape (f,).
 
     The result is None if the simulation fails.
     """
@@ -106,7 +108,7 @@ def crossings_of_fold(
 
 
 def random_folds(subject: Subject, seeds: range, fast: bool, spacing: float = SPACING) -> Findings:
-    """Check crossings in several random folds of limp cloth."""
+    """Check that limp cloth does not pass through itself in several random folds."""
     counts = [crossings_of_fold(subject.simulate, seed, fast, spacing) for seed in seeds]
     found = np.array([np.nan if each is None else float(each.max()) for each in counts])
     limit = subject.limit("crossings")

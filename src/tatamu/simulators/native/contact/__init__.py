@@ -1,57 +1,63 @@
-"""Contact of cloth with itself and with the table, in positions.
+"""Contact of cloth with itself, with the table and with rigid bodies.
 
-Elastic forces, gravity and hands predict positions for the end of a time step. Contact moves these positions. As a
-result, no layer passes through another, layers stay a thickness apart, and friction acts. The changes of positions
-become velocity. The positions at the start of the step are *legal*, which means that every vertex is on the correct
-side of its neighbours. They are legal because contact corrected them in the step before.
+In each time step, elastic forces, gravity and hands determine a predicted position of every vertex for the end of the
+step. Contact corrects these predicted positions. As a result, no layer passes through another, layers stay a thickness
+apart, and friction acts. The corrections, divided by the time step, become velocity. The positions at the start of the
+step are *legal*, which means that every vertex is on the correct side of its neighbours. They are legal because contact
+corrected them in the step before.
 
 The algorithm is position-based dynamics (Mueller et al. 2007). It has some of the stages of robust cloth collision
 (Bridson, Fedkiw and Anderson 2002): proximity, repulsion and friction. Rigid impact zones (Provot 1997) are the last
 resort. Bridson et al. also have a stage of continuous collision detection, which is absent here. Instead, each
-candidate (a pair of mesh elements that may touch) remembers its side at the start of the step. A pair that has passed
-through within a step has a negative gap, and is pushed back.
+candidate (a pair of mesh elements that may touch) remembers on which side of each other its elements were at the start
+of the step. A pair that has passed through within a step has a negative gap, and is pushed back.
 
-Three kinds of pairs are not guarded against passing through:
+The search finds candidates up to a distance of one thickness plus an additional distance, the *margin*. Contact does
+not prevent three kinds of pairs from passing through each other:
 
-- flat edges that are not pressed,
-- a vertex and a sheet that is not among the three partners of the vertex,
-- edges that come from farther away than half of the margin.
+- two edges in flat cloth that is not pressed,
+- a vertex and a triangle that is not one of the three partners of the vertex,
+- two edges that were farther apart at the last search than one thickness plus half of the margin.
 
-The command `make tangle` counts how often anything passes through. A round of contact is one call of
-`gauss_seidel.resolve`. This call uses the modules in this order:
+The command `make tangle` counts how often cloth passes through cloth. A round of contact is one call of
+`gauss_seidel.resolve`. In a round, the modules are used in this order:
 
-    motion           `motion.follow`            updates the paths of the vertices, which tell which pairs can sleep
+    motion           `motion.follow`            adds up the path of each vertex; a distant pair sleeps (is not tested)
+                                                until its paths are long enough
     broad phase      `broad_phase.refresh`      searches candidates again, but only if two parts of the cloth may have
                                                 come closer by the margin since the last search
-                       `vertex_face_search`     per vertex the nearest triangle below and above it, and one more that
-                                                it touches: at most three *partners*
-                       `edge_edge_search`       pairs of guarded edges (borders, creases, pressed layers) and edges near
-                       `grid`, `shape`          triangles by their centroids in a uniform grid; normals and radii
-    sweeps           follow one another, until each pair has the distance that the next sweep would restore
-                       `edge_edge.sweep`        narrow phase and correction of edge pairs
-                       `vertex_face.sweep`      of vertices, from the highest down; Coulomb friction with anchors
-                       `bodies.sweep`           of vertices, edges and faces near rigid bodies; also made after every
-                                                membrane step
-                       `table.sweep`            last, because the layers pass their load on to the table
-                       `projection`             how far a pair is pushed, what of it becomes velocity (split impulse)
-    last resort      `impact_zones.hold`        pairs that still pass through are set back, and move as one
-    pace             `rounds_of_next_step`      crushed layers are resolved several times per outer (longest) time step
+                       `vertex_face_search`     finds the *partners* of a vertex: the nearest triangles below and above
+                                                it, and a third triangle that it touches
+                       `edge_edge_search`       pairs guarded edges (borders, creases, pressed layers) with edges near
+                       `grid`, `shape`          sorts triangles into a uniform grid; computes normals and radii
+    sweeps           are repeated, until each pair has the distance that the next sweep would restore
+                       `edge_edge.sweep`        measures and corrects pairs of edges
+                       `vertex_face.sweep`      corrects vertices, from the highest down, with Coulomb friction
+                       `bodies.sweep`           corrects vertices, edges and faces near rigid bodies (also after every
+                                                membrane step)
+                       `table.sweep`            is last, because the layers pass their load on to the table
+                       `projection`             computes how far a pair is pushed, and how much becomes velocity
+    last resort      `impact_zones.hold`        sets pairs back that still pass through, and moves them as one
+    pace             `rounds_of_next_step`      makes several rounds per outer (longest) time step for crushed layers
 
-A separate module, `untangle`, takes layers apart that a closed hand has forced through one another. It does so when the
-hand opens. It uses the curve along which the layers meet, and no memory of sides (Volino and Magnenat-Thalmann 2006).
-If layers are still tangled afterwards, `untangle` tries again.
+A separate module, `untangle`, separates layers that a closed hand has forced through one another. This is done when the
+hand opens. The direction in which layers are moved follows from the curve along which the layers intersect, and not
+from the sides that contact remembers (Volino and Magnenat-Thalmann 2006). If layers are still tangled afterwards,
+`untangle` is called again later.
 
 tests/test_native_contact.py, test_native_vertex_face.py and test_native_edge_edge.py test these invariants:
 
-1. The legal positions at the start of a step determine on which side a vertex is. Predicted positions never do.
+1. The legal positions at the start of a step determine on which side a vertex is. Predicted positions never determine
+   the side.
 2. A partner (a triangle from which a vertex is kept) moves from triangle to neighbouring triangle as the cloth slides.
-   It does not move around a fold that lies back to back, and not onto another partner. Otherwise only a search changes
-   it.
-3. A sleeping pair is not tested. It wakes when the paths of its own vertices (`motion`) show that it may be near.
-4. A pair that hands hold on both sides is never corrected.
+   It never moves around a fold whose halves lie back to back, and never onto another partner of the vertex. Apart from
+   this motion, only a search changes the partners.
+3. A sleeping pair is not tested. It is tested again when the paths of its vertices (`motion`) show that its elements
+   may be near each other.
+4. If hands hold vertices of both elements of a pair, the pair is never corrected.
 5. The correction of a pair is distributed by inverse masses, so it changes no momentum. If the pair was too close at
-   the start of the step, at most the recovery speed becomes velocity.
-6. Everything depends only on the input: a rollout always has the same bytes.
+   the start of the step, the correction adds at most the recovery speed (an option) to the velocities.
+6. The result depends only on the input: two rollouts of the same scene have the same bytes.
 
 This table lists the module that writes each field of `state.ContactState`:
 
@@ -62,8 +68,9 @@ This table lists the module that writes each field of `state.ContactState`:
     motion            all, by `motion`       -                                    -
     counters          ordered, pairs, ..     newly_pressed, pairs awake           -
 
-The fields `wake`, `meets` and `awake` are listed as sleep. `gauss_seidel` counts sweeps. `motion` adds up paths at the
-start of every round. The time step counts outer steps and sets the number of rounds in each.
+In the table, "sleep" stands for the fields `wake`, `meets` and `awake`. In addition, `gauss_seidel` counts sweeps, and
+`motion` adds up paths at the start of every round. The module `step` of the simulator counts outer steps, and sets the
+number of rounds in each outer step.
 
 Read the modules in this order: `state`, `projection`, `vertex_face`, `edge_edge`, `gauss_seidel`, then the rest.
 """

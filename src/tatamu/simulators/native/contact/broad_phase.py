@@ -1,8 +1,9 @@
 """Broad phase of contact: finds the parts of the cloth that may touch.
 
-Candidates (pairs of mesh elements that may touch) are found with a grid. They are kept while they are sure to be
-complete. This is the case until two parts of the cloth may have come closer by the margin since the search. Only
-relative motion counts. If a hand carries a cloth away as a whole, no new search is needed.
+Candidates (pairs of mesh elements that may touch) are found with a grid. The search also finds pairs that do not touch,
+but whose distance exceeds the contact distance by at most a margin. Therefore the candidates stay complete until two
+parts of the cloth may have come closer by this margin. Until then, no new search is needed. Only relative motion
+counts: if a hand carries a cloth away as a whole, no new search is needed either.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.options import ContactOptions
 
 KEPT_APART = 1.5
-"""Part of the search distance, in thicknesses, that remains for contact.
+"""Distance within which the list of candidate pairs must always be complete, in thicknesses of the cloth.
 
-Pairs are thus found before they are too close."""
+The distance of the search minus this distance is the margin. Two parts of the cloth can approach each other by the
+margin before the next search."""
 
 
 @kernel
@@ -57,7 +59,7 @@ def search(x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: Con
 
 @kernel
 def _pair_edges(x: np.ndarray, mesh: ContactMesh, contact: ContactState, shape: Shape, options: ContactOptions) -> None:
-    """Add the pairs of those edges that need to be guarded and have no pairs yet."""
+    """Find the pairs of edges that must be guarded (kept apart from other edges) and have not been paired yet."""
     counters = contact.counters
     pressed = contact.activity.pressed
     counters.pairs = edge_edge_search.search(x, mesh, contact.edge_edge, pressed, shape, options, counters.pairs)
@@ -68,9 +70,9 @@ def _pair_edges(x: np.ndarray, mesh: ContactMesh, contact: ContactState, shape: 
 def refresh(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
     """Follow the motion of the vertices, and search candidates again if they are worn out.
 
-    Candidates are worn out when two vertices may have come closer by the margin since the search. The new search uses
-    the positions at the start of the round. If edges have come under pressure since the last search, only they are
-    paired, without a new search.
+    Candidates are pairs of mesh elements that may touch. They are worn out when two vertices may have come closer by
+    most of the margin since the search. The new search uses the positions at the start of the round. If no search is
+    necessary but edges have come under pressure since the last search, only these edges are paired.
     """
     motion.follow(positions, contact)
     margin = mesh.search_distance - KEPT_APART * mesh.thickness

@@ -1,11 +1,11 @@
 """Narrow phase and correction of edges against edges, without friction.
 
-Pairs of edges, which `edge_edge_search` finds, are kept apart. They are pushed along the line that joined their closest
-points at the start of the step. Vertices and triangles are also kept apart in a direction from the start of the step.
+The module `edge_edge_search` finds pairs of edges. This module keeps the edges of each pair apart. They are pushed
+along the line that joined their closest points at the start of the step.
 
 Most pairs are near but not too near. Distances are therefore computed for many pairs at a time. From the first pair
-that is too near, pairs are treated one by one, because the correction of a pair may bring others too near. The result
-equals the result of a Gauss-Seidel sweep over single pairs.
+that is too near, pairs are treated one by one, because the correction of a pair may bring other pairs too near. The
+result equals the result of a Gauss-Seidel sweep over single pairs.
 """
 
 from __future__ import annotations
@@ -24,20 +24,27 @@ MANY = 32
 FIRST_FRACTION = MANY
 SECOND_FRACTION = 2 * MANY
 GAP = 3 * MANY
-"""First element of the gaps in the array of measures. The distances at the start come first."""
+"""Index of the first gap in the array that `_measure` fills. Other measures of the pairs come before the gaps."""
 SLEEP = 0.9
-"""Fraction of the excess distance after which a sleeping pair is tested again [-]."""
-FARTHEST = 3.0
-"""Distance at the start of the step above which the first sweep does not correct a pair, in gaps that edges keep.
+"""Fraction that determines how long a distant pair of edges sleeps, that is, is not tested [-].
 
-A later sweep corrects such a pair if the sweep before moved one of its vertices."""
+The excess of a pair is its distance minus the distance that contact keeps between edges. The pair is tested again when
+its edges may have approached each other by this fraction of the excess."""
+FARTHEST = 3.0
+"""Largest distance of a pair of edges that the first sweep corrects, as a multiple of the gap that edges keep [-].
+
+The distance is measured at the start of the step. A later sweep also corrects a pair with a larger distance if the
+sweep before it moved one of the pair's vertices."""
 TOUCHING = 1e-9
-"""Distance at the start of the step below which two edges define no direction for a push [m]."""
+"""Smallest distance of two edges at which contact can push them apart [m].
+
+The distance is measured at the start of the step. A closer pair is not corrected, because it has no direction for a
+push."""
 
 
 @kernel
 def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first: int, out: np.ndarray) -> None:
-    """Write the coordinates of the n chosen pairs to `out`, in its rows from number `first` on."""
+    """Write the vertex coordinates of n chosen pairs of edges to the rows of `out`, beginning with row `first`."""
     for i in range(n):
         for q in range(4):
             v = pairs[chosen[i], q]
@@ -49,9 +56,10 @@ def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first:
 def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
     """Write four rows of measures of n pairs of edges to `out`.
 
-    The first row contains the distances at the start. The next two rows contain the positions of the closest points, as
-    fractions of the first and of the second edge. The last row contains the gaps at x. The array m has twelve rows of
-    coordinates at the start and twelve rows at x.
+    The first row contains the distances at the start of the step. The next two rows contain the positions of the
+    closest points, as fractions of the first and of the second edge. The last row contains the present gaps. The array
+    m has twelve rows with the vertex coordinates at the start of the step, and twelve rows with the present
+    coordinates.
     """
     for i in range(n):
         ax, ay, az = m[i], m[i + MANY], m[i + 2 * MANY]
@@ -79,7 +87,7 @@ def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
 
 @kernel
 def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int]:
-    """Fill `chosen` with the next pairs from number p on that may be too near.
+    """Fill `chosen` with the numbers of the next pairs of edges that may be too near to each other, from pair p on.
 
     Returns:
         The number of pairs in `chosen`, and the number of the pair where the next call continues.
@@ -107,7 +115,11 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
 
 @kernel
 def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[int, int]:
-    """Fill `chosen` with awake pairs that the last sweep moved, from the i-th awake pair on."""
+    """Fill `chosen` with the next awake pairs that the last sweep moved, beginning with the i-th awake pair.
+
+    Awake pairs are the pairs that the first sweep did not put to sleep. The function returns the number of pairs in
+    `chosen`, and the place in the list of awake pairs where the next call continues.
+    """
     pairs = contact.edge_edge.pairs
     awake = contact.edge_edge.awake
     touched = contact.activity.touched
@@ -126,7 +138,10 @@ def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[in
 
 @kernel
 def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float) -> None:
-    """Let pairs farther apart than `kept` [m] sleep until they can have come too near, and list the other pairs."""
+    """Let pairs of edges whose distance exceeds `kept` [m] sleep, and list all other pairs as awake.
+
+    A pair that sleeps is not tested until its edges may have come too near to each other.
+    """
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
@@ -151,7 +166,7 @@ def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, 
 
 @kernel
 def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
-    """Return the number of the first of n gaps that is too small; n if all are large enough."""
+    """Return the index of the first of n gaps that is smaller than `wanted`; n if all gaps are large enough."""
     for i in range(n):
         if gap[i] < wanted:
             return i
@@ -160,7 +175,7 @@ def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
 
 @kernel
 def _combined(x: np.ndarray, pair: tuple[int, int, int, int], weights: tuple[float, float, float, float]) -> Vector:
-    """Return the vector between the closest points of two edges [m], from their barycentric weights."""
+    """Return the vector between the closest points of two edges [m], from the barycentric weights of these points."""
     a, b, c, d = pair
     wa, wb, wc, wd = weights
     return (
@@ -192,10 +207,11 @@ def _push_apart(
         closest: Distance of the edges at the start [m], and the fractions along both edges where their closest points
             are.
         wanted: Distance that the edges should have [m].
-        speeds: Largest distance that the pair may gain, and the part of it that becomes velocity [m]; see
-            `projection.correction`.
-        thresholds: Lengths of a push above which vertices count as touched and as restless [m].
-        numbers: Number of this sweep, and number of the outer step until which pushed vertices are restless.
+        speeds: Largest increase of the pair's distance, and the largest increase that becomes velocity [m]. See
+            `projection.correction`, which has them as `clearing` and `recovery`.
+        thresholds: Two lengths of a push [m]. After a longer push than the first, vertices count as touched. After a
+            longer push than the second, they are restless: they are tested for passing through cloth.
+        numbers: Number of this sweep, and number of the last outer step in which pushed vertices are restless.
 
     Returns:
         The gap before the push [m]; infinity if the gap was large enough.
@@ -284,7 +300,7 @@ def sweep(
             q = chosen[i]
             a, b, c, d = pairs[q, 0], pairs[q, 1], pairs[q, 2], pairs[q, 3]
             if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
-                continue  # where both edges are held, the hand decides how far they are apart
+                continue  # if hands hold both edges, they determine the distance
             closest = near[i], near[i + FIRST_FRACTION], near[i + SECOND_FRACTION]
             gap = _push_apart(
                 positions, inverse_mass, contact.activity, (a, b, c, d), closest, wanted, speeds, thresholds, numbers

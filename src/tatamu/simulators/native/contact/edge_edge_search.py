@@ -1,8 +1,8 @@
-"""Broad phase of edges against edges: finds pairs of a guarded edge and an edge near it.
+"""Broad phase of edges against edges: finds the edges near each guarded edge.
 
-Three kinds of edges are guarded: borders, creased edges, and edges of layers that are pressed together. Other edges
-need no guard, because the cloth is nearly flat and not pressed there. An edge cannot pass through such cloth before a
-vertex does.
+A guarded edge is an edge that contact keeps apart from other edges. Three kinds of edges are guarded: borders, creased
+edges, and edges of layers that are pressed together. Other edges need no guard, because the cloth is nearly flat and
+not pressed there. An edge cannot pass through such cloth before a vertex does.
 """
 
 from __future__ import annotations
@@ -17,18 +17,25 @@ from tatamu.simulators.native.geometry import Vector, closest_on_segments, dot, 
 from tatamu.simulators.native.options import ContactOptions
 
 RADII = 1.87
-"""Bound on half an edge plus the distance from the edge to the centroid of its triangle, in radii [-].
+"""Part of the search radius for pairs of edges, in radii of a triangle [-].
 
-The radius is the longest distance from the centroid of a triangle to a corner."""
+Triangles are searched around the middle of an edge. This part is an upper bound on half the length of the edge plus the
+distance from another edge to the centroid of its triangle. The radius of a triangle is the longest distance from its
+centroid to a corner."""
 MARGIN_PART = 0.5
-"""Fraction of the margin that is added to the thickness. Edges closer than this sum are paired."""
+"""Fraction of the search margin that is added to the thickness of the cloth [-].
+
+Two edges whose distance is less than this sum are paired."""
 
 
 @kernel
 def _newly_guarded(
     mesh: ContactMesh, guarded: np.ndarray, pressed: np.ndarray, face_normal: np.ndarray, ridge: float
 ) -> np.ndarray:
-    """Return which of the e edges need to be guarded and are not guarded yet, shape (e,)."""
+    """Return which of the e edges need to be guarded and are not guarded yet, shape (e,).
+
+    A guarded edge is an edge that contact keeps apart from other edges.
+    """
     edges = mesh.edges
     newly = np.zeros(edges.shape[0], dtype=np.bool_)
     for e in range(edges.shape[0]):
@@ -42,7 +49,7 @@ def _newly_guarded(
 
 @kernel
 def _mean_normal(f: int, g: int, face_normal: np.ndarray) -> Vector:
-    """Return the mean unit normal of triangles f and g, which share an edge. At a border, g is -1."""
+    """Return the mean unit normal of triangles f and g, which share an edge. For an edge at a border, g is -1."""
     nx, ny, nz = face_normal[f, 0], face_normal[f, 1], face_normal[f, 2]
     if g >= 0:
         nx += face_normal[g, 0]
@@ -53,7 +60,10 @@ def _mean_normal(f: int, g: int, face_normal: np.ndarray) -> Vector:
 
 @kernel
 def _mark_near(edge: np.ndarray, e: int, near_start: np.ndarray, near: np.ndarray, is_near: np.ndarray) -> None:
-    """Mark the triangles within two rings around both ends of edge e with the number e."""
+    """Mark the triangles near edge e on the cloth, by writing e to their entries of `is_near`.
+
+    The triangles near an edge are the triangles within two rings around its two ends.
+    """
     for v in (edge[0], edge[1]):
         for i in range(near_start[v], near_start[v + 1]):
             is_near[near[i]] = e
@@ -69,12 +79,14 @@ def search(
     options: ContactOptions,
     count: int,
 ) -> int:
-    """Pair each newly guarded edge with edges of triangles near it, except its neighbours in the same flat cloth.
+    """Pair each newly guarded edge with the edges near it, except its neighbours in the same flat cloth.
+
+    A guarded edge is an edge that contact keeps apart from other edges.
 
     Args:
         x: Positions of the n vertices, which are on the correct sides of all layers [m], shape (n, 3).
         mesh: The mesh.
-        edge_edge: Record to which the pairs are added.
+        edge_edge: Record of the pairs of edges, to which new pairs are added.
         pressed: Number of further searches for which the edges at each vertex are guarded, shape (n,).
         shape: Shape of the cloth at x.
         options: Settings of contact. They contain the angles and distances that decide which edges are paired.
@@ -98,7 +110,7 @@ def search(
     grid = grid_of(shape.centroid, 0.5 * around)
     sorted_centroid = shape.centroid[grid.order]
     is_near = np.full(mesh.faces.shape[0], -1)  # the last guarded edge that has this triangle next to it on the cloth
-    seen = np.full(edges.shape[0], -1)  # the last guarded edge that this one was compared with
+    seen = np.full(edges.shape[0], -1)  # the last guarded edge with which each edge was compared
     middle = np.empty(3)
     for e in range(edges.shape[0]):
         if not newly[e]:

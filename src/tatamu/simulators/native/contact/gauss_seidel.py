@@ -1,9 +1,10 @@
 """Contact in one time step: nonlinear Gauss-Seidel sweeps over all pairs and the table, then impact zones.
 
-A sweep corrects one pair after another. Each correction starts from the positions that the correction before left.
-There is no iteration to a tolerance. The first sweep restores the whole thickness, and later sweeps restore less. The
-sweeps end when every pair has the distance that the next sweep would restore. If layers are crushed, contact is
-resolved in several rounds per outer step, the longest time step of the simulation.
+A sweep corrects one pair after another. Each correction starts from the positions that the correction before left. The
+first sweep restores the whole distance between layers. Each later sweep restores only a given fraction of this
+distance. The sweeps end when every pair already has the distance that the next sweep would restore, or when the list of
+fractions ends. If layers are crushed, contact is resolved in several rounds per outer step, the longest time step of
+the simulation.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ def _sweep(
     step: float,
     restored: float,
 ) -> float:
-    """Make one sweep over edges, vertices, bodies and the table, and return the smallest gap before it.
+    """Make one sweep over edges, vertices, bodies and the table, and return the smallest gap between layers.
 
-    The gap is a multiple of the thickness.
+    The gap is measured before its correction. Its unit is the thickness of the cloth.
     """
     contact.counters.sweep += 1
     edge_gap = edge_edge.sweep(positions, mesh, contact, options, step, restored)
@@ -67,7 +68,7 @@ def resolve(
     options: ContactOptions,
     step: float,
 ) -> float:
-    """Resolve all contact of one round.
+    """Resolve all contact of one round: contact between layers, with bodies and with the table.
 
     Args:
         positions: Positions to correct, and the positions at the start of the round.
@@ -79,7 +80,7 @@ def resolve(
         step: Time since the start of the round [s].
 
     Returns:
-        The longest distance by which contact moved a vertex, without the part that does not become velocity [m].
+        The longest distance by which contact moved a vertex [m]. Motion that does not become velocity is not counted.
     """
     counters = contact.counters
     broad_phase.refresh(positions, mesh, contact, options)
@@ -103,12 +104,16 @@ def resolve(
 def rounds_of_next_step(rounds: int, longest: float, thickness: float, most: int, options: ContactOptions) -> int:
     """Return the number of rounds of contact in the next outer step, the longest time step of the simulation.
 
+    The number is doubled if contact moved a vertex far in the present outer step, and halved if contact hardly moved
+    any vertex.
+
     Args:
         rounds: Number of rounds in the present outer step.
         longest: Longest correction in any of these rounds [m].
         thickness: Thickness of the cloth [m].
         most: Largest number of rounds.
-        options: Lengths of corrections at which cloth counts as restless or as calm.
+        options: Options of contact, with the lengths `restless` and `calm` of corrections that change the number of
+            rounds.
     """
     if longest > options.restless * thickness:
         return min(2 * rounds, most)

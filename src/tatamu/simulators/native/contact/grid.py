@@ -1,4 +1,4 @@
-"""A uniform grid of points: the spatial index of the broad phase."""
+"""A uniform grid of points, with which the broad phase of contact finds triangles that are near to each other."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 from tatamu.simulators.native.compiled import kernel
 
 MOST_CELLS = 65536
-"""Largest number of cells. With more points, cells become larger, so that the grid stays in the processor's cache."""
+"""Largest number of cells. If a grid would have more cells, its cells are enlarged.
+
+A grid with so few cells stays in the processor's cache."""
 
 
 class Grid(NamedTuple):
@@ -22,7 +24,7 @@ class Grid(NamedTuple):
     shape: np.ndarray
     """Numbers of cells along x, y and z, shape (3,)."""
     start: np.ndarray
-    """Start of each cell in `order`, shape (cells + 1,)."""
+    """Index in `order` at which the points of each cell begin, shape (cells + 1,)."""
     order: np.ndarray
     """Numbers of the points, sorted by cell, shape (points,)."""
 
@@ -67,7 +69,7 @@ def grid_of(points: np.ndarray, size: float) -> Grid:
 
 @kernel
 def grid_cell(point: np.ndarray, grid: Grid) -> tuple[int, int, int]:
-    """Return the cell of a point. For a point outside the grid, this is the nearest cell."""
+    """Return the indices (i, j, k) of the cell of a point. For a point outside the grid, this is the nearest cell."""
     i = min(max(int((point[0] - grid.origin[0]) / grid.cell[0]), 0), grid.shape[0] - 1)
     j = min(max(int((point[1] - grid.origin[1]) / grid.cell[1]), 0), grid.shape[1] - 1)
     k = min(max(int((point[2] - grid.origin[2]) / grid.cell[2]), 0), grid.shape[2] - 1)
@@ -78,20 +80,21 @@ def grid_cell(point: np.ndarray, grid: Grid) -> tuple[int, int, int]:
 def cells_around(
     cell: tuple[int, int, int], rings: int, column: int, shape: np.ndarray, start: np.ndarray
 ) -> tuple[int, int]:
-    """Return the start and end in `Grid.order` of one column of the cells around a cell.
+    """Return where one column of the block of cells around a cell starts and ends in `Grid.order`.
 
     Cells that follow one another along z lie together in `Grid.order`, so a column of cells along z is one run. A block
-    with 2 rings + 1 cells a side therefore has (2 rings + 1)^2 runs.
+    with 2 rings + 1 cells along each side therefore consists of (2 rings + 1)^2 runs.
 
     Args:
         cell: The cell in the middle of the block.
         rings: Number of cells from the middle to each side.
         column: Number of the run, from 0 to (2 rings + 1)^2 - 1. Runs are numbered by x, then by y.
-        shape: Numbers of cells of the grid.
-        start: Starts of the grid's cells.
+        shape: Numbers of cells along x, y and z, from `Grid.shape`.
+        start: Starts of the cells in `Grid.order`, from `Grid.start`.
 
     Returns:
-        The first index of the run, and the index after its last one. Both are equal if the column is outside the grid.
+        The index of the first point in the run, and the index after the last point. Both are equal if the column is
+        outside the grid.
     """
     side = 2 * rings + 1
     i = cell[0] - rings + column // side

@@ -24,7 +24,7 @@ from tatamu.simulators.native.options import ContactOptions
 
 @kernel
 def _root(zone: np.ndarray, v: int) -> int:
-    """Return the root of a vertex's zone, and halve the path to the root."""
+    """Return the root of vertex v in the union-find forest of zones, and halve the path from v to the root."""
     while zone[v] != v:
         zone[v] = zone[zone[v]]
         v = zone[v]
@@ -33,7 +33,7 @@ def _root(zone: np.ndarray, v: int) -> int:
 
 @kernel
 def _join(zone: np.ndarray, a: int, b: int) -> None:
-    """Put two vertices into one zone."""
+    """Put two vertices into one zone, which is a group of vertices that move together."""
     for v in (a, b):
         if zone[v] < 0:
             zone[v] = v
@@ -42,7 +42,7 @@ def _join(zone: np.ndarray, a: int, b: int) -> None:
 
 @kernel
 def _join_four(zone: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
-    """Put four vertices into one zone, and return whether they were in different zones or in none before."""
+    """Put four vertices into one zone (a group that moves together), and return whether this changed any zone."""
     if zone[a] >= 0 and zone[b] >= 0 and zone[c] >= 0 and zone[d] >= 0:
         root = _root(zone, a)
         if _root(zone, b) == root and _root(zone, c) == root and _root(zone, d) == root:
@@ -73,9 +73,9 @@ def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: i
 
 @kernel
 def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tolerance: float) -> bool:
-    """Return whether v is over the inside of triangle (a, b, c), but not on the given side of the triangle.
+    """Return whether vertex v is over the inside of triangle (a, b, c), but not on the given side of the triangle.
 
-    A vertex counts as inside if none of its barycentric coordinates is below minus the tolerance.
+    A vertex counts as inside if all its barycentric coordinates are at least minus the tolerance.
     """
     nx, ny, nz = normal_of(x, a, b, c)
     px, py, pz = difference(x, v, a)
@@ -92,7 +92,10 @@ def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tol
 
 @kernel
 def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: ContactState, zone: np.ndarray) -> bool:
-    """Join the vertices of edge pairs that have passed through each other, and return whether any zone grew."""
+    """Put edges that have passed through each other into the same zone, and return whether any zone grew.
+
+    A zone is a group of vertices that move together.
+    """
     grew = False
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs
@@ -111,7 +114,7 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
         if meets[p] > of_edges(reach, a, b, c, d):
             continue
         if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
-            continue  # held on both sides
+            continue  # hands hold both edges
         if _edges_passed(positions.x, positions.start, a, b, c, d):
             grew |= _join_four(zone, a, b, c, d)
     return grew
@@ -121,7 +124,10 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
 def _join_passed_vertices(
     x: np.ndarray, mesh: ContactMesh, contact: ContactState, zone: np.ndarray, tolerance: float
 ) -> bool:
-    """Join vertices with the triangles that they have passed through, and return whether any zone grew."""
+    """Put each vertex and the triangle that it has passed through into the same zone; return whether any zone grew.
+
+    A zone is a group of vertices that move together.
+    """
     grew = False
     faces = mesh.faces
     inverse_mass = mesh.inverse_mass
@@ -144,7 +150,7 @@ def _join_passed_vertices(
             if meets[v, k] > of_vertex_and_face(reach, v, a, b, c):
                 continue
             if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
-                continue  # held on both sides
+                continue  # hands hold the vertex and the triangle
             if _vertex_passed(x, v, a, b, c, side[v, k], tolerance):
                 grew |= _join_four(zone, v, a, b, c)
     return grew
@@ -156,7 +162,7 @@ def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarra
 
     A zone is a group of vertices that move together, because cloth in the group has passed through other cloth.
 
-    If the zone has held vertices, use their mean motion.
+    If a hand holds vertices of the zone, the zone moves by the mean motion of these vertices.
     """
     x = positions.x
     start = positions.start
@@ -186,16 +192,18 @@ def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarra
 
 @kernel
 def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> int:
-    """Undo the motion of cloth that passed through cloth. Zones grow until nothing passes through.
+    """Undo the motion of cloth that passed through cloth.
 
-    Only restless vertices are tested. These are the vertices that contact has recently pushed hard, and the vertices of
-    zones.
+    The vertices of such cloth form zones, which are set back and then move as one. Zones grow until no cloth passes
+    through other cloth. Only restless vertices are tested. These are the vertices that contact has recently pushed
+    hard, and the vertices of zones.
 
     Args:
         positions: Positions to correct, and the positions at the start of the step.
         mesh: The mesh.
         contact: State of contact, whose pairs are tested. The vertices of zones become restless.
-        options: Number of times that zones may grow, and the tolerance for points that count as inside.
+        options: Largest number of passes in which zones can grow, and the tolerance for points that count as inside a
+            triangle.
 
     Returns:
         Number of passes in which zones grew; 0 if nothing had passed through.

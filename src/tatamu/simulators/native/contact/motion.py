@@ -1,12 +1,14 @@
 """The motion of the cloth since the last search, which determines how long distant pairs sleep (are not tested).
 
-A pair is a vertex and a triangle, or two edges. It needs no test until its two sides may be too near to each other. The
-two sides cannot approach by more than the lengths of their own paths. A fast vertex therefore wakes only its own pairs.
+A pair is a vertex and a triangle, or two edges. It needs no test until its two elements may be too near to each other.
+They cannot approach each other by more than the lengths of the paths of their own vertices. A fast vertex therefore
+wakes only its own pairs.
 
 The path of a vertex leads through the positions that contact left at the end of each round of corrections. These
 positions are called legal, because every vertex is on the correct side of all layers. The predicted motion of a round
-is added for that round only. Otherwise layers that a hand presses would get long paths without travelling, because in
-every round they are predicted within one another and set back again.
+is added for this round only. If it were added permanently, the paths of layers that a hand presses would become long,
+although the layers do not travel. In every round, their predicted positions lie within one another, and contact sets
+them back again.
 
 All motion is measured relative to the mean motion, so a cloth that is carried as a whole wakes no pairs.
 """
@@ -21,31 +23,35 @@ from tatamu.simulators.native.contact.state import ContactState
 from tatamu.simulators.native.geometry import Vector
 
 EVERY = 16
-"""The mean motion is taken over every n-th vertex, where n is this number.
+"""Spacing of the vertices from which the mean motion of the cloth is computed.
 
-The bound on the approach holds for any reference vector."""
+Only vertices whose number is a multiple of this value are used. All vertices need not be used, because motion relative
+to any reference motion gives a valid bound on the approach."""
 
 
 @kernel
 def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
-    """Return the largest approach of edges (a, b) and (c, d) from the path lengths of their vertices [m]."""
+    """Return the largest distance by which edges (a, b) and (c, d) can have approached each other [m].
+
+    `length` contains the path lengths of all vertices [m].
+    """
     return max(length[a], length[b]) + max(length[c], length[d])
 
 
 @kernel
 def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """Return the largest approach of vertex v and triangle (a, b, c) from the path lengths of their vertices [m].
+    """Return the largest distance by which vertex v and triangle (a, b, c) can have approached each other [m].
 
-    The bound is not exact if the vertex slides onto a neighbouring triangle. But the vertex gets no farther on this
-    triangle than it has slid. The error is small, because both triangles share two corners and the neighbouring
-    triangle is therefore still near.
+    `length` contains the path lengths of all vertices [m]. The bound is not exact if the vertex slides onto a
+    neighbouring triangle, because the path of one corner of this triangle is not counted. The error is small, because
+    both triangles share two corners.
     """
     return length[v] + max(length[a], length[b], length[c])
 
 
 @kernel
 def begin(x: np.ndarray, contact: ContactState) -> None:
-    """Start to count motion from the positions x of the n vertices [m], shape (n, 3).
+    """Set all paths to zero, and start to add up the motion from the positions x of the n vertices [m], shape (n, 3).
 
     In these positions every vertex is on the correct side of all layers.
     """
@@ -59,10 +65,10 @@ def begin(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def follow(positions: Positions, contact: ContactState) -> None:
-    """Add the motion up to the start of this round of contact to the paths, then update the reach.
+    """Add the motion since the start of the last round of contact to the vertices' paths, then update their reach.
 
-    The reach of a vertex is its path plus its motion within the round. If the search found no pairs, no pair can wake.
-    Then only `worn_out` uses the motion.
+    The reach of a vertex is its path plus its motion within the round. If the search found no pairs, no pair can wake,
+    so paths are not needed. In this case `worn_out` compares positions in every round.
     """
     counters = contact.counters
     if counters.ordered == 0 and counters.pairs == 0:
@@ -84,7 +90,10 @@ def follow(positions: Positions, contact: ContactState) -> None:
 
 @kernel
 def reach(positions: Positions, contact: ContactState) -> None:
-    """Update the reach: the path plus the distance from the round's start to the predicted or corrected position."""
+    """Update the reach of each vertex: its path plus its distance from its position at the start of the round.
+
+    The distance is measured to the present position, which is the predicted or the corrected position.
+    """
     x = positions.x
     start = positions.start
     path = contact.motion.path
@@ -113,7 +122,7 @@ def _mean_motion(start: np.ndarray, end: np.ndarray) -> Vector:
 
 @kernel
 def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float:
-    """Return the motion of vertex v relative to the mean [m]."""
+    """Return the length of the motion of vertex v relative to the mean motion [m]."""
     x = end[v, 0] - start[v, 0] - mean[0]
     y = end[v, 1] - start[v, 1] - mean[1]
     z = end[v, 2] - start[v, 2] - mean[2]
@@ -122,7 +131,7 @@ def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float
 
 @kernel
 def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
-    """Return whether any two vertices may have come closer by a limit [m] since the search.
+    """Return whether two vertices may have come closer by more than a limit [m] since the search for candidates.
 
     Positions are compared with the positions at the search, so oscillations do not make candidates stale. Oscillations
     do add to paths, which wake sleeping pairs.

@@ -1,4 +1,4 @@
-"""The shape of the cloth for the searches of both kinds of pairs: normals, centroids, radii."""
+"""The shape of the cloth for the searches of contact: normals, centroids and radii of triangles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, dot, normal_of
 
 
 class Shape(NamedTuple):
-    """Normals, centroids and radii of the m triangles and normals of the n vertices at some positions."""
+    """Normals, centroids and radii of the m triangles, and normals of the n vertices, at given positions."""
 
     face_normal: np.ndarray
     """Unit normal of every triangle, shape (m, 3)."""

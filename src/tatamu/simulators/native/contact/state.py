@@ -11,13 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 PARTNERS = 3
-"""Largest number of triangles from which a vertex is kept.
+"""Largest number of triangles from which contact keeps a vertex apart.
 
 They are the nearest triangle below, the nearest triangle above, and a further triangle that the vertex touches."""
 BELOW = 0
 ABOVE = 1
 EXTRA = 2
-"""`BELOW`, `ABOVE` and `EXTRA` are the column numbers of these three triangles."""
+"""Column of the third triangle of a vertex in arrays such as `VertexFace.triangle`.
+
+Contact keeps a vertex apart from up to three triangles. Their columns are BELOW for the nearest triangle below the
+vertex, ABOVE for the nearest triangle above it, and EXTRA for a further triangle that it touches."""
 
 
 class ContactMesh(NamedTuple):
@@ -26,11 +29,13 @@ class ContactMesh(NamedTuple):
     faces: np.ndarray
     """Numbers of the vertices of every triangle, shape (m, 3)."""
     neighbours: np.ndarray
-    """Triangle across the edge opposite each corner of a triangle, -1 at a border, shape (m, 3)."""
+    """For each corner of a triangle, the triangle beyond the opposite edge; -1 at a border, shape (m, 3)."""
     near_start: np.ndarray
     """Start of each vertex's entries in `near`, shape (n + 1,)."""
     near: np.ndarray
-    """Triangles within two rings of each vertex."""
+    """Numbers of the triangles near each vertex, for all vertices one after another.
+
+    These triangles contain the vertex or one of its neighbours."""
     edges: np.ndarray
     """Numbers of the two vertices of every edge, shape (e, 2)."""
     edge_faces: np.ndarray
@@ -42,76 +47,91 @@ class ContactMesh(NamedTuple):
     friction: float
     """Coulomb coefficient mu of cloth on cloth [-]."""
     thickness: float
-    """Distance of layers at rest [m]."""
+    """Distance of two layers that rest on each other [m]."""
     search_distance: float
     """Distance within which a search finds candidates [m]: the thickness plus the margin."""
     triangle_radius: float
-    """Longest distance from the centroid of a triangle to a corner [m]."""
+    """Upper bound on the distance from the centroid of a triangle to a corner, for all triangles [m]."""
 
 
 class VertexFace(NamedTuple):
-    """Vertices against triangles: the partners of each of the n vertices, the triangles from which it is kept.
+    """The partners of each of the n vertices. They are triangles from which contact keeps the vertex apart.
 
     The broad phase searches the partners, and each sweep updates them. A vertex has at most PARTNERS partners.
     """
 
     triangle: np.ndarray
-    """Number of each triangle from which a vertex is kept, shape (n, PARTNERS).
+    """Numbers of the triangles from which contact keeps a vertex apart, shape (n, PARTNERS).
 
-    It is -1 if the vertex is kept from fewer triangles."""
+    Entries that are not needed are -1."""
     side: np.ndarray
     """Side of the triangle on which the vertex is, shape (n, PARTNERS).
 
     The side is +1 where the normal points, -1 on the opposite side, or 0 if it is unknown."""
     wake: np.ndarray
-    """Value of `counters.travelled` below which the vertex cannot be too near to the triangle [m].
+    """Value of `counters.travelled` at which the vertex and the triangle must be tested again [m], shape (n, PARTNERS).
 
-    The shape is (n, PARTNERS)."""
+    `counters.travelled` is a bound on the approach of any two vertices since the search. While it is smaller than this
+    value, the vertex cannot be too near to the triangle."""
     meets: np.ndarray
-    """Path length of a pair below which the vertex cannot be too near to the triangle [m], shape (n, PARTNERS).
+    """Path length at which the vertex and the triangle must be tested again [m], shape (n, PARTNERS).
 
-    The path length of a pair is the path of the vertex plus the longest path of a corner of the triangle, since the
-    search."""
+    While their path length is smaller, the vertex cannot be too near to the triangle. The path length of a pair is the
+    path of the vertex plus the longest path of a corner of the triangle, since the search."""
     awake: np.ndarray
-    """Pairs that the last first sweep of a round tested. Pair k of vertex v has the number PARTNERS v + k.
+    """Numbers of the pairs that the first sweep of the present round tested.
+
+    Pair k of vertex v has the number PARTNERS v + k.
 
     The first `counters.partners_awake` entries are in use."""
     anchor_triangle: np.ndarray
     """Triangle to which friction holds the vertex, -1 if the vertex has no friction anchor, shape (n, PARTNERS)."""
     anchor: np.ndarray
-    """Friction anchor: a point on that triangle in barycentric coordinates, shape (n, PARTNERS, 3)."""
+    """Friction anchor: a point on `anchor_triangle` in barycentric coordinates, shape (n, PARTNERS, 3).
+
+    Friction pulls the vertex towards this point."""
     order: np.ndarray
-    """Vertices that are kept from a triangle, the highest first, shape (n,).
+    """Vertices that contact keeps apart from any triangle, sorted by height, the highest first, shape (n,).
 
     The first `counters.ordered` entries are in use."""
 
 
 class EdgeEdge(NamedTuple):
-    """Edges against edges. The broad phase finds the p pairs, and the first sweep of each round puts pairs to sleep."""
+    """The p pairs of edges that contact keeps apart.
+
+    The broad phase finds the pairs. The first sweep of each round puts distant pairs to sleep, that is, they are not
+    tested.
+    """
 
     pairs: np.ndarray
     """Ends of both edges of each pair, starting with the guarded edge, shape (p, 4).
 
     The first `counters.pairs` rows are in use."""
     wake: np.ndarray
-    """Value of `counters.travelled` below which the two edges cannot be too near to each other [m], shape (p,)."""
-    meets: np.ndarray
-    """Path length of a pair below which the two edges cannot be too near to each other [m], shape (p,).
+    """Value of `counters.travelled` at which the two edges of a pair must be tested again [m], shape (p,).
 
-    The path length of a pair is the sum of two paths since the search: for each edge, the longer path of its two
-    ends."""
+    `counters.travelled` is a bound on the approach of any two vertices since the search. While it is smaller than this
+    value, the edges cannot be too near to each other."""
+    meets: np.ndarray
+    """Path length at which the two edges of a pair must be tested again [m], shape (p,).
+
+    While their path length is smaller, the edges cannot be too near to each other. The path length of a pair is the sum
+    of two paths since the search: for each edge, the longer path of its two ends."""
     awake: np.ndarray
-    """Numbers of the pairs that the last first sweep of a round left awake.
+    """Numbers of the pairs that the first sweep of the present round left awake. Only these pairs are tested.
 
     The first `counters.pairs_awake` entries are in use."""
     guarded: np.ndarray
-    """Whether each of the e edges of the mesh is guarded and has been paired, shape (e,)."""
+    """Whether each of the e edges of the mesh is guarded and has been paired, shape (e,).
+
+    A guarded edge is an edge that contact keeps apart from other edges."""
 
 
 class VertexMotion(NamedTuple):
-    """Motion of the n vertices since the search, relative to their mean motion; see the module `motion`.
+    """Motion of the n vertices since the last search for candidates, relative to their mean motion.
 
-    All fields are updated at the start of each round. The reach is updated once more before impact zones.
+    The module `motion` updates all fields at the start of each round of contact. Before cloth that passed through cloth
+    is set back (`impact_zones`), it updates `reach` once more.
     """
 
     path: np.ndarray
@@ -119,15 +139,15 @@ class VertexMotion(NamedTuple):
 
     The path connects the positions at the starts of the rounds of contact."""
     reach: np.ndarray
-    """Path plus the distance to the predicted or corrected position in this round [m], shape (n,)."""
+    """Length of each vertex's path plus its motion in the present round of contact [m], shape (n,)."""
     legal: np.ndarray
-    """Positions at the start of the round, corrected by contact [m], shape (n, 3)."""
+    """Positions at the start of the present round, as the last round of contact corrected them [m], shape (n, 3)."""
     searched_at: np.ndarray
-    """Positions at which candidates were searched [m], shape (n, 3)."""
+    """Positions at the last search for candidates [m], shape (n, 3)."""
 
 
 class Activity(NamedTuple):
-    """Recent effects of contact on each vertex. Every correction of positions updates them.
+    """Recent effects of contact on each vertex. Every correction of positions updates these numbers.
 
     Each array has one number per vertex.
     """
@@ -135,9 +155,9 @@ class Activity(NamedTuple):
     touched: np.ndarray
     """Number of the last sweep that moved the vertex noticeably."""
     restless: np.ndarray
-    """Number of the outer step until which the vertex may pass through something."""
+    """Number of the last outer step in which the vertex is tested for passing through cloth."""
     pressed: np.ndarray
-    """Number of further searches for which all edges at the vertex are guarded."""
+    """Number of further searches for which all edges at the vertex are guarded (kept apart from other edges)."""
 
 
 COUNTERS = np.dtype(
@@ -149,14 +169,16 @@ COUNTERS = np.dtype(
         ("pairs", np.int64),  # pairs in `EdgeEdge.pairs`
         ("partners_awake", np.int64),  # pairs in `VertexFace.awake`
         ("pairs_awake", np.int64),  # pairs in `EdgeEdge.awake`
-        ("longest_path", np.float64),  # twice the sum, over the rounds since the search, of the longest step [m]
+        ("longest_path", np.float64),  # twice the sum of the longest motion in each round since the search [m]
         ("travelled", np.float64),  # longest_path plus twice the longest motion within this round [m]
         ("due", np.float64),  # value of `travelled` at which candidates may be worn out [m]
         ("newly_pressed", np.bool_),  # whether any pressed vertex has edges that are not guarded yet
     ],
     align=True,
 )
-"""Numbers that change. They are in a record because compiled loops cannot write to fields of a NamedTuple."""
+"""Type of the record of counters, for example of outer steps and sweeps.
+
+The counters are in a record because compiled loops cannot write to fields of a NamedTuple."""
 
 
 class ContactState(NamedTuple):
@@ -167,7 +189,7 @@ class ContactState(NamedTuple):
     activity: Activity
     motion: VertexMotion
     counters: Any
-    """A record of the type `COUNTERS`."""
+    """Counters, for example of outer steps and sweeps. They are a record of the type `COUNTERS`."""
 
 
 def initial_state(mesh: ContactMesh, pairs_per_edge: int) -> ContactState:

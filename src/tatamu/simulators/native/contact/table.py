@@ -1,10 +1,10 @@
-"""Cloth against the table: a plane with Coulomb friction, applied to positions.
+"""Contact of cloth with the table, a plane with Coulomb friction. Positions are corrected.
 
-In a time step h, a vertex gets the depth d below the plane and the slip s along the plane. The depth d is undone. The
-slip s shrinks by the factor min(1, mu d / |s|), where mu is the coefficient of friction. Friction can thus undo a slip
-of up to mu d. Take a cloth at rest on a table that is tilted by theta. Gravity g pulls it by d = g cos(theta) h^2 into
-the table and by s = g sin(theta) h^2 along the table. The cloth therefore sticks exactly when tan(theta) < mu. The
-derivation is in docs/theory/contact.md.
+In a time step h, a vertex gets the depth d below the plane and the slip s along the plane. The depth d is undone. In
+addition, friction undoes the fraction min(1, mu d / |s|) of the slip, where mu is the coefficient of friction. Friction
+can thus undo a slip of up to mu d. For example, a cloth rests on a table that is tilted by the angle theta. In a step,
+gravity g pulls the cloth by d = g cos(theta) h^2 into the table, and by s = g sin(theta) h^2 along it. The cloth
+therefore sticks exactly when tan(theta) < mu. The derivation is in docs/theory/contact.md.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tatamu.simulators.native.options import ContactOptions
 
 
 class TablePlane(NamedTuple):
-    """The plane z = height, tilted about y through x = 0."""
+    """The plane of the table: the plane z = height, rotated about the line x = 0 in this plane."""
 
     present: bool
     height: float
@@ -31,7 +31,7 @@ class TablePlane(NamedTuple):
     cosine: float
     """Cosine of the angle of tilt [-]."""
     half_thickness: float
-    """Half the thickness of the cloth [m]. The mid-surface of the cloth stays this far over the table."""
+    """Half the thickness of the cloth [m]. The mid-surface of the cloth stays above the table by this distance."""
     friction: float
     """Coulomb coefficient mu of cloth on the table [-]."""
 
@@ -45,14 +45,15 @@ def sweep(
     options: ContactOptions,
     step: float,
 ) -> None:
-    """Lift all vertices that are too low, and hold them by friction.
+    """Lift all vertices that are too near to the table or below it, and hold them by friction.
 
-    The lift is split like the push of `projection.correction`: only a part of it becomes velocity.
+    Only a part of the lift becomes velocity, as in `projection.correction`.
 
     Args:
         positions: Positions to correct, and the positions at the start of the step.
         inverse_mass: Inverse masses of the vertices [1/kg].
-        contact: State of contact. Vertices that are pushed hard become restless in it.
+        contact: State of contact. Vertices that are pushed hard are marked as restless, that is, in danger of passing
+            through cloth.
         plane: The table.
         options: Limits of the corrections.
         step: Time since the start of the step [s].

@@ -1,14 +1,14 @@
-"""Takes layers apart that passed through one another in a pinch, when the hand opens.
+"""Separates layers that passed through one another where a hand pinches them. This is done when the hand opens.
 
 A hand keeps the orientation of the held cloth, but the cloth next to it may turn over. An example is a hem when a
 garment is folded. The layers in the pinch are then in the opposite order to the layers next to it. Real cloth turns
 over gradually along the depth of the fingers. On a mesh, the pinch may be a single row of vertices without depth, so
 edges pass through triangles. Contact keeps every vertex on its side, so it would keep these crossings.
 
-If an edge passes through a triangle, the two layers meet along a curve. The edge and the triangle are moved in the
-direction in which that curve shortens fastest (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions through
-intersection contour minimization"). This needs no memory of the layers' sides. Then the lengths of edges are restored,
-which also moves the cloth around the crossing.
+If an edge passes through a triangle, the two layers intersect along a curve. The edge and the triangle are moved
+relative to each other, in the direction in which this curve shortens fastest (Volino and Magnenat-Thalmann 2006,
+"Resolving surface collisions through intersection contour minimization"). This needs no memory of the layers' sides.
+Then the lengths of edges are restored, which also moves the cloth around the crossing.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ from tatamu.topology import areas, edge_lengths, longest_sides
 
 
 def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions) -> tuple[np.ndarray, int]:
-    """Untangle the cloth. A cloth without crossings is not moved.
+    """Separate layers of cloth that pass through one another. A cloth without crossings is not moved.
+
+    A crossing is an edge that passes through a triangle.
 
     Args:
         x: Positions of the n vertices [m], shape (n, 3).
@@ -65,11 +67,11 @@ def smallest_height(x: np.ndarray, faces: np.ndarray) -> float:
 
 @kernel
 def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: float) -> Vector:
-    """Return the direction in which edge e should move against triangle t.
+    """Return the direction in which edge e should move relative to triangle t, through which it passes.
 
     The direction is G = sum of R - 2 (E R) / (E N) N over the triangles of the edge. E is the unit vector along the
-    edge, and N is the unit normal of triangle t. R is the unit vector along the curve, from the edge into one of the
-    edge's triangles.
+    edge, and N is the unit normal of triangle t. The layers intersect along a curve. R is the unit vector along this
+    curve, from the edge into one of the edge's triangles. (E R) and (E N) are scalar products.
     """
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
     normal_x, normal_y, normal_z = normal_of(x, mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2])
@@ -101,7 +103,10 @@ def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: floa
 
 @kernel
 def _meeting(x: np.ndarray, e: int, t: int, mesh: ContactMesh) -> tuple[float, float, float, float]:
-    """Return where edge e passes through triangle t: the fraction along the edge, and barycentric coordinates."""
+    """Return the point at which edge e passes through triangle t.
+
+    The results are the fraction along the edge, and the three barycentric coordinates on the triangle.
+    """
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
     a, b, c = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
     nx, ny, nz = normal_of(x, a, b, c)
@@ -124,7 +129,10 @@ def _meeting(x: np.ndarray, e: int, t: int, mesh: ContactMesh) -> tuple[float, f
 
 @kernel
 def _part(x: np.ndarray, pairs: np.ndarray, mesh: ContactMesh, step: float, flattest: float, blunt: float) -> None:
-    """Move each edge against the triangle that it passes through. A vertex of several pairs moves by the mean."""
+    """Move each edge relative to the triangle that it passes through.
+
+    If a vertex belongs to several pairs of an edge and a triangle, it moves by the mean of their motions.
+    """
     shift = np.zeros_like(x)
     weight = np.zeros(x.shape[0])
     for i in range(pairs.shape[0]):

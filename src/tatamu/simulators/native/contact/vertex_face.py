@@ -1,19 +1,19 @@
 """Narrow phase and correction of vertices against triangles, with Coulomb friction.
 
 Every vertex has up to three partners: triangles that `vertex_face_search` found, and from which contact keeps the
-vertex apart. When the cloth slides, a partner moves on to the neighbouring triangle. The side of the partner on which
-the vertex lies is remembered. It is determined from the positions at the start of the step, where every vertex is on
-its correct side, and never from predicted positions. Positions are corrected so that layers stay a thickness apart. The
-tangential part of a correction is friction. The formulas use the inverse mass w_v of the vertex, the inverse masses w_k
-of the corners, and the barycentric coordinates b_k:
+vertex apart. When the cloth slides, the neighbouring triangle becomes the partner. For each partner, the side on which
+the vertex lies is stored. The side is determined from the positions at the start of the step, where every vertex is on
+its correct side. It is never determined from predicted positions. Positions are corrected so that layers stay a
+thickness apart. The tangential part of a correction is friction. The formulas use the inverse mass w_v of the vertex,
+the inverse masses w_k of the corners, and the barycentric coordinates b_k:
 
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
 l_n is the impulse along the normal, l_t is the impulse along the triangle, and mu is the coefficient of friction. Slip
 is measured from the *friction anchor*, the point of the triangle where the vertex started to stick. It is not measured
-from the start of the step. If the table or another layer undoes a correction, the next step corrects it again, so
-layers at rest do not creep.
+from the position at the start of the step. If the table or another layer undoes a correction, the next step corrects it
+again, so layers at rest do not creep.
 
 A pair is a vertex and a triangle. If a hand holds the vertex and a corner of the triangle, contact does not correct the
 pair. Corrections so close to the hand would act like a clamp that bends the layers as one plate. The derivation is in
@@ -32,20 +32,25 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulators.native.options import ContactOptions
 
 MOST_TRIANGLES = 4
-"""Largest number of triangles over which a partner moves in one sweep."""
-AWAKE = 1.1
-"""Distance up to which a pair is tested in every sweep, in thicknesses. Pairs farther apart sleep."""
-SLEEP = 0.8
-"""Fraction of the distance minus one thickness.
+"""Largest number of moves of a partner to a neighbouring triangle in one sweep.
 
-A sleeping pair is tested again after it may have approached by this."""
+A partner of a vertex is a triangle from which contact keeps the vertex apart."""
+AWAKE = 1.1
+"""Largest distance of a vertex and a triangle that are tested in every sweep, in thicknesses of the cloth.
+
+Pairs that are farther apart sleep, that is, they are not tested for some time."""
+SLEEP = 0.8
+"""Fraction that determines how long a distant pair sleeps, that is, is not tested [-].
+
+A pair is a vertex and a triangle, and its excess is their distance minus one thickness of the cloth. The pair is tested
+again when the vertex and the triangle may have approached each other by this fraction of the excess."""
 
 
 @kernel
 def _barycentric(
     x: np.ndarray, v: int, a: int, b: int, c: int
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return v's projection on triangle (a, b, c), the triangle's unit normal, and v's height over the triangle [m].
+    """Return the projection of vertex v on triangle (a, b, c), the triangle's unit normal, and the height of v [m].
 
     The projection is given by its barycentric coordinates.
     """
@@ -67,7 +72,7 @@ def _barycentric(
 
 @kernel
 def _height(x: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """Return the height of v over the plane of triangle (a, b, c) [m]."""
+    """Return the height of vertex v over the plane of triangle (a, b, c) [m]."""
     nx, ny, nz = normal_of(x, a, b, c)
     px, py, pz = difference(x, v, a)
     length = np.sqrt(nx * nx + ny * ny + nz * nz) + TINY_LENGTH
@@ -76,7 +81,10 @@ def _height(x: np.ndarray, v: int, a: int, b: int, c: int) -> float:
 
 @kernel
 def _slip(x: np.ndarray, v: int, a: int, b: int, c: int, at: Vector, nx: float, ny: float, nz: float) -> Vector:
-    """Return the offset of v from the point `at` (barycentric) on triangle (a, b, c), in its plane [m]."""
+    """Return the vector to vertex v from a point on triangle (a, b, c) [m], projected into the plane of the triangle.
+
+    `at` contains the barycentric coordinates of the point, and (nx, ny, nz) is the unit normal of the triangle.
+    """
     sx = x[v, 0] - at[0] * x[a, 0] - at[1] * x[b, 0] - at[2] * x[c, 0]
     sy = x[v, 1] - at[0] * x[a, 1] - at[1] * x[b, 1] - at[2] * x[c, 1]
     sz = x[v, 2] - at[0] * x[a, 2] - at[1] * x[b, 2] - at[2] * x[c, 2]
@@ -137,9 +145,9 @@ def sweep(
     The partners of a vertex are the triangles from which contact keeps the vertex apart.
 
     Vertices are visited from the highest down, so that each layer of a stack passes all of its weight to the next
-    layer. The function is long because this makes it fast. In a version with separate functions for narrow phase and
-    friction, which took arrays and numbers, a rollout took 1.08 to 1.19 times as long. With functions that took
-    records, a rollout took 1.8 times as long.
+    layer. The function is long because this makes it fast. Another version had separate functions for narrow phase and
+    friction. If these functions received arrays and numbers, a rollout took 1.08 to 1.19 times as long. If they
+    received records, it took 1.8 times as long.
 
     Args:
         positions: Positions to correct, and the positions at the start of the step.

@@ -1,7 +1,7 @@
-"""Broad phase of vertices against triangles: the nearest triangle on either side of a vertex, and one more.
+"""Broad phase of vertices against triangles: finds the nearest triangle on either side of a vertex, and one more.
 
-Kernels that are called for each vertex get single arrays, never records of many arrays. If a call is not inlined, numba
-copies such a record at each call. This once took half of the time of every search.
+Compiled functions that are called for each vertex get single arrays, never records of many arrays. If a call is not
+inlined, numba copies such a record at each call. Such copies once took half of the time of every search.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from tatamu.simulators.native.geometry import dot, point_triangle
 from tatamu.simulators.native.options import ContactOptions
 
 SURELY_BESIDE = 0.3
-"""Height over the plane of a level triangle above which a vertex is surely on that side, in thicknesses."""
+"""Smallest height over a triangle's plane at which a vertex is surely on this side, in thicknesses of the cloth.
+
+It is used for triangles that are nearly parallel to the cloth at the vertex."""
 
 
 @kernel
@@ -40,9 +42,9 @@ def _nearest_on_both_sides(
 ) -> np.ndarray:
     """Return the nearest triangle below and above each of the n vertices, shape (n, 2). It is -1 if none is near.
 
-    The distance to the triangle counts here, not the distance to its centroid. Of two layers that are a thickness
-    apart, the farther one can have the nearer centroid. A wrong choice would last, because a partner never moves from
-    one layer to another.
+    "Above" is the direction of the vertex's normal. The distance to the triangle counts here, not the distance to its
+    centroid. Of two layers that are a thickness apart, the farther one can have the nearer centroid. A wrong choice
+    would last, because a partner never moves from one layer to another.
     """
     faces = mesh.faces
     near = mesh.near
@@ -127,9 +129,10 @@ def _keep_what_would_be_lost(
     """Make the nearest triangles partners, and keep one earlier partner that the vertex touches.
 
     The partners of a vertex are the triangles from which contact keeps the vertex apart. A vertex has at most three
-    partners, so new partners replace earlier partners. In a crumple of three sheets, the third sheet would then be
-    forgotten and could pass through. An earlier partner need not be kept if it lies in the same direction as a new
-    partner, because it then belongs to the same sheet or lies behind this sheet. A kept partner keeps its side.
+    partners, so new partners replace earlier partners. In a crumple of three sheets, the third sheet would be
+    forgotten, and could pass through the cloth. Therefore an earlier partner can be kept. It is not kept if it lies in
+    the same direction as a new partner, because it then belongs to the same sheet or lies behind this sheet. A kept
+    partner keeps its side.
     """
     faces = mesh.faces
     partners = vertex_face.triangle
@@ -171,7 +174,7 @@ def _keep_what_would_be_lost(
 def _in_same_direction(
     point: np.ndarray, s: int, t: int, face_normal: np.ndarray, centroid: np.ndarray, same: float
 ) -> bool:
-    """Return whether triangles s and t keep a point away in much the same direction."""
+    """Return whether triangles s and t keep a point away from them in nearly the same direction."""
     over_s = 0.0
     over_t = 0.0
     for k in range(3):

@@ -1,4 +1,5 @@
 """Elastic forces of a sheet, and the time steps that they allow.
 
-The membrane forms a tension field when it wrinkles. Bending uses the dihedral angles between triangles.
+The membrane can resist compression less than tension, because thin cloth wrinkles (tension field). Bending uses the
+dihedral angles between triangles.
 """

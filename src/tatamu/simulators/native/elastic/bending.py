@@ -4,8 +4,10 @@
     K_T = A_T Q' D Q                            stiffness of triangle T, see `curvature`
     W   = sum_T 1/2 (g - g0)' K_T (g - g0)      energy, over the inner edges of T; g0: g of the unstrained shape
 
-Bending has no Poisson effect. Therefore a narrow strip and a wide sheet have the same moment per width and curvature,
-which is the bending rigidity B. The derivation is in docs/theory/bending.md.
+For large angles, g grows faster than theta, which keeps tight loops open. A_T is the area of triangle T. Q is the
+matrix from the measures g to the curvatures of the triangle, and D contains the rigidities. Bending has no Poisson
+effect. Therefore a narrow strip and a wide sheet have the same moment per width and curvature, which is the bending
+rigidity B. The derivation is in docs/theory/bending.md.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ HALF: Any = np.float32(0.5)
 ONE: Any = np.float32(1.0)
 FOUR: Any = np.float32(4.0)
 WIDE: Any = np.float32(0.4)
-"""Least cosine of a half angle that is used as a divisor. Below it, the other half-angle formula is used."""
+"""Smallest cosine of half a dihedral angle that is used as a divisor [-].
+
+For smaller cosines, a formula without this divisor is used."""
 
 
 class Bending(NamedTuple):
@@ -39,26 +43,29 @@ class Bending(NamedTuple):
     """
 
     hinges: np.ndarray
-    """Table of the bands of hinges, with slots (memory positions) of vertices."""
+    """Table of the bands (runs in memory) of hinges, with the slots (memory positions) of their vertices."""
     copies: np.ndarray
-    """Slots of vertices that are copied behind the last slot for the bands of hinges."""
-    rest_moment: np.ndarray
-    """Moment K g0 of the unstrained shape at each place of a hinge [N m], shape (hinge places,).
+    """Slots (memory positions of vertices) that some hinges need as copies.
 
-    The moments have single precision."""
+    The copies are stored behind the last slot."""
+    rest_moment: np.ndarray
+    """Moment K g0 of each hinge in the unstrained shape, in the order of memory [N m], shape (hinge places,).
+
+    K is the stiffness of bending, and g0 are the measures of the dihedral angles. The moments have single precision."""
     couplings: np.ndarray
-    """Table of the bands (runs in memory) of triangles. It contains the positions in memory of each triangle's
-    hinges."""
+    """Table of the bands (runs in memory) of triangles, with the memory positions of each triangle's hinges."""
     coupling_copies: np.ndarray
-    """Hinges, by their positions in memory, that are copied behind the last hinge for the bands of triangles."""
+    """Memory positions of hinges that some triangles need as copies. The copies are stored behind the last hinge."""
     friction: Friction
     """Constants of the friction of bending, for cloth with hysteresis."""
     K: np.ndarray
-    """Stiffness K_T of each triangle, packed [N m], in single precision, shape (6, places of triangles)."""
+    """Stiffness K_T of each triangle, in the order of memory and in single precision [N m], shape (6, triangle places).
+
+    The six different elements of each symmetric matrix are packed as in `symmetric`."""
 
 
 class HingeMeasures(NamedTuple):
-    """Temporary arrays of all hinges, in the order of their places in memory.
+    """Temporary arrays for the angles and moments of all hinges, in the order of their places in memory.
 
     `g` and `moment` have additional memory for copies of hinges.
     """
@@ -66,12 +73,13 @@ class HingeMeasures(NamedTuple):
     gradients: np.ndarray
     """For each block of a band, eight rows of BLOCK numbers, shape (`blocks(hinges)`, 8 BLOCK).
 
-    Rows 0 to 2 are d theta / d c, and rows 3 to 5 are d theta / d d [1/m]. Rows 6 and 7 are the feet of both opposite
-    vertices as fractions of the edge."""
+    Rows 0 to 5 contain the derivatives of the dihedral angle theta with respect to the positions of both opposite
+    vertices [1/m]: rows 0 to 2 for the vertex c, rows 3 to 5 for the vertex d. Rows 6 and 7 contain the feet of these
+    vertices, as fractions of the edge."""
     g: np.ndarray
-    """Measure g of the dihedral angle of each hinge [-]."""
+    """Measure g = 4 tan(theta / 4) of the dihedral angle theta of each hinge [-]."""
     slope: np.ndarray
-    """Derivative g' = d g / d theta of this measure [-]."""
+    """Derivative g' = d g / d theta of the measure g of each hinge's angle theta [-]."""
     moment: np.ndarray
     """Moment at each hinge [N m]."""
     slip: Slip
@@ -85,7 +93,7 @@ def scratch(
 
     Args:
         hinges: Table of the bands of hinges.
-        places: Number of places in the bands.
+        places: Number of places (memory positions of hinges) in the bands.
         copies: Number of places that are copied behind the last place.
         real: Precision in which forces are computed.
         slip: State of the friction of bending; None for cloth without friction.
@@ -114,8 +122,8 @@ def in_bands(
     Args:
         hinges: Bands of hinges, with slots (memory positions) of vertices.
         curved: Hinges of each triangle, and the matrices from their angles to its curvatures.
-        K: Stiffness K_T of each of the t triangles [N m], see `curvature.stiffness`, shape (t, 3, 3).
-        rest_moment: Moment K g0 of each of the h hinges in the unstrained shape [N m], shape (h,).
+        K: Stiffness K_T of each of the t triangles from `curvature.stiffness` [N m], shape (t, 3, 3).
+        rest_moment: Moment of each of the h hinges in the unstrained shape [N m], shape (h,).
         material: Material of the cloth, which contains its hysteresis.
         real: Precision in which forces are computed.
     """
@@ -152,7 +160,11 @@ def _measure(
     g: np.ndarray,
     slope: np.ndarray,
 ) -> None:
-    """Measure n hinges, a block of `HingeMeasures`. Hinge j has the vertices a + j, b + j, c + j and d + j."""
+    """Measure the dihedral angles of n hinges, a block of `HingeMeasures`.
+
+    Hinge j has the vertices a + j, b + j, c + j and d + j. X contains the positions [m]. The function fills
+    `gradients`, `g` and `slope`.
+    """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
     xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
@@ -166,8 +178,8 @@ def _measure(
         px, py, pz = ey * uz - ez * uy, ez * ux - ex * uz, ex * uy - ey * ux
         qx, qy, qz = ez * wy - ey * wz, ex * wz - ez * wx, ey * wx - ex * wy
         length = np.sqrt(square)
-        i1 = ONE / np.sqrt(px * px + py * py + pz * pz + TINY)  # apart, as the product of both squares
-        i2 = ONE / np.sqrt(qx * qx + qy * qy + qz * qz + TINY)  # may be too small for single precision
+        i1 = ONE / np.sqrt(px * px + py * py + pz * pz + TINY)  # two roots, because the product
+        i2 = ONE / np.sqrt(qx * qx + qy * qy + qz * qz + TINY)  # of both squares may be too small for single precision
         scale = i1 * i2
         cx, cy, cz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
         sine = (cx * ex + cy * ey + cz * ez) * scale / length
@@ -190,9 +202,10 @@ def _measure(
 def _add_moments_of_band(
     g: np.ndarray, K: np.ndarray, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
 ) -> None:
-    """Add the moments K_T g of the n triangles in memory from e on.
+    """Add the moments K_T g of n triangles, which are stored from place e on.
 
-    Triangle j has its hinges at a + j, b + j and c + j.
+    K_T is the stiffness of a triangle, and g are the measures of the angles at its hinges. The hinges of triangle j are
+    stored at a + j, b + j and c + j.
     """
     g0, g1, g2 = g[a : a + n], g[b : b + n], g[c : c + n]
     m0, m1, m2 = moment[a : a + n], moment[b : b + n], moment[c : c + n]
@@ -208,7 +221,11 @@ def _add_moments_of_band(
 
 @kernel
 def _moments(bending: Bending, measures: HingeMeasures) -> None:
-    """Compute the moment (K g0 - K g - friction) g' of every hinge."""
+    """Compute the moment (K g0 - K g - friction) g' of every hinge.
+
+    K is the stiffness, g the measure of the hinge's angle theta, g0 its value in the unstrained shape, and g' = d g / d
+    theta.
+    """
     g = measures.g
     slope = measures.slope
     moment = measures.moment
@@ -232,7 +249,10 @@ def _moments(bending: Bending, measures: HingeMeasures) -> None:
 
 @kernel
 def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.ndarray, row: int) -> None:
-    """Add the force on an opposite vertex. The gradient of the vertex is in the rows `row` to `row` + 2."""
+    """Add the forces on one of the two opposite vertices of n hinges, beginning with slot c.
+
+    The derivatives of the angle with respect to this vertex are in the rows `row` to `row` + 2 of `gradients`.
+    """
     fx, fy, fz = F[0, c : c + n], F[1, c : c + n], F[2, c : c + n]
     d = gradients[row * BLOCK :]
     for j in range(n):
@@ -244,9 +264,9 @@ def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.
 
 @kernel
 def _push_end(F: np.ndarray, a: int, n: int, moment: np.ndarray, gradients: np.ndarray, first: bool) -> None:
-    """Add the force on the first or the second end of the hinge's edge.
+    """Add the forces on the first or the second end of the edges of n hinges, beginning with slot a.
 
-    Both forces on the edge balance the forces and torques of the opposite vertices.
+    The forces on both ends balance the forces and torques of the opposite vertices.
     """
     fx, fy, fz = F[0, a : a + n], F[1, a : a + n], F[2, a : a + n]
     for j in range(n):

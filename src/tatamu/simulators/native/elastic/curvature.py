@@ -3,10 +3,11 @@
     Q   = a C + (1 - a) R^-1                    from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
     K_T = A_T Q' D Q                            D = B diag(1, 1, 2), or diag(B, B_weft, twist) along the fibres
 
-a is a weight, A_T the area of the triangle, and D the rigidities with the bending rigidity B. The triangle and its
-three neighbours have six vertices. R maps the curvatures of a quadratic deflection of these vertices to the three
-dihedral angles, if they are small. R^-1 is exact for such a deflection. On irregular meshes, however, the forces of a
-constant moment do not cancel, and cloth is too soft.
+a is a weight, and A_T the area of the triangle. D contains the rigidities: the bending rigidity B along the warp,
+B_weft along the weft, and the rigidity of twist. The triangle and its three neighbours have six vertices. R maps the
+curvatures of a quadratic deflection of these vertices to the three dihedral angles, if they are small. R^-1 is exact
+for such a deflection. On irregular meshes, however, the forces of a constant moment do not cancel, and cloth is too
+soft.
 
 C sums the turning of the surface at the three edges, k = sum_e l_e s_e theta_e n_e n_e' / A. l_e is the length of edge
 e, theta_e its dihedral angle, and n_e the direction across it. This is the basic shell triangle of Onate and Zarate
@@ -15,8 +16,8 @@ triangle over the edge, and d' the height of its neighbour. This is exact for cu
 to 1, so the forces of a constant moment cancel on any mesh. However, the curvature is not exact, and cloth is too
 stiff.
 
-In regular rows, C and R^-1 are equal. Elsewhere, their mean is more accurate than C or R^-1 alone. A border or a seam
-carries no moment, so the curvature across it is zero. The derivation is in docs/theory/bending.md.
+On a mesh of regular rows, C and R^-1 are equal. On other meshes, their mean is more accurate than C or R^-1 alone. A
+border or a seam carries no moment, so the curvature across it is zero. The derivation is in docs/theory/bending.md.
 """
 
 from __future__ import annotations
@@ -29,35 +30,42 @@ from tatamu.material import Material
 from tatamu.topology import Topology, areas
 
 LARGEST_CONDITION = 1e6
-"""Largest condition number at which the inverse of R is used. Garments have less than a thousandth of this number."""
+"""Largest condition number of the matrix R at which its inverse is used [-].
+
+R maps the curvatures of a triangle to its dihedral angles. On meshes of garments, the condition number is below a
+thousandth of this limit."""
 
 
 class CurvatureMaps(NamedTuple):
     """Matrices from dihedral angles to curvatures, for all t triangles with a hinge (an edge that carries a moment)."""
 
     Q: np.ndarray
-    """Matrix of each triangle from the measures g of its hinges to its curvatures [1/m].
+    """Matrix of each triangle from the measures g of its dihedral angles to its curvatures [1/m].
 
-    The shape is (t, 3 curvatures, 3 hinges). The matrix is zero for an edge that carries no moment."""
+    The shape is (t, 3 curvatures, 3 hinges). The column of an edge that carries no moment is zero."""
     area: np.ndarray
     """Area of each triangle [m^2], shape (t,)."""
     hinges: np.ndarray
-    """Hinges of each triangle, shape (t, 3).
+    """Numbers of the hinges of each triangle, shape (t, 3).
 
-    An edge that carries no moment is replaced by another hinge of the triangle."""
+    If an edge carries no moment, the number of another hinge of the triangle stands in its place."""
 
 
 def rigidities(material: Material) -> np.ndarray:
-    """Return the matrix D from curvatures (k_uu, k_vv, k_uv) to moments [N m], shape (3, 3). u is along the warp."""
+    """Return the matrix D from curvatures (k_uu, k_vv, k_uv) to moments [N m], shape (3, 3).
+
+    The direction u is along the warp.
+    """
     if not material.orthotropic_bending:
         return material.bending_rigidity * np.diag([1.0, 1.0, 2.0])
     return np.diag([material.bending_rigidity, material.weft_rigidity, material.twist_rigidity])
 
 
 def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the foot of a vertex on the opposite edge and its height over the edge, for each of h hinges.
+    """Return the foot of a vertex on the opposite edge and its height over this edge, for each of h hinges.
 
-    Both arrays have the shape (h,). The foot is a fraction of the edge, and the height has the unit m.
+    Both arrays have the shape (h,). The foot is the nearest point of the edge, as a fraction of the edge. The height
+    has the unit m.
     """
     x0, x1, x2 = rest[hinges[:, 0]], rest[hinges[:, 1]], rest[hinges[:, apex]]
     edge = x1 - x0
@@ -70,9 +78,10 @@ def _operators(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the matrices R and C of each of the m triangles.
 
-    R has the shape (m, 3 edges, 3 curvatures), and C has the shape (m, 3 curvatures, 3 edges).
-
-    If an edge is not a hinge (at < 0), the row of R is the curvature across the edge, and the column of C is zero.
+    R maps the curvatures of a quadratic deflection to the dihedral angles at the edges, shape (m, 3 edges, 3
+    curvatures). C computes the curvatures as sums over the angles at the edges, shape (m, 3 curvatures, 3 edges). If an
+    edge is not a hinge (its number in `at` is negative), its row in R gives the curvature across the edge, and its
+    column in C is zero.
     """
     feet = [_feet(rest, hinges, 2), _feet(rest, hinges, 3)]
     rows = np.zeros((len(faces), 3, 3))
@@ -119,10 +128,9 @@ def _operators(
 def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarray:
     """Return the matrix Q = a C + (1 - a) R^-1 of each of the m triangles, shape (m, 3, 3).
 
-    Q maps dihedral angles to curvatures.
-
-    On some meshes of few triangles, the six vertices of a triangle and its neighbours lie on a conic. Then a deflection
-    exists that turns no edge, and R has no inverse. In this case Q = C, because C always exists.
+    Q maps dihedral angles to curvatures, and a is the weight `angle_sum_part`. On some meshes of few triangles, the six
+    vertices of a triangle and its neighbours lie on a conic. Then a deflection exists that turns no edge, and R has no
+    inverse. In this case Q = C, because C always exists.
     """
     regular = (np.linalg.cond(R) < LARGEST_CONDITION)[:, None, None]
     inverse = np.linalg.inv(np.where(regular, R, np.eye(3)))
@@ -132,14 +140,14 @@ def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarra
 def maps(
     rest: np.ndarray, topology: Topology, frames: np.ndarray, free: np.ndarray, angle_sum_part: float
 ) -> CurvatureMaps:
-    """Return the curvature maps of all triangles that have a hinge.
+    """Return the curvature maps (matrices from dihedral angles to curvatures) of all triangles that have a hinge.
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
         topology: Topology of the mesh, with h hinges.
         frames: Corners of each triangle in its own plane [m], shape (m, 3, 2).
-        free: Whether each hinge carries no moment, as at seams, shape (h,).
-        angle_sum_part: Weight a of the matrix C [-].
+        free: Whether each hinge carries no moment, for example at a seam, shape (h,).
+        angle_sum_part: Weight a of the matrix C in Q = a C + (1 - a) R^-1 [-].
     """
     number = np.full(len(topology.edges), -1)
     inner = np.flatnonzero(topology.faces_per_edge == 2)
@@ -155,6 +163,8 @@ def maps(
 
 def stiffness(curved: CurvatureMaps, D: np.ndarray) -> np.ndarray:
     """Return the stiffness K_T = A_T Q' D Q of each of the t triangles [N m], shape (t, 3, 3).
+
+    A_T is the area of a triangle, and Q its matrix from dihedral angles to curvatures.
 
     Args:
         curved: Curvature maps of the mesh.

@@ -4,14 +4,15 @@
     q_j = k - p_j,  |q_j| <= y_j             elastic part of the curvature in element j, p_j its plastic part
     m   = D k + sum_j s_j E q_j              elastic and frictional moments, E = diag(1, 1, 2), |q|^2 = q' E q
 
-g are the measures of the dihedral angles, Q the matrix to curvatures, and D the elastic rigidities. Several elements of
-Prandtl act side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each element follows the curvature with
-the stiffness s_j until its elastic part reaches the yield curvature y_j. Then the element slips: p_j moves along q_j
-just far enough.
+g are the measures of the dihedral angles, Q is the matrix from g to the curvatures, and D are the elastic rigidities.
+Several elements of Prandtl act side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each element follows
+the curvature with the stiffness s_j until its elastic part reaches the yield curvature y_j. Then the element slips: its
+plastic part p_j changes in the direction of q_j, until |q_j| = y_j.
 
-The sum of s_j y_j is the hysteresis HB. The sum of s_j is the additional slope of the moment, above B, directly after
-the curvature turns around. While an element slips, its moment points along its slip. Every closed cycle of curvature
-therefore takes work, and no cycle gives work. The derivation is in docs/theory/hysteresis.md.
+The sum of s_j y_j is the hysteresis HB of the material. Directly after the curvature turns around, the slope of the
+moment over the curvature is B plus the sum of s_j, where B is the bending rigidity. While an element slips, its moment
+points along its slip. Therefore every closed cycle of curvature takes energy from the cloth, and no cycle adds energy.
+The derivation is in docs/theory/hysteresis.md.
 """
 
 from __future__ import annotations
@@ -30,31 +31,38 @@ COMPONENTS = 3
 
 
 class Friction(NamedTuple):
-    """Constants of the elements of friction, in the order of the triangles in memory; empty without hysteresis."""
+    """Constants of the friction of bending, in the order of the triangles in memory; empty without hysteresis.
+
+    Several elements model the friction. Each element is a spring that slips when it is bent beyond a limit.
+    """
 
     Q: np.ndarray
-    """Matrix from the measures of three hinges to curvatures, row by row [1/m], shape (9, places)."""
+    """Matrix of each triangle from the measures g at its three hinges to its curvatures [1/m], shape (9, places).
+
+    The elements of the matrix are stored row by row."""
     area: np.ndarray
-    """Area of each triangle [m^2], shape (places,)."""
+    """Area of each triangle, in the order of memory [m^2], shape (places,)."""
     stiffness: np.ndarray
-    """Stiffness s_j of each element [N m], shape (elements,)."""
+    """Stiffness s_j of each element of friction [N m], shape (elements,)."""
     limit: np.ndarray
-    """Yield curvature y_j of each element [1/m], shape (elements,)."""
+    """Yield curvature y_j, beyond which an element of friction slips [1/m], shape (elements,)."""
     rigidity: np.ndarray
-    """Elastic rigidities [N m], shape (3,). The third number is half of the rigidity of twist."""
+    """Elastic rigidities along the warp, along the weft, and half of the rigidity of twist [N m], shape (3,)."""
 
 
 class Slip(NamedTuple):
     """State of the friction of bending, and temporary memory."""
 
     plastic: np.ndarray
-    """Plastic parts p_j: the three components of each element, one element after another [1/m].
+    """Plastic parts p_j of the curvature, by which the elements of friction have slipped [1/m].
 
-    The shape is (3 elements, places)."""
+    The three components of each element follow one another, shape (3 elements, places)."""
     curvature: np.ndarray
-    """Temporary memory: curvatures k [1/m], shape (3, places)."""
+    """Temporary memory: curvatures k of all triangles, in the order of memory [1/m], shape (3, places)."""
     moment: np.ndarray
-    """Temporary memory: elastic and frictional moments [N], shape (3, places). The moment of twist is halved."""
+    """Temporary memory: sums of the elastic and frictional moments of all triangles [N], shape (3, places).
+
+    The moment of twist is halved."""
 
 
 def none(real: type = np.float32) -> Friction:
@@ -66,7 +74,7 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
     """Return the constants of friction in the order in which forces are computed.
 
     Args:
-        couplings: Bands (runs in memory) of triangles, with the places of their hinges.
+        couplings: Bands (runs in memory) of triangles, with the memory positions of their hinges.
         curved: Curvature maps of the mesh.
         material: Material of the cloth.
         real: Precision in which forces are computed.
@@ -81,12 +89,13 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
 
 
 def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip:
-    """Return the state of cloth that was bent from its unstrained shape to its present shape without turning around.
+    """Return the state of friction before the cloth is bent: no element has slipped since the unstrained shape.
 
     Args:
         friction: Constants of the friction.
-        g0: Measures of the hinges in the unstrained shape, in the order of memory [-]. Copies are included.
-        triangles: Table of the bands (runs in memory) of triangles, with the places of their hinges.
+        g0: Measures g of the hinges' dihedral angles in the unstrained shape, in the order of memory [-]. Copies are
+            included.
+        triangles: Table of the bands (runs in memory) of triangles, with the memory positions of their hinges.
     """
     places = friction.area.shape[0]
     real = friction.Q.dtype
@@ -99,7 +108,7 @@ def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip
 
 @kernel
 def _curvatures(g: np.ndarray, Q: np.ndarray, triangles: np.ndarray, curvature: np.ndarray) -> None:
-    """Compute the curvatures of all triangles [1/m], shape (3, places)."""
+    """Compute the curvatures of all triangles from the measures g of their hinges [1/m], shape (3, places)."""
     for r in range(triangles.shape[0]):
         e = triangles[r, 0]
         n = triangles[r, 1]
@@ -116,7 +125,7 @@ def _curvatures(g: np.ndarray, Q: np.ndarray, triangles: np.ndarray, curvature: 
 
 @kernel
 def _slide(plastic: np.ndarray, curvature: np.ndarray, moment: np.ndarray, stiffness: float, limit: float) -> None:
-    """Let one element of friction slip where it must, and add its moment.
+    """Let one element of friction slip in all triangles in which its yield curvature is exceeded, and add its moment.
 
     Args:
         plastic: Plastic part p of this element [1/m], shape (3, places).
@@ -150,9 +159,10 @@ def _slide(plastic: np.ndarray, curvature: np.ndarray, moment: np.ndarray, stiff
 def _add_moments_of_band(
     bent: np.ndarray, friction: Friction, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
 ) -> None:
-    """Add the moments A Q' E m of the n triangles in memory from e on.
+    """Add the moments A Q' E m of n triangles, which are stored from place e on, to their hinges.
 
-    Triangle j has its hinges at a + j, b + j, c + j.
+    A is the area of a triangle, Q its matrix from the measures of its hinges to curvatures, E = diag(1, 1, 2), and m
+    its moments `bent`. The hinges of triangle j are stored at a + j, b + j and c + j.
     """
     Q = friction.Q
     area = friction.area[e : e + n]
@@ -167,15 +177,16 @@ def _add_moments_of_band(
 
 @kernel
 def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.ndarray, moment: np.ndarray) -> None:
-    """Let all elements slip, and add the elastic and frictional moments, which resist the measures g, to the hinges.
+    """Let all elements of friction slip, and add the elastic and frictional moments to the hinges.
 
-    The elastic moments are equal to K_T g, but the matrix K_T need not be read from memory.
+    The moments resist the measures g of the dihedral angles. The elastic moments are equal to K_T g with the stiffness
+    K_T of a triangle, but they are computed without reading K_T from memory.
 
     Args:
-        g: Measures of the hinges in the order of memory [-]. Copies are included.
+        g: Measures g of the hinges' dihedral angles, in the order of memory [-]. Copies are included.
         friction: Constants of the friction.
-        slip: State of the elements.
-        triangles: Table of the bands (runs in memory) of triangles, with the places of their hinges.
+        slip: State of the elements of friction, which is updated.
+        triangles: Table of the bands (runs in memory) of triangles, with the memory positions of their hinges.
         moment: Moments of the hinges in the order of memory [N m]. Copies are included.
     """
     _curvatures(g, friction.Q, triangles, slip.curvature)

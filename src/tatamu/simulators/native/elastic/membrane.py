@@ -5,8 +5,9 @@
     W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
     f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
 
-eps_q is the change of the squared length of edge q with the vertices a and b. L_q is its rest length. P maps the Green
-strain E to eps, A is the area of the triangle, W the energy, and f_a the force on vertex a.
+eps_q is the change of the squared length of edge q, which has the vertices a and b. L_q is its rest length, and dx and
+dy are its components at rest. P maps the Green strain E to eps. A is the area of the triangle, W its energy, C the
+stiffness in plane stress, and f_a the force on vertex a.
 
 Damping is of the Kelvin-Voigt type: lengths and edges are computed at the positions x + tau_d v. x are the positions, v
 the velocities, and tau_d is the time constant of damping. The derivation is in docs/theory/membrane.md.
@@ -39,17 +40,20 @@ class Membrane(NamedTuple):
     """
 
     bands: np.ndarray
-    """Table of the bands of triangles, with slots (memory positions) of vertices."""
+    """Table of the bands (runs in memory) of triangles, with the slots (memory positions) of their vertices."""
     copies: np.ndarray
-    """Slots (memory positions) of vertices that are copied behind the last slot for the bands."""
-    S: np.ndarray
-    """Stiffness with respect to eps of each place [N/m^3], in single precision, shape (6, places).
+    """Slots (memory positions of vertices) that some triangles need as copies.
 
-    It is packed, and doubled for the force."""
+    The copies are stored behind the last slot."""
+    S: np.ndarray
+    """Twice the stiffness S of each triangle, in the order of memory [N/m^3], shape (6, places).
+
+    The numbers have single precision. S maps the changes of squared edge lengths to forces per length of an edge. The
+    matrix is symmetric, and its six elements are packed as in `symmetric`."""
     L2: np.ndarray
-    """Squared rest lengths of the edges [m^2], shape (3, places)."""
+    """Squared rest lengths of the edges of each triangle, in the order of memory [m^2], shape (3, places)."""
     relaxed: np.ndarray
-    """Constants of `wrinkling.constants`, in single precision, shape (12, places).
+    """Constants of wrinkling from `wrinkling.constants`, in single precision, shape (12, places).
 
     The shape is (12, 0) if the cloth does not wrinkle."""
     compression: Any
@@ -127,8 +131,9 @@ def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.nd
         material: Material of the cloth.
 
     Returns:
-        Three arrays, with one column for each of the m triangles. The first is twice the stiffness S, packed, shape (6,
-        m). The second contains the squared rest lengths L^2 [m^2], shape (3, m). The third is `wrinkling.constants`.
+        Three arrays, with one column for each of the m triangles. The first is twice the stiffness S, packed as in
+        `symmetric`, shape (6, m). The second contains the squared rest lengths L^2 [m^2], shape (3, m). The third is
+        `wrinkling.constants`.
     """
     edges = frames[:, ENDS[:, 1]] - frames[:, ENDS[:, 0]]
     dx = edges[..., 0]
@@ -173,9 +178,9 @@ def in_bands(
 
 
 def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the derivatives of eps_q with the positions of both ends of edge q, at rest.
+    """Return the derivatives of squared edge lengths with respect to the positions of both ends of each edge, at rest.
 
-    The shape is (m, 3 edges, 2 ends, 3). The ends are those of `ENDS`.
+    The shape is (m, 3 edges, 2 ends, 3). The ends are in the order of `ENDS`.
     """
     start, end = (rest[faces[:, ENDS[:, k]]] for k in range(2))
     return 2.0 * np.stack([start - end, end - start], axis=2)
@@ -183,7 +188,10 @@ def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 @kernel
 def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
-    """Return the edge from (x, y, z) to (to_x, to_y, to_z) and its eps, in the precision `real`."""
+    """Return the vector from (x, y, z) to (to_x, to_y, to_z), and the change of its squared length from `l2`.
+
+    The vector is an edge, and `l2` its squared length at rest. The results have the precision `real`.
+    """
     dx = to_x - x
     dy = to_y - y
     dz = to_z - z
@@ -211,15 +219,13 @@ def _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out):  # type: igno
 def _forces(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, S: np.ndarray, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Compute the forces on the corners of the n triangles in memory from e on.
+    """Compute the forces on the corners of n triangles, which are stored from place e on.
 
-    Triangle j has the corners a + j, b + j, c + j.
-
-    `out` receives nine rows of BLOCK numbers [N].
+    Triangle j has its corners in the slots a + j, b + j and c + j. `out` receives nine rows of BLOCK numbers [N].
 
     Rows are sliced one by one, because the compiler only recognises one-dimensional slices as contiguous. `out` is a
-    single array with a fixed distance between rows. If `out` were several arrays, the compiler would have to compare
-    each of them with all arrays that are read before it may vectorise the loop.
+    single array with a fixed distance between rows. If `out` were several arrays, the compiler would have to test
+    whether each of them overlaps with an array that is read. Only after these tests could the loop be vectorised.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
@@ -242,7 +248,10 @@ def _forces(
 def _forces_of_wrinkled(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Compute the forces of `_forces` for cloth that resists compression less than tension."""
+    """Compute the forces on the corners of n triangles of cloth that resists compression less than tension.
+
+    The arguments are the same as in `_forces`.
+    """
     R = membrane.relaxed
     compression = membrane.compression
     crowding = membrane.crowding
@@ -271,7 +280,7 @@ def _forces_of_wrinkled(
 
 @kernel
 def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
-    """Add three rows of `forces`, beginning with number `row`, to the columns of F, beginning with a."""
+    """Add three rows of `forces`, beginning with row number `row`, to the columns of F, beginning with column a."""
     for k in range(3):
         f = F[k, a : a + n]
         begin = (row + k) * BLOCK
@@ -311,7 +320,7 @@ def add_force(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndar
 def largest_stretch(X: np.ndarray, membrane: Membrane) -> float:
     """Return the largest ratio of an edge's length to its rest length. It is NaN if any number is not finite.
 
-    X has the positions, as in `add_force`.
+    X contains the positions in slots (memory positions) and copies [m], shape (3, width).
     """
     table = membrane.bands
     L2 = membrane.L2

@@ -16,20 +16,23 @@ from tatamu.simulators.native.elastic import bending, membrane, symmetric
 from tatamu.simulators.native.memory.bands import BLOCK
 
 SMALL = 40
-"""Number of coordinates below which the eigenvalue is computed with dense matrices.
+"""Smallest number of coordinates for which Lanczos iteration computes the eigenvalue.
 
-Lanczos iteration needs more coordinates than it has vectors."""
+With fewer coordinates, dense matrices are used, because Lanczos iteration needs more coordinates than it has
+vectors."""
 TOLERANCE = 1e-2
-"""Relative error of omega^2 at which Lanczos iteration ends. The iteration approaches omega^2 from below."""
+"""Largest relative error of omega^2 with which Lanczos iteration may end [-].
+
+The iteration approaches omega^2 from below."""
 ROUNDED_UP = 1.01
-"""Factor by which the computed frequency is increased."""
+"""Factor by which the computed frequency is increased, because Lanczos iteration gives a value that is too small."""
 
 
 def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
-    """Return the derivatives d theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,).
+    """Return derivatives and measures of the dihedral angles theta of the h hinges, in the unstrained shape.
 
-    The mesh has h hinges and n vertices. theta are the dihedral angles of the hinges, and g are the measures of these
-    angles.
+    The mesh has n vertices. The derivatives d theta / d x with respect to the positions are a matrix, shape (h, 3n).
+    The measures g of the angles have the shape (h,).
     """
     count = len(hinges)
     X = np.ascontiguousarray(rest[hinges.T.ravel()].T)
@@ -47,7 +50,9 @@ def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_ar
 
 
 def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse.csr_array:
-    """Return the derivatives of r values y as a matrix, shape (r, 3 count). Each y depends on k vertices.
+    """Return the derivatives of r values y with respect to all positions as a sparse matrix, shape (r, 3 count).
+
+    Each value y depends on the positions of k vertices.
 
     Args:
         values: Derivatives of each y with respect to the positions of its vertices, shape (r, k, 3).
@@ -77,14 +82,18 @@ def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass:
 
 
 def bending_frequency(gradient: sparse.csr_array, stiffness: sparse.csr_array, mass: np.ndarray) -> float:
-    """Return the largest angular frequency of bending at rest [1/s]. `stiffness` comes from `hinge_stiffness`."""
+    """Return the largest angular frequency of bending at rest [1/s].
+
+    `gradient` comes from `hinge_gradients`, `stiffness` from `hinge_stiffness`, and `mass` contains the vertex masses
+    [kg].
+    """
     return _largest_frequency(gradient, stiffness, mass) if stiffness.data.any() else 1e-9
 
 
 def hinge_stiffness(K: np.ndarray, hinges: np.ndarray, count: int) -> sparse.csr_array:
     """Return the matrix from the angles of all hinges to their moments, shape (count, count).
 
-    It contains the stiffness of all triangles from `curvature.stiffness`.
+    It is the sum of the stiffness matrices K of all triangles, which come from `curvature.stiffness`.
     """
     rows = np.repeat(hinges, 3, axis=1)
     columns = np.tile(hinges, (1, 3))
@@ -92,7 +101,10 @@ def hinge_stiffness(K: np.ndarray, hinges: np.ndarray, count: int) -> sparse.csr
 
 
 def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, mass: np.ndarray) -> float:
-    """Return the largest angular frequency omega of G' K G u = omega^2 M u."""
+    """Return the largest angular frequency omega of G' K G u = omega^2 M u [1/s].
+
+    G is `gradient`, K is `stiffness`, M contains the vertex masses, and u is a displacement of all vertices.
+    """
     scale = 1.0 / np.sqrt(np.repeat(mass, 3))
     size = gradient.shape[1]
     if size < SMALL:

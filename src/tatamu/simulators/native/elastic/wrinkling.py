@@ -1,16 +1,17 @@
-"""Tension field: a membrane that resists compression less than tension. It replaces wrinkles finer than the mesh.
+"""Tension field: a membrane that resists compression less than tension. It replaces wrinkles too fine for the mesh.
 
 A sheet that is compressed buckles instead of becoming shorter. Waves shorter than two cells are not possible on the
-mesh, so the mesh would carry the load of a plate. The energy is therefore relaxed, as in tension field theory (Pipkin
-1986; Choi and Ko 2002 for cloth). E1 >= E2 are the principal strains. The number m = E2 + nu E1 is the second principal
-stress divided by q. The formulas of the energy W are:
+mesh. Without such waves, the mesh would carry load like a plate that cannot buckle. The energy is therefore reduced, as
+in tension field theory (Pipkin 1986; Choi and Ko 2002 for cloth). E1 >= E2 are the principal strains. The number m = E2
++ nu E1 is the second principal stress divided by q. The formulas of the energy W are:
 
     W      = 1/2 Y psi(E1, b) + 1/2 q psi(m, (1 + nu) b),   q = Y / (1 - nu^2)
     psi(e) = e^2 for e > 0, c e^2 down to -b, c e^2 + (1 - c)(e + b)^2 beyond
 
 Y is the stiffness and nu the Poisson ratio. c is the material's `compression`. With c = 1, the membrane is St.
-Venant-Kirchhoff. b is `ElasticOptions.crowding_strain`, which keeps triangles from turning inside out. It is larger in
-the second term, so that the stresses are equal at E1 = E2. The derivation is in docs/theory/membrane.md.
+Venant-Kirchhoff. b is `ElasticOptions.crowding_strain`, which keeps triangles from turning inside out. In the second
+term, b is multiplied by 1 + nu, so that the stresses are equal at E1 = E2. The derivation is in
+docs/theory/membrane.md.
 """
 
 from __future__ import annotations
@@ -27,16 +28,17 @@ HALF: Any = np.float32(0.5)
 ZERO: Any = np.float32(0.0)
 ONE: Any = np.float32(1.0)
 TINY: Any = np.float32(1e-12)
-"""Number added to the radius of Mohr's circle. With it, equal principal strains have a direction."""
+"""Number that is added to the radius of Mohr's circle, because the radius is used as a divisor."""
 
 
 def constants(inverse: np.ndarray, area: np.ndarray, material: Material) -> np.ndarray:
-    """Return the constants of the relaxed membrane, with one column per triangle.
+    """Return the constants of a membrane that wrinkles, with one column per triangle.
 
-    There are no columns if the cloth is not relaxed.
+    There are no columns if the cloth resists compression as much as tension, because it then does not wrinkle.
 
     Args:
-        inverse: The matrix P^-1 of each triangle [1/m^2], shape (m, 3, 3).
+        inverse: The matrix P^-1 of each triangle from changes of squared edge lengths to strains [1/m^2], shape (m, 3,
+            3).
         area: Area of each triangle [m^2], shape (m,).
         material: Material of the cloth.
 
@@ -54,7 +56,7 @@ def constants(inverse: np.ndarray, area: np.ndarray, material: Material) -> np.n
 
 @kernel
 def _half_slope(e: float, compression: float, crowding: float) -> float:
-    """Return half of the derivative d psi / d e."""
+    """Return half of the derivative of psi(e), the function in the energy of the tension field."""
     return max(e, ZERO) + compression * min(e, ZERO) + (ONE - compression) * min(e + crowding, ZERO)
 
 
@@ -62,9 +64,7 @@ def _half_slope(e: float, compression: float, crowding: float) -> float:
 def stress(
     exx: float, eyy: float, exy: float, young: float, plane: float, nu: float, compression: float, crowding: float
 ) -> tuple[float, float, float]:
-    """Return the stress of a triangle multiplied by twice its area, 2 dW/dE [N m].
-
-    The result has the components xx, yy and xy.
+    """Return the stress of a triangle multiplied by twice its area [N m].
 
     Args:
         exx: Green strain E_xx [-].

@@ -1,1 +1,1 @@
-"""Memory layout: vertices on lattices, elements in contiguous bands, and compiled kernels on disk."""
+"""The layout of vertices and elements in memory, with which loops are fast, and the compiled functions on disk."""

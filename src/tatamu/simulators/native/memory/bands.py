@@ -1,13 +1,14 @@
 """The layout of vertices in memory, with which forces are computed over long contiguous runs of numbers.
 
-A processor computes eight or sixteen numbers together if they are neighbours in memory. Rows of vertices that form a
-lattice (`lattice`) are therefore stored at a constant distance. Even rows and odd rows are stored separately. All
-triangles of one kind then have the vertices a + j, b + j and c + j for j = 0, 1, ... Such a run of triangles is a
-*band*.
+A processor computes eight or sixteen numbers together if they are neighbours in memory. Therefore vertices that form a
+lattice (`lattice`) are stored row by row, and all rows have the same length in memory. Even rows and odd rows are
+stored separately. Triangles that follow one another along a row, and have the same orientation, then have the vertices
+a + j, b + j and c + j for j = 0, 1, ... Such a run of triangles is a *band*.
 
 A *slot* is the memory position of a vertex. Slots without a vertex, and positions in a band without a triangle, are
-fillers with zero mass and zero stiffness. Elements that fit in no band are computed on copies of their vertices. These
-elements form one more band, so the kernels only process bands.
+fillers with zero mass and zero stiffness. Some elements (triangles or hinges) fit in no band. For these elements, their
+vertices are copied to neighbouring places in memory. Then these elements form one more band, so the compiled functions
+only process bands.
 """
 
 from __future__ import annotations
@@ -24,9 +25,13 @@ BLOCK = 528
 The number is not a power of two, because rows whose distance is a power of two would use the same cache lines.
 """
 SHORTEST_BAND = 24
-"""Least number of elements in a band of their own."""
+"""Smallest number of elements (triangles or hinges) that form a band, a run of neighbours in memory.
+
+From each element of a band to the next, the memory positions of all vertices increase by one."""
 FULLEST = 2.0
-"""Largest number of slots (memory positions) per vertex at which vertices are arranged in rows."""
+"""Largest ratio of slots (memory positions of vertices) to vertices [-].
+
+If rows would need more slots, because many slots would be empty, vertices are not arranged in rows."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +55,9 @@ class Bands:
         return len(self.element)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Return values per mesh element in the order of the places in memory. Fillers get zero.
+        """Return an array of values per mesh element, rearranged in the order of the places in memory.
 
-        The last axis of `values` counts the mesh elements.
+        Fillers get zero. The last axis of `values` belongs to the mesh elements.
         """
         out = np.zeros((*values.shape[:-1], self.size))
         filled = self.element >= 0
@@ -94,9 +99,10 @@ def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
-    """Return triangles with the corner in the lowest slot first.
+    """Return triangles whose corners begin with the corner in the lowest slot (memory position).
 
-    The order around a triangle stays the same. Triangles of one kind then form one band.
+    The order around a triangle stays the same. As a result, triangles whose slots differ by a constant number form one
+    band.
     """
     first = np.argmin(slot[faces], axis=1)
     return np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)
@@ -109,7 +115,11 @@ def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
 
 
 def bands(elements: np.ndarray, total: int) -> Bands:
-    """Arrange e elements of k slots, shape (e, k), in bands. Copies are placed behind slot `total`."""
+    """Arrange e elements in bands (runs of elements that are neighbours in memory).
+
+    `elements` contains the slots (memory positions) of the k vertices of each element, shape (e, k). Copies of vertices
+    are placed behind the last of the `total` slots.
+    """
     count, width = elements.shape
     if not count:  # a single triangle has no hinge
         return Bands(np.zeros((0, 2 + width), np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64))
@@ -140,5 +150,5 @@ def bands(elements: np.ndarray, total: int) -> Bands:
 
 
 def blocks(table: np.ndarray) -> int:
-    """Return the number of blocks in the bands of a table."""
+    """Return the number of blocks in the bands of a table. A block has at most BLOCK elements of one band."""
     return int((-(-table[:, 1] // BLOCK)).sum())

@@ -1,4 +1,4 @@
-"""The cache of compiled kernels next to their source files. It is cleared when any source file has changed.
+"""The cache of compiled functions (kernels) next to their source files. It is cleared when any source file has changed.
 
 Numba only checks the file that contains a function. However, the compiled function also contains all functions that it
 calls, which may be in other files. Therefore one digest of all source files is kept in the `__pycache__` of the topmost
@@ -15,7 +15,9 @@ NATIVE = Path(__file__).parent.parent
 
 
 def forget_stale_kernels(folder: Path = NATIVE) -> None:
-    """Remove compiled kernels that were made from other source files. A read-only folder is not changed.
+    """Remove compiled functions if any source file has changed since they were compiled.
+
+    A read-only folder is not changed.
 
     Args:
         folder: Folder of the source files, including its subfolders.

@@ -14,13 +14,17 @@ from typing import NamedTuple
 import numpy as np
 
 SMALLEST_PATCH = 40
-"""Least number of vertices in a patch. Smaller patches are not worth a separate band in memory."""
-SKEW = 0.35
-"""Largest distance of a fourth corner from its position on the lattice, as a fraction of the shared edge."""
-EDGE_SKEW = 0.7
-"""Largest distance from the position on the lattice for vertices at a border that cuts through cells.
+"""Smallest number of vertices in a patch, a piece of a triangular lattice.
 
-It is a fraction of the shared edge."""
+Smaller patches are not worth a separate band in memory."""
+SKEW = 0.35
+"""Largest distance of the fourth corner of a parallelogram from its position on the lattice.
+
+It is a fraction of the edge that the two triangles of the parallelogram share."""
+EDGE_SKEW = 0.7
+"""Largest distance of a vertex from its position on the lattice, if it is at a border that cuts through cells.
+
+It is a fraction of the edge that the vertex's triangle shares with the next triangle on the lattice."""
 
 Places = dict[int, tuple[int, int]]
 
@@ -28,7 +32,7 @@ Places = dict[int, tuple[int, int]]
 class Patch(NamedTuple):
     """Vertices of one piece of the lattice.
 
-    Rows run along x. Row r + 1 is shifted by half a cell to the right of row r.
+    The rows run along one of the three directions of the lattice. Every second row is shifted by half a cell.
     """
 
     vertices: np.ndarray
@@ -38,9 +42,10 @@ class Patch(NamedTuple):
 
 
 def patches(rest: np.ndarray, hinges: np.ndarray) -> list[Patch]:
-    """Return the pieces of lattice in a mesh. Each vertex belongs to at most one piece.
+    """Return the patches of a mesh, the pieces that form a triangular lattice.
 
-    The direction of the rows is chosen so that the rectangles of rows and columns are well filled.
+    Each vertex belongs to at most one patch. The direction of the rows is chosen so that few places in the rectangle of
+    rows and columns stay empty.
     """
     points = rest.tolist()
     quads = hinges.tolist()
@@ -64,16 +69,16 @@ class _Mesh(NamedTuple):
     around: list[list[int]]
     """Hinges (inner edges with two triangles) at each vertex."""
     taken: list[bool]
-    """Whether each vertex is in a patch, or in a patch that is too small."""
+    """Whether each vertex is in a piece of the lattice. The piece may be too small for a patch."""
 
     def skew(self, a: int, b: int, c: int, d: int) -> float:
-        """Return the distance of d from its lattice position a + b - c, in lengths of the edge (a, b)."""
+        """Return the distance of vertex d from its lattice position a + b - c, as a fraction of the edge (a, b)."""
         p, q, r, s = (self.points[v] for v in (a, b, c, d))
         return dist([i + j - k for i, j, k in zip(p, q, r, strict=True)], s) / dist(p, q)
 
 
 def _grow(seed: list[int], mesh: _Mesh) -> Places:
-    """Return the lattice coordinates (i, j) of all vertices that can be reached from a first triangle."""
+    """Return the lattice coordinates (i, j) of all vertices that can be reached from a first triangle, `seed`."""
     places = dict(zip(seed, ((0, 0), (1, 0), (0, 1)), strict=True))
     full = set(places.values())
     queue = deque(seed)
@@ -87,7 +92,10 @@ def _grow(seed: list[int], mesh: _Mesh) -> Places:
 
 
 def _place_around(v: int, mesh: _Mesh, places: Places, full: set[tuple[int, int]], skew: float) -> list[int]:
-    """Place the vertices that hinges at v determine on the lattice, and return these vertices."""
+    """Place vertices on the lattice whose positions follow from the hinges at vertex v, and return these vertices.
+
+    A hinge determines the position of its fourth vertex if the other three vertices are on the lattice.
+    """
     new = []
     for h in mesh.around[v]:
         a, b, c, d = mesh.quads[h]
@@ -104,7 +112,7 @@ def _place_around(v: int, mesh: _Mesh, places: Places, full: set[tuple[int, int]
 
 
 def _patch(places: Places) -> Patch:
-    """Arrange vertices in rows along the lattice direction that needs the smallest rectangle."""
+    """Arrange vertices in rows along the lattice direction for which the rectangle of rows and columns is smallest."""
     vertices = np.array(list(places))
     i, j = np.array(list(places.values())).T
     best = None

@@ -1,9 +1,10 @@
 """Broad phase of bodies: finds the vertices, edges and faces near each body.
 
-The search has two steps. *Wide* candidates are found among all faces, with a margin. They are searched again when cloth
-and bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may touch
-the body in one round of contact. Boxes around faces and edges, in the frame of a body, are compared with the box around
-the body.
+The search has two steps. *Wide* candidates are found among all faces, edges and vertices. They include all elements
+whose distance from the body is at most the contact distance plus a margin. Wide candidates are searched again when
+cloth and bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may
+touch the body in one round of contact. In both steps, the boxes around faces and edges are compared with the box around
+the body, in the frame of the body.
 """
 
 from __future__ import annotations
@@ -16,16 +17,25 @@ from tatamu.simulators.native.contact.bodies.state import Bodies, Candidates, Po
 from tatamu.simulators.native.contact.state import ContactMesh
 
 MARGIN = 0.01
-"""Largest additional distance of wide candidates beyond contact [m]."""
+"""Margin of the search for contact of cloth with rigid bodies [m].
+
+Wide candidates are the parts of the cloth (vertices, edges and faces) near a body. They include all parts whose
+distance from the body is at most the contact distance plus this margin."""
 WEAR = 0.7
-"""Fraction of the margin after which wide candidates are searched again [-]. The rest allows for motion by contact."""
+"""Fraction of the search margin that motion may use up [-].
+
+Wide candidates are the parts of the cloth within the margin around a body. They are searched again when cloth and
+bodies together may have moved by this fraction of the margin. The rest of the margin allows for motion by contact."""
 SLACK = 5e-4
-"""Largest approach by forces and contact that narrow candidates allow for, in addition to their velocities [m]."""
+"""Allowance for motion of cloth by forces and contact in one round of contact [m].
+
+Narrow candidates are the parts of the cloth that may touch a body in this round. They are the parts within this
+allowance, plus the motion by the velocities at the start of the round."""
 
 
 @kernel
 def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
-    """Return the longest motion of a vertex between two sets of positions [m]."""
+    """Return the largest distance by which any vertex has moved from `start` to x, which contain positions [m]."""
     square = 0.0
     for v in range(x.shape[0]):
         dx = x[v, 0] - start[v, 0]
@@ -37,7 +47,7 @@ def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
 
 @kernel
 def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
-    """Return a bound on the motion of any point on or near a body between two poses [m]."""
+    """Return an upper bound on the distance by which any point on or near a body moves between two poses [m]."""
     longest = 0.0
     for b in range(bodies.radius.shape[0]):
         half = bodies.half[b]
@@ -59,7 +69,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
 
     Args:
         x: Positions at the start of the round [m], shape (n, 3).
-        longest_way: Largest distance that a vertex may move in the round [m].
+        longest_way: Largest distance that a vertex can move in the round [m].
         mesh: The mesh of the cloth.
         bodies: The bodies, with their poses at the start and at the end of the round.
 
@@ -115,14 +125,14 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
 def _to_local(
     x: np.ndarray, rotation: np.ndarray, position: np.ndarray, vertices: np.ndarray, local: np.ndarray
 ) -> None:
-    """Write the positions of some vertices in the frame of a body to `local`."""
+    """Compute the positions of the given vertices in the frame of a body, and write them to `local` [m]."""
     for i in range(vertices.shape[0]):
         to_frame(rotation, position, x, vertices[i], local)
 
 
 @kernel
 def _reaches(local: np.ndarray, a: int, b: int, c: int, far: np.ndarray) -> bool:
-    """Return whether the box around three vertices reaches into a box with the half sizes `far`, in a body's frame."""
+    """Return whether the box around three vertices overlaps the box around a body, which has the half sizes `far`."""
     for k in range(3):
         if min(local[a, k], local[b, k], local[c, k]) > far[k] or max(local[a, k], local[b, k], local[c, k]) < -far[k]:
             return False
@@ -142,9 +152,9 @@ def _filter(
     b: int,
     out: Candidates,
 ) -> None:
-    """List the faces, edges and vertices that reach into the box around body b, in the order of their numbers.
+    """List the faces that reach into the box around body b, with their edges and vertices, sorted by number.
 
-    Elements with a vertex that the hand of the body holds are left out.
+    The body may belong to a hand, for example as a finger. Faces with a vertex that this hand holds are left out.
     """
     count = 0
     for i in range(faces.shape[0]):

@@ -1,7 +1,7 @@
 """Corrects one point of the cloth against one body in one round of contact, with Coulomb friction.
 
-All vectors are in the frame of the body. Names with a 0 refer to the start of the round, other names to its end. The
-body rests in its own frame. Therefore the slip is computed in the same way whether the body rests, moves or turns.
+All vectors are in the frame of the body. Names with a 0 refer to the start of the round, other names to its end. In its
+own frame, the body is at rest. Therefore the slip is computed in the same way whether the body moves, turns or neither.
 """
 
 from __future__ import annotations
@@ -17,25 +17,26 @@ from tatamu.simulators.native.contact.state import Activity
 from tatamu.simulators.native.geometry import TINY_LENGTH, Vector
 
 LEVER = 2.0
-"""Largest motion of a vertex, as a multiple of the push [-].
+"""Largest motion of a vertex by one push, as a multiple of the length of the push [-].
 
-It matters next to a held vertex, where a push has a short lever."""
+The limit matters if a point near a held vertex is pushed. Without the limit, the free vertices of the point's edge or
+triangle would move much farther than the point."""
 
 
 class Frame(NamedTuple):
-    """One body in one round of contact."""
+    """One body in one round of contact, and the positions of the cloth in the frame of this body."""
 
     half: np.ndarray
-    """Half sizes of the core [m], shape (3,)."""
+    """Half sizes of the core of the body [m], shape (3,)."""
     radius: float
     rotation: np.ndarray
     """Rotation from the frame of the body to the world frame, at the end of the round, shape (3, 3)."""
     position: np.ndarray
-    """Position of the centre at the end of the round [m], shape (3,)."""
+    """Position of the body's centre at the end of the round [m], shape (3,)."""
     rotation0: np.ndarray
     """Rotation from the frame of the body to the world frame, at the start of the round, shape (3, 3)."""
     position0: np.ndarray
-    """Position of the centre at the start of the round [m], shape (3,)."""
+    """Position of the body's centre at the start of the round [m], shape (3,)."""
     local: np.ndarray
     """Positions of the n vertices in the frame of the body at the end of the round [m], shape (n, 3).
 
@@ -50,23 +51,32 @@ class Rule(NamedTuple):
     """The rule by which points of the cloth are pushed out of a body in one sweep."""
 
     wanted: float
-    """Gap that this sweep restores [m]."""
+    """Gap between cloth and body that this sweep restores [m]."""
     clearing: float
-    """Largest distance that a point gains in the round if it was too close at the start [m]."""
+    """Largest correction of a point in one round, if the point was too close at the start of the round [m]."""
     recovery: float
-    """Part of this distance that becomes velocity [m]."""
+    """Largest part of a correction that becomes velocity, if the point was too close at the start of the round [m].
+
+    The rest of the correction changes only the position."""
     friction: float
-    """Coulomb coefficient [-]."""
+    """Coulomb coefficient of cloth on the body [-]."""
     noticeable: float
-    """Length of a push above which the next sweep tests the pushed vertices again [m]."""
+    """Largest push that is negligible [m]. After a longer push, the next sweep tests the pushed vertices again."""
     hard: float
-    """Length of a push above which vertices become restless (they are then tested for passing through cloth) [m]."""
+    """Largest push that counts as gentle [m].
+
+    After a longer push, the pushed vertices are restless, which means that they are tested for passing through
+    cloth."""
     sweep: int
-    """Number of this sweep."""
+    """Number of this Gauss-Seidel sweep of contact."""
     restless_until: int
-    """Number of the outer step until which pushed vertices are restless."""
+    """Number of the last outer step in which vertices that are pushed hard now are restless.
+
+    Restless vertices are tested for passing through cloth. An outer step is the longest time step."""
     passing: float
-    """Largest depth of a point that has passed through the body in this round [m]; 0 if no point can have passed."""
+    """Largest possible depth of a point that has passed through the body [m]. It is 0 if no point can have passed.
+
+    If a point can have passed, the value is the longest motion of a vertex relative to the body in this round."""
 
 
 @kernel
@@ -81,7 +91,7 @@ def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, 
 
 @kernel
 def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
-    """Write the vertices near a body in its frame, and return the longest motion of these vertices [m]."""
+    """Compute the positions of the vertices near a body in its frame, and return their longest motion [m]."""
     longest = 0.0
     for i in range(near.shape[0]):
         v = near[i]
@@ -96,7 +106,7 @@ def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
 
 @kernel
 def beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, far: float) -> bool:
-    """Return whether three vertices are all outside the same face of the core by at least `far` [m]."""
+    """Return whether three vertices are all outside the same face of a body's core by at least `far` [m]."""
     for k in range(3):
         if min(local[a, k], local[b, k], local[c, k]) >= half[k] + far:
             return True
@@ -107,7 +117,7 @@ def beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, f
 
 @kernel
 def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -> Vector:
-    """Return a point of the cloth from its barycentric coordinates `weights` [m]."""
+    """Return the position of a point of the cloth [m], from its barycentric coordinates `weights`."""
     a, b, c = corners
     wa, wb, wc = weights
     return (
@@ -119,11 +129,11 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 
 @kernel
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
-    """Return the gap between a point of the cloth and a body [m], the gap at the start [m], and the normal.
+    """Return the gap between a point of the cloth and a body [m], the gap at the round's start [m], and the normal.
 
-    A point has passed through the body under two conditions. Its path is longer than the sum of its distances at both
-    ends, and the normals at both ends point against each other. The gap of such a point is measured from the tangent
-    plane of the side from which the point came.
+    A point counts as passed through the body under two conditions. Its path in the round is longer than the sum of its
+    distances at both ends of the path, and the normals at both ends point in opposite directions. The gap of such a
+    point is measured from the tangent plane of the body on the side from which the point came.
     """
     px, py, pz = between(frame.local, corners, weights)
     qx, qy, qz = between(frame.local0, corners, weights)
@@ -157,7 +167,7 @@ def correct(
         positions: Positions to correct.
         inverse_mass: Inverse masses of the vertices [1/kg].
         activity: Record of noticeable and hard pushes, which is updated.
-        frame: The body. The function updates its positions of the vertices.
+        frame: The body, and the positions of vertices in its frame, which are updated.
         rule: Limits of the push.
         corners: Numbers of the three vertices between which the point lies.
         weights: Barycentric coordinates of the point.

@@ -7,14 +7,18 @@ import numpy as np
 from tatamu.simulators.native.compiled import kernel
 
 BISECTIONS = 14
-"""Number of times that an edge is halved. An edge of 20 mm is halved down to about a micrometre."""
+"""Number of bisections that find the point of an edge nearest to a body.
+
+On an edge of 20 mm, the point is found to about a micrometre."""
 LEVEL = 1e-9
-"""Slope of the distance along an edge below which the edge counts as parallel to the surface [-]."""
+"""Largest slope of the distance along an edge that counts as zero [-].
+
+If the slope is smaller, the edge counts as parallel to the surface of the body."""
 
 
 @kernel
 def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Return the signed distance of a point, and the unit normal of the surface next to it.
+    """Return the signed distance of a point from a body, and the body's unit normal next to the point.
 
     Args:
         half: Half sizes of the core [m], shape (3,).
@@ -47,14 +51,14 @@ def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> t
 
 @kernel
 def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, within: float) -> float:
-    """Return the fraction along an edge at which its distance from the body is smallest.
+    """Return the fraction along an edge of the cloth at which the edge is nearest to the body.
 
     Args:
         half: Half sizes of the core [m], shape (3,).
         radius: Radius around the core [m].
         a: First end of the edge [m], shape (3,).
         b: Second end of the edge [m], shape (3,).
-        within: Distance below which an edge matters [m].
+        within: Largest distance from the body that matters [m].
 
     Returns:
         The fraction of the edge. It is -1 if the distance is smallest at an end, or is nowhere below `within`.

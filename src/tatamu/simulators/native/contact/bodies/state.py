@@ -19,7 +19,7 @@ from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh
 
 CORNERS = 8
-"""Largest number of corners of a core."""
+"""Largest number of corners of a body's core, which is a box, a segment or a point."""
 
 
 class Pose(NamedTuple):
@@ -35,27 +35,38 @@ class Candidates(NamedTuple):
     """Elements of the cloth near each of the b bodies. The mesh has n vertices, e edges and m faces."""
 
     vertices: np.ndarray
-    """Numbers of the vertices near each body, shape (b, n). The first `counts[:, 0]` in each row are in use."""
+    """Numbers of the vertices near each body, shape (b, n).
+
+    In the row of body i, the first `counts[i, 0]` entries are in use."""
     edges: np.ndarray
-    """Numbers of the edges near each body, shape (b, e). The first `counts[:, 1]` in each row are in use."""
+    """Numbers of the edges near each body, shape (b, e).
+
+    In the row of body i, the first `counts[i, 1]` entries are in use."""
     faces: np.ndarray
-    """Numbers of the faces near each body, shape (b, m). The first `counts[:, 2]` in each row are in use."""
+    """Numbers of the faces near each body, shape (b, m).
+
+    In the row of body i, the first `counts[i, 2]` entries are in use."""
     counts: np.ndarray
-    """How many vertices, edges and faces are near each body, shape (b, 3)."""
+    """Count of the vertices, the edges and the faces near each body, shape (b, 3)."""
 
 
 class Near(NamedTuple):
-    """Candidates for contact, and the positions of cloth and bodies at their search. The module `near` writes them."""
+    """Candidates for contact with bodies, and the positions of cloth and bodies at the search for candidates.
+
+    The module `near` writes them.
+    """
 
     wide: Candidates
-    """Candidates within a margin around each body, kept over many rounds of contact."""
+    """Vertices, edges and faces within a margin around each body, kept over many rounds of contact."""
     narrow: Candidates
-    """Wide candidates that may touch the body in the present round."""
+    """Vertices, edges and faces that may touch a body in the present round of contact, chosen from `wide`."""
     searched_at: np.ndarray
     """Positions of the n vertices at the last search [m], shape (n, 3); not finite before the first search."""
     searched_pose: Pose
     positions: Positions
-    """Positions in a membrane step. Only the vertices near a body are up to date."""
+    """Positions of the vertices at the start and at the end of a membrane step, the shortest time step.
+
+    Only the vertices near a body are up to date."""
     local: np.ndarray
     """Scratch memory: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
     local0: np.ndarray
@@ -66,21 +77,25 @@ class Bodies(NamedTuple):
     """All bodies of a scene. In the shapes of arrays, b is the number of bodies, which may be zero."""
 
     half: np.ndarray
-    """Half sizes of the core [m], shape (b, 3)."""
+    """Half sizes of the core of each body [m], shape (b, 3).
+
+    The core is a box. Half sizes of zero make it a segment or a point."""
     radius: np.ndarray
-    """Radius around the core [m], shape (b,)."""
+    """Radius r of each body [m], shape (b,). The body contains all points within r of its core."""
     friction: np.ndarray
     """Coulomb coefficient of cloth on the body [-], shape (b,)."""
     corners: np.ndarray
-    """Corners of the core [m], shape (b, CORNERS, 3)."""
+    """Corners of the core of each body, in the frame of the body [m], shape (b, CORNERS, 3)."""
     corner_count: np.ndarray
-    """Number of corners in use, shape (b,): 1 for a sphere, 2 for a capsule, 8 for a box."""
+    """Number of corners of each body's core, shape (b,): 1 for a sphere, 2 for a capsule, 8 for a box."""
     positions: np.ndarray
-    """Centres at the beginning of each outer step [m], shape (b, steps + 1, 3)."""
+    """Centre of each body at the beginning of each outer step [m], shape (b, steps + 1, 3)."""
     orientations: np.ndarray
-    """Unit quaternions (w, x, y, z) at the beginning of each outer step, shape (b, steps + 1, 4)."""
+    """Unit quaternion (w, x, y, z) of each body at the beginning of each outer step, shape (b, steps + 1, 4)."""
     held: np.ndarray
-    """Whether the hand of a body ever holds a vertex, shape (b, n). The body ignores triangles at such vertices."""
+    """Whether the hand to which each body belongs holds each of the n vertices at any time, shape (b, n).
+
+    The body does not collide with triangles at vertices that its hand holds."""
     start: Pose
     """Poses at the start of the round of contact."""
     end: Pose
@@ -156,7 +171,10 @@ def _no_candidates(count: int, mesh: ContactMesh) -> Candidates:
 
 @kernel
 def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray, number: int, fraction: float) -> None:
-    """Set the pose of body b at a fraction of outer step `number`. The body turns by a small angle within a step."""
+    """Set the pose of body b when the given fraction of outer step `number` has passed.
+
+    Quaternions are interpolated linearly, because a body only turns by a small angle within a step.
+    """
     later = min(number + 1, position.shape[0] - 1)
     q = np.empty(4)
     for k in range(3):
@@ -179,7 +197,10 @@ def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray,
 
 @kernel
 def place(bodies: Bodies, number: int, begin: float, end: float) -> None:
-    """Set the poses at the start and at the end of a round, the fractions `begin` and `end` of outer step `number`."""
+    """Set the poses of all bodies at the start and at the end of a round of contact.
+
+    The round begins at the fraction `begin` of outer step `number`, and ends at the fraction `end` of this step.
+    """
     for b in range(bodies.radius.shape[0]):
         _set_pose(bodies.start, b, bodies.positions[b], bodies.orientations[b], number, begin)
         _set_pose(bodies.end, b, bodies.positions[b], bodies.orientations[b], number, end)

@@ -1,4 +1,4 @@
-"""Narrow phase of cloth against bodies: vertices, edges and faces. The package's docstring explains the method."""
+"""Narrow phase of cloth against bodies: vertices, edges and faces. The docstring of `bodies` explains the method."""
 
 from __future__ import annotations
 
@@ -14,18 +14,22 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulators.native.options import ContactOptions
 
 CONE = 0.1
-"""Sine of the angle by which a triangle's normal may lie outside the normal cone of a corner.
+"""Sine of the angle by which the normal of a triangle can lie outside the normal cone of a corner.
 
-Several corners then share the load."""
+The normal cone contains the directions in which this corner is the farthest point of the core. Because of this
+tolerance, several corners can share the load of a triangle."""
 CLEAR = 0.98
-"""Fraction of the gap, measured outwards from a face of the core, beyond which only vertices are tested [-]."""
+"""Fraction of the gap between cloth and body [-].
+
+Edges and triangles that lie farther outside a face of the core than this fraction of the gap are not tested. There it
+is enough to test their vertices."""
 
 
 @kernel
 def _vertices(
     positions: Positions, mesh: ContactMesh, activity: Activity, frame: Frame, rule: Rule, near: np.ndarray
 ) -> float:
-    """Correct the vertices near a body, and return the smallest gap [m]."""
+    """Correct the vertices near a body, and return their smallest gap to the body [m]."""
     smallest = rule.wanted
     clear = rule.wanted + frame.radius + rule.passing
     weights = (1.0, 0.0, 0.0)
@@ -47,7 +51,7 @@ def _vertices(
 def _edges(
     positions: Positions, mesh: ContactMesh, activity: Activity, frame: Frame, rule: Rule, near: np.ndarray
 ) -> float:
-    """Correct the insides of the edges near a body, and return the smallest gap [m]."""
+    """Correct the edges near a body whose nearest point is not an end, and return their smallest gap [m]."""
     smallest = rule.wanted
     clear = CLEAR * rule.wanted + frame.radius + rule.passing
     within = rule.wanted + rule.passing
@@ -71,7 +75,10 @@ def _edges(
 
 @kernel
 def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, float, float]:
-    """Return the unit normal of a triangle, and the height of the body's centre (the origin) over its plane [m]."""
+    """Return the unit normal of a triangle, and the height of the body's centre over the triangle's plane [m].
+
+    The body's centre is the origin of the coordinates.
+    """
     nx, ny, nz = normal_of(local, a, b, c)
     scale = 1.0 / (np.sqrt(nx * nx + ny * ny + nz * nz) + TINY_LENGTH)
     nx *= scale
@@ -82,7 +89,7 @@ def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, fl
 
 @kernel
 def _in_cone(corner: np.ndarray, nx: float, ny: float, nz: float) -> bool:
-    """Return whether a corner of the core is the farthest corner in direction n, or nearly the farthest."""
+    """Return whether a corner of a body's core is the farthest corner in direction n, or nearly the farthest."""
     return (
         nx * corner[0] >= -CONE * abs(corner[0])
         and ny * corner[1] >= -CONE * abs(corner[1])
@@ -117,7 +124,10 @@ def _faces(
     near: np.ndarray,
     points: np.ndarray,
 ) -> float:
-    """Correct the faces near a body with a corner of its core over their inside, and return the smallest gap [m]."""
+    """Correct faces that have a corner of the body's core over their inside, and return the smallest gap [m].
+
+    `near` contains the numbers of the faces near the body, and `points` contains the corners of its core.
+    """
     smallest = rule.wanted
     clear = CLEAR * rule.wanted + frame.radius + rule.passing
     local = frame.local
@@ -134,7 +144,7 @@ def _faces(
         for q in range(points.shape[0]):
             point = points[q]
             above = height0 + mx * point[0] + my * point[1] + mz * point[2]
-            side = 1.0 if above >= 0.0 else -1.0  # of the corner: the plane may cut the body beside the triangle
+            side = 1.0 if above >= 0.0 else -1.0  # the side of the corner, because the plane may cut the body
             if not _in_cone(point, -side * nx, -side * ny, -side * nz):
                 continue
             gap = side * (height + nx * point[0] + ny * point[1] + nz * point[2]) - frame.radius
@@ -163,7 +173,7 @@ def sweep(
     step: float,
     restored: float,
 ) -> float:
-    """Make one Gauss-Seidel sweep over all bodies: near each body first the vertices, then the edges, then the faces.
+    """Make one Gauss-Seidel sweep over all bodies. Near each body, correct first vertices, then edges, then faces.
 
     Args:
         positions: Positions to correct, and the positions at the start of the round.
