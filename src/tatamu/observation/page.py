@@ -224,18 +224,17 @@ def _views(observed: Observed) -> list[TopView]:
     if not observed.correction.is_none:
         corrections.append(("Next", "the cloth as expected after the correction", observed.correction.change))
     cloth = _Cloth(observed.draws.mesh.evaluator.task.fold)
-    with ThreadPoolExecutor(len(corrections)) as workers:
-        ends = list(workers.map(lambda each: simulated(observed, each[2]), corrections))
-        finals = [
-            (name, note, final) for (name, note, _), final in zip(corrections, ends, strict=True) if final is not None
-        ]
-        area = extent(cloth.fold.target, *(final for *_, final in finals), wide=WIDE)
-        wanted = mask(cloth, cloth.fold.target, area)
+    ends = [(name, note, simulated(observed, change)) for name, note, change in corrections]
+    finals = [(name, note, final) for name, note, final in ends if final is not None]
+    area = extent(cloth.fold.target, *(final for *_, final in finals), wide=WIDE)
+    wanted = mask(cloth, cloth.fold.target, area)
 
-        def picture(title: str, note: str, final: np.ndarray) -> TopView:
-            return view(title, note, outlined(draw(cloth, final, area)[0], wanted), area)
+    def picture(end: tuple[str, str, np.ndarray]) -> TopView:
+        name, note, final = end
+        return view(name, note, outlined(draw(cloth, final, area)[0], wanted), area)
 
-        return list(workers.map(picture, *zip(*finals, strict=True))) if finals else []
+    with ThreadPoolExecutor() as workers:
+        return list(workers.map(picture, finals))
 
 
 def _photos(observed: Observed) -> dict[int, str]:
