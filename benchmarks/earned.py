@@ -178,6 +178,11 @@ def known(wanted: Sequence[Job], out: Path) -> list[dict[str, Any]]:
     return found
 
 
+def measured_cases(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the names of the cases with a learned fold, the towel first."""
+    return [name for name in reversed(CASES) if any(each["case"] == name and each["kind"] != GIVEN for each in found)]
+
+
 def best_given(found: Sequence[Mapping[str, Any]], case: str) -> Mapping[str, Any]:
     """The shortest of the given curves that hold as often as is asked; otherwise the one that holds most often."""
     curves = [each for each in found if each["case"] == case and each["kind"] == GIVEN]
@@ -188,7 +193,7 @@ def best_given(found: Sequence[Mapping[str, Any]], case: str) -> Mapping[str, An
 def rows(found: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
     """Return one row for each case and way to a fold."""
     table = []
-    for case in [name for name in reversed(CASES) if any(each["case"] == name for each in found)]:
+    for case in measured_cases(found):
         given = best_given(found, case)
         for kind, title in ((GIVEN, "best given curve"), (LEAST, "learned, least C"), (ROBUST, "learned to hold")):
             here = [each for each in found if each["case"] == case and each["kind"] == kind]
@@ -217,27 +222,30 @@ def _row(here: Sequence[Mapping[str, Any]], given: Mapping[str, Any], studied: b
     }
 
 
-def short(found: Sequence[Mapping[str, Any]], case: str) -> list[dict[str, str]]:
-    """Return the medians over the seeds of one case, for the README."""
-    given = best_given(found, case)
+def short(found: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+    """Return the medians over the seeds of every case, for the README."""
     table = []
-    for kind, title in (
-        (GIVEN, "best curve that a search is given"),
-        (LEAST, "learned without disturbances"),
-        (ROBUST, "learned with disturbances, the default"),
-    ):
-        here = [given] if kind == GIVEN else [each for each in found if each["case"] == case and each["kind"] == kind]
-        if here:
-            distance = 1e3 * median(each["distance"] for each in here)
-            held = 100 * median(each["held"] for each in here)
-            table.append(
-                {
-                    "fold": title,
-                    "path of a hand [m]": f"{median(each['path'] for each in here):.3f}",
-                    "undisturbed, mean distance from the target [mm]": f"{distance:.1f}",
-                    "holds, of the simulations in which any fold does": f"{held:.0f} %",
-                }
-            )
+    for case in measured_cases(found):
+        given = best_given(found, case)
+        for kind, title in (
+            (GIVEN, "best curve that a search is given"),
+            (LEAST, "learned without disturbances"),
+            (ROBUST, "learned with disturbances, the default"),
+        ):
+            studies = [each for each in found if each["case"] == case and each["kind"] == kind]
+            here = [given] if kind == GIVEN else studies
+            if here:
+                distance = 1e3 * median(each["distance"] for each in here)
+                held = 100 * median(each["held"] for each in here)
+                table.append(
+                    {
+                        "fold": CASES[case].name,
+                        "path": title,
+                        "length of the path [m]": f"{median(each['path'] for each in here):.3f}",
+                        "undisturbed, mean distance from the target [mm]": f"{distance:.1f}",
+                        "holds, of the simulations in which any fold does": f"{held:.0f} %",
+                    }
+                )
     return table
 
 
@@ -290,7 +298,7 @@ def main() -> None:
     print(table)
     if options.write_docs:
         publish("earned", table)
-        publish("earned: short", markdown(short(found, "towel")))
+        publish("earned: short", markdown(short(found)))
         draw(found, "towel", IMAGES / "earned.svg")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.crossings import crossings
+from tatamu.crossings import crossing_pairs, crossings
 from tatamu.folding.fold import make_fold
 from tatamu.folding.manipulation import polyline_manipulation
 from tatamu.folding.trial_scene import scene_of
@@ -15,7 +15,7 @@ from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import simulate
 from tatamu.simulators.native import simulation
 from tatamu.simulators.native.contact.state import ContactMesh
-from tatamu.simulators.native.contact.untangle import smallest_height, untangle
+from tatamu.simulators.native.contact.untangle import crossing_pairs_after, smallest_height, untangle
 from tatamu.simulators.native.model import model_of
 from tatamu.simulators.native.options import Options, UntangleOptions
 from tatamu.simulators.native.simulator import load_kernels
@@ -50,6 +50,22 @@ def test_a_vertex_on_the_wrong_side_goes_back(layers: int) -> None:
     apart, left = untangle(x, *_mesh(x, faces), OPTIONS)
     assert left == crossings(apart, faces) == 0
     assert np.linalg.norm(apart[held] - x[held], axis=1).max() < 4 * layers * THICK
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_pairs_that_a_pass_changed_are_found_among_the_moved_ones(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    before, faces, _ = _stack(3, held=0)
+    before[:, 2] += random.normal(0.0, THICK, len(before))
+    mesh, _ = _mesh(_stack(3, held=0)[0], faces)
+    pairs = crossing_pairs(before, mesh.faces, mesh.edges)
+    x = before.copy()
+    some = random.choice(len(x), 20, replace=False)
+    x[some, 2] += random.normal(0.0, 2.0 * THICK, len(some))
+    found = crossing_pairs_after(x, before, pairs, mesh)
+    assert len(pairs) > 0
+    assert not np.array_equal(found, pairs)
+    assert np.array_equal(found, crossing_pairs(x, mesh.faces, mesh.edges))
 
 
 def test_folded_edges_come_apart_too() -> None:

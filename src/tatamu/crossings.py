@@ -14,23 +14,32 @@ from numba import njit
 from tatamu.topology import Topology
 
 
-def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
+def crossing_pairs(
+    points: np.ndarray,
+    faces: np.ndarray,
+    edges: np.ndarray,
+    wanted: tuple[np.ndarray, np.ndarray] | None = None,
+) -> np.ndarray:
     """Return the pairs of an edge and a triangle that cross and share no vertex.
 
     Args:
         points: Positions of the vertices [m], shape (n, 3). They must be finite.
         faces: Triangles, shape (m, 3).
-        edges: Edges to test, shape (e, 2).
+        edges: Edges, shape (e, 2).
+        wanted: Two arrays: whether each triangle is wanted, shape (m,), and whether each edge is wanted, shape (e,). A
+            pair is found if its triangle or its edge is wanted. If None, all pairs are found. The order of the pairs is
+            the same in both cases.
 
     Returns:
         The k crossing pairs: rows with the indices of an edge and of a triangle, shape (k, 2).
     """
+    wanted_faces, wanted_edges = wanted or (np.ones(len(faces), bool), np.ones(len(edges), bool))
     points = np.ascontiguousarray(points, dtype=np.float64)
     ends = points[edges]
     low = ends.min(axis=1)
     high = ends.max(axis=1)
     cell = max(float((high - low).max()), 1e-9)
-    return _find(points, faces, edges, low, high, points.min(axis=0), cell)
+    return _find(points, faces, edges, wanted_faces, wanted_edges, low, high, points.min(axis=0), cell)
 
 
 def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
@@ -73,6 +82,8 @@ def _find(
     points: np.ndarray,
     faces: np.ndarray,
     edges: np.ndarray,
+    wanted_faces: np.ndarray,
+    wanted_edges: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
     origin: np.ndarray,
@@ -80,13 +91,15 @@ def _find(
 ) -> np.ndarray:
     """Return crossing pairs of edges and triangles.
 
-    Every edge is hashed by the cell that contains the lower corner of its bounding box. Each triangle is tested against
-    the edges of nearby cells.
+    Every edge is hashed by the cell that contains the lower corner of its bounding box. A wanted triangle is tested
+    against all edges of nearby cells, another triangle only against the wanted edges of these cells.
 
     Args:
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
         edges: Edges, shape (e, 2).
+        wanted_faces: Whether each triangle is wanted, shape (m,).
+        wanted_edges: Whether each edge is wanted, shape (e,).
         low: Lower corner of the bounding box of each edge [m], shape (e, 3).
         high: Upper corner of the bounding box of each edge [m], shape (e, 3).
         origin: Lower corner of the grid [m], shape (3,).
@@ -98,15 +111,16 @@ def _find(
     size = 1
     while size < 2 * edges.shape[0]:
         size *= 2
-    head = np.full(size, -1)  # first edge of each hash bucket
-    after = np.full(edges.shape[0], -1)  # next edge in the same bucket
+    head = np.full((2, size), -1)  # first edge of each hash bucket: of all edges, and of the wanted edges
+    after = np.full((2, edges.shape[0]), -1)  # next edge in the same bucket
     key = np.empty((edges.shape[0], 3), np.int64)
     for e in range(edges.shape[0]):
         for d in range(3):
             key[e, d] = int(np.floor((low[e, d] - origin[d]) / cell))
         bucket = (key[e, 0] * 73856093 ^ key[e, 1] * 19349663 ^ key[e, 2] * 83492791) & (size - 1)
-        after[e] = head[bucket]
-        head[bucket] = e
+        for kind in range(1 + wanted_edges[e]):
+            after[kind, e] = head[kind, bucket]
+            head[kind, bucket] = e
     found = [(0, 0) for _ in range(0)]
     first = np.empty(3, np.int64)
     last = np.empty(3, np.int64)
@@ -114,6 +128,7 @@ def _find(
     most = np.empty(3)
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        kind = 0 if wanted_faces[f] else 1
         for d in range(3):
             least[d] = min(points[a, d], points[b, d], points[c, d])
             most[d] = max(points[a, d], points[b, d], points[c, d])
@@ -122,7 +137,7 @@ def _find(
         for i in range(first[0], last[0] + 1):
             for j in range(first[1], last[1] + 1):
                 for k in range(first[2], last[2] + 1):
-                    e = head[(i * 73856093 ^ j * 19349663 ^ k * 83492791) & (size - 1)]
+                    e = head[kind, (i * 73856093 ^ j * 19349663 ^ k * 83492791) & (size - 1)]
                     while e >= 0:
                         p, q = edges[e, 0], edges[e, 1]
                         apart = p == a or p == b or p == c or q == a or q == b or q == c
@@ -131,7 +146,7 @@ def _find(
                             apart = apart or low[e, d] > most[d] or high[e, d] < least[d]
                         if not apart and _cross(points[p], points[q], points[a], points[b], points[c]):
                             found.append((e, f))
-                        e = after[e]
+                        e = after[kind, e]
     pairs = np.empty((len(found), 2), np.int64)
     for i, (e, f) in enumerate(found):
         pairs[i, 0] = e

@@ -50,14 +50,33 @@ def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: Unt
     passes = 0
     x = x.copy()
     while len(pairs) and passes < options.most_passes:
+        before = x.copy()
         _part(x, pairs, mesh, options.step * mesh.thickness, options.flattest, options.blunt)
         _keep_lengths(x, mesh.edges, shortest, longest, mesh.inverse_mass, options.length_sweeps)
-        pairs = crossing_pairs(x, mesh.faces, mesh.edges)
+        pairs = crossing_pairs_after(x, before, pairs, mesh)
         passes += 1
         if len(pairs) < fewest and smallest_height(x, mesh.faces) > slimmest:
             best = x.copy()
             fewest = len(pairs)
     return best, fewest
+
+
+def crossing_pairs_after(x: np.ndarray, before: np.ndarray, pairs: np.ndarray, mesh: ContactMesh) -> np.ndarray:
+    """Return the pairs of an edge and a triangle that cross, after a pass moved some vertices.
+
+    A pass moves few vertices. Therefore only pairs that may cross now are tested: pairs with a moved vertex, and pairs
+    that crossed before.
+
+    Args:
+        x: Positions of the n vertices [m], shape (n, 3).
+        before: Positions before the pass [m], shape (n, 3).
+        pairs: Pairs that crossed before the pass, shape (k, 2).
+        mesh: The mesh.
+    """
+    moved = (x != before).any(axis=1)
+    wanted_edges = moved[mesh.edges].any(axis=1)
+    wanted_edges[pairs[:, 0]] = True
+    return crossing_pairs(x, mesh.faces, mesh.edges, (moved[mesh.faces].any(axis=1), wanted_edges))
 
 
 def smallest_height(x: np.ndarray, faces: np.ndarray) -> float:
