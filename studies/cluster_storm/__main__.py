@@ -355,9 +355,10 @@ def overhead() -> str:
 
 
 def busy() -> str:
-    """Return a table with the fraction of time in which 64 workers are busy. The calls only sleep.
+    """Return a table with the fraction of time in which 64 workers are busy.
 
-    Four processes have 16 workers each, with one thread per worker.
+    Workers are the parts of a cluster that run function calls. Here, the called function only sleeps, for as long as a
+    simulation takes. Four processes have 16 workers each, with one thread per worker.
     """
     share, _, here = napped(64 // TOGETHER, TOGETHER, rollout())
     row = {

@@ -33,7 +33,9 @@ class Nominal(Evaluator):
 
     After the arrival, the layers of a fold can only come undone, so the fold does not become better."""
     centre: World = NOMINAL
-    """World (value of every disturbance) that is simulated: all disturbances have their means, by default zero."""
+    """World that is simulated. A world contains a value of every disturbance, such as an error of a hand's position.
+
+    In this world, every disturbance has its mean value. By default, all means are zero, so nothing is disturbed."""
 
     @property
     def task(self) -> Task:

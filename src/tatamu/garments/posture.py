@@ -26,7 +26,11 @@ from tatamu.garments.frame import direction
 from tatamu.garments.meshfile import border_loops
 
 ALIGNED = np.cos(np.radians(30.0))
-"""Cosine of the largest angle at which a direction is replaced by the nearest axis of the file."""
+"""Cosine of the limit for the angle between a direction of the garment and a coordinate axis (x, y or z) of its file.
+
+If the angle is below this limit, the axis is used instead of the direction. A direction that is computed from the mesh
+is less exact, and garments in files usually lie along the axes.
+"""
 CLEAR = 0.6
 """Limit for the ratio of two errors of symmetry, with which the direction of a garment's width is chosen.
 

@@ -1,4 +1,9 @@
-"""Handles units of length in garment files: their lengths, their sources, and doubts about a stated unit."""
+"""Handles the unit of length of a garment file.
+
+For each file, tatamu records the length of the unit in metres, and the source of the unit, for example a word in the
+file. A wrong unit usually gives the garment an unusual size. If the size is unusual, tatamu warns the user. If no
+garment has such a size, tatamu refuses the file.
+"""
 
 from __future__ import annotations
 

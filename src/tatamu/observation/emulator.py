@@ -43,7 +43,11 @@ FEWEST = 40
 FOLLOWS = 0.02
 """The constant T: delay of the later hand from which this hand determines most of the cloth's place [s]."""
 APART = 0.007
-"""The constant D: stretch or squeeze of the hem by the hands that doubles the variance of the errors [m]."""
+"""The constant D: a length by which the hands stretch or squeeze the hem between them [m].
+
+If the hands stretch or squeeze the hem by D, the errors of the emulator have twice the variance. The emulator is a
+statistical model that predicts the result of a fold.
+"""
 LATER = "hands.opening_delay"
 """Name of the disturbance t, the delay between the openings of the hands."""
 

@@ -32,7 +32,10 @@ HEAD = (
 
 @dataclass(frozen=True)
 class ObservedFolder:
-    """The folder of a learned fold, and its observations."""
+    """A folder on disk with the files of a learned fold and of its observations.
+
+    An observation describes how the cloth ended when a robot carried out the learned fold.
+    """
 
     path: Path
 

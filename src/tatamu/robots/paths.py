@@ -130,7 +130,8 @@ class Paths:
         Args:
             lower_speed: Speed of the tools towards the cloth [m/s].
             raise_speed: Speed of the tools along the table and away from the cloth [m/s].
-            rate: Largest rate of the fold: simulated seconds per second of the robot's motion.
+            rate: Largest speed of the robot during the fold, relative to the hands in the simulation. If it is 1, the
+                robot is never faster than these hands.
 
         Raises:
             Unreachable: If an arm cannot follow the hands.

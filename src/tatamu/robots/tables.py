@@ -15,9 +15,10 @@ from tatamu.robots.planfile import GripperCommand
 
 DECIMALS = 9
 POINT_EVERY = 4
-"""Number of motion samples from one trajectory point for ROS and hrpsys to the next.
+"""Number of motion samples for each point of a trajectory.
 
-There are 50 trajectory points a second.
+The robot's motion has 200 samples a second. A trajectory for the robot software (ROS or hrpsys) contains only every
+fourth sample as a point. So it has 50 points a second.
 """
 
 

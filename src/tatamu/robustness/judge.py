@@ -134,7 +134,9 @@ class Judge:
     ) -> tuple[list[float | None], list[MeshVerdict]]:
         """Run all searches to their ends, and return their results and all verdicts on the fold.
 
-        A search yields worlds (draws of the disturbances), one at a time.
+        A world is one random draw of all disturbances. A verdict is the result of the fold in one world. A search is a
+        generator. Each time that it yields a world, the fold is simulated in this world, and the search receives the
+        verdict.
         """
         findings: list[float | None] = [None] * len(searches)
         seen: list[MeshVerdict] = []

@@ -183,8 +183,9 @@ class Result:
         return self.rate(self.final)
 
     def rate(self, final: np.ndarray) -> Score:
-        """Return the score of another outcome of the same manipulation, such as a simulation with disturbances.
+        """Return the score of cloth that ends at other positions than in this result.
 
+        These positions should come from the same motion of the hands, for example from a simulation with disturbances.
         `final` contains the final positions of the n vertices [m], shape (n, 3).
         """
         return score(self.task.fold, self.manipulation.trajectory_length, final)

@@ -50,9 +50,10 @@ COLLISION = (
     "self_friction",
     "use_self_collision",
 )
-"""Names of the properties of the cloth's contacts.
+"""Names of the properties for contacts of the cloth.
 
-Properties in COLLIDER belong to the table. All other properties belong to the material of the cloth."""
+The next constant, `COLLIDER`, has the names of the properties of the table on which the cloth lies. Properties that are
+in neither of the two constants describe the cloth itself, for example its stiffness."""
 COLLIDER = ("thickness_outer", "cloth_friction")
 LENGTHS = ("distance_min", "self_distance_min", "thickness_outer", "impulse_clamp", "self_impulse_clamp")
 """Names of the properties that are lengths [m] or speeds."""

@@ -109,7 +109,13 @@ def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
 
 
 def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
-    """Return hinges whose shared edge begins with the end in the lower slot (memory position)."""
+    """Return hinges whose first vertex has a lower slot (memory position) than their second vertex.
+
+    A hinge consists of two triangles with a shared edge. The first two of its four vertices are the ends of this edge,
+    and the last two are the opposite corners of the triangles. If the first end has the higher slot, the two ends are
+    swapped, and the two corners as well. As a result, hinges whose slots differ by a constant number form one band (run
+    of neighbours in memory).
+    """
     back = slot[hinges[:, 0]] > slot[hinges[:, 1]]
     return np.where(back[:, None], hinges[:, [1, 0, 3, 2]], hinges)
 

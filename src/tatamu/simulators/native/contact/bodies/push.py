@@ -55,9 +55,11 @@ class Rule(NamedTuple):
     clearing: float
     """Largest correction of a point in one round, if the point was too close at the start of the round [m]."""
     recovery: float
-    """Largest part of a correction that becomes velocity, if the point was too close at the start of the round [m].
+    """Largest increase of a point's gap in one round that also changes the velocity of the cloth [m].
 
-    The rest of the correction changes only the position."""
+    In a round, all contacts are corrected. A point of the cloth that was too close to the body at the start of the
+    round is pushed away from the body. The gap may increase by more than this length. Then the rest of the increase
+    changes only the position of the point."""
     friction: float
     """Coulomb coefficient of cloth on the body [-]."""
     noticeable: float
