@@ -149,10 +149,13 @@ def _about_search(result: ResultRecord) -> list[str]:
         lines.append(f"{len(failed)} of {len(trials)} trials failed; last error: {failed[-1].error}")
     other = next((trial for trial in trials if trial.score is not None and trial.score.succeeds), None)
     if other is not None and other.score is not None:
-        lines.append(
-            f"trial {other.number} succeeds ({1e3 * other.score.mean_vertex_distance:.1f} mm) by a longer path: "
+        help_by = (
             "on a coarse mesh, C values the distance less; try a finer mesh (--spacing)"
+            if result.disturbances is not None
+            else "C is a sum of path and distance; learn with disturbances (the default), so that folds must succeed"
         )
+        distance = 1e3 * other.score.mean_vertex_distance
+        lines.append(f"trial {other.number} succeeds ({distance:.1f} mm) by a longer path: {help_by}")
     lines += [
         f"the fixed trajectory {each.label!r} succeeds: {1e3 * each.score.mean_vertex_distance:.1f} mm"
         for each in result.baselines
