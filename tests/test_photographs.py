@@ -378,18 +378,20 @@ def test_a_camera_finds_places_again() -> None:
 
 def test_corners_of_a_board_are_found_to_hundredths_of_a_pixel() -> None:
     """Each is the saddle of a black and white cross that is turned, blurred and noisy."""
-    generator = np.random.default_rng(0)
-    true = np.array([[20.0 * column, 20.0 * row] for row in (1, 2, 3) for column in (1, 2, 3)])
-    true += generator.uniform(-0.5, 0.5, true.shape)
-    y, x = np.mgrid[0:80, 0:80].astype(float)
-    grey = np.full(x.shape, 128.0)
-    for cx, cy in true:
-        near = np.hypot(x - cx, y - cy) < 9.0
-        u, v = 0.95 * (x - cx) + 0.3 * (y - cy), -0.3 * (x - cx) + 0.95 * (y - cy)
-        grey[near] += (90.0 * np.tanh(u) * np.tanh(v))[near]
-    seen = np.clip(grey + generator.normal(0.0, 2.0, grey.shape), 0, 255).astype(np.uint8)
-    found = saddles(seen, true + generator.uniform(-0.8, 0.8, true.shape))
-    assert np.abs(found - true).max() < 0.06
+    errors = []
+    for seed in range(10):
+        generator = np.random.default_rng(seed)
+        true = np.array([[20.0 * column, 20.0 * row] for row in (1, 2, 3) for column in (1, 2, 3)])
+        true += generator.uniform(-0.5, 0.5, true.shape)
+        y, x = np.mgrid[0:80, 0:80].astype(float)
+        grey = np.full(x.shape, 128.0)
+        for cx, cy in true:
+            near = np.hypot(x - cx, y - cy) < 9.0
+            u, v = 0.95 * (x - cx) + 0.3 * (y - cy), -0.3 * (x - cx) + 0.95 * (y - cy)
+            grey[near] += (90.0 * np.tanh(u) * np.tanh(v))[near]
+        seen = np.clip(grey + generator.normal(0.0, 2.0, grey.shape), 0, 255).astype(np.uint8)
+        errors.append(saddles(seen, true + generator.uniform(-0.8, 0.8, true.shape)) - true)
+    assert np.sqrt(np.square(errors).mean()) < 0.03
 
 
 def test_an_outline_is_the_lower_edge_before_the_camera_and_the_upper_one_behind() -> None:
