@@ -22,7 +22,7 @@ from statistics import median
 from time import perf_counter
 from typing import NamedTuple
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import markdown, merged, publish, published
 
 from tatamu.evaluation import Nominal
 from tatamu.files import read_json, write_json
@@ -149,7 +149,7 @@ def main() -> None:
                 rows.append(row(words, [measured(words, seed, options.out) for seed in seeds]))
                 print(rows[-1], flush=True)
     one = reference()
-    table = markdown(rows)
+    table = markdown(merged(published("times"), rows, "command"))
     print(table)
     if options.write_docs:
         note = f"{processors()} processors; the reference rollout took {one.processor:.2f} processor seconds."
