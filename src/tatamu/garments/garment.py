@@ -81,7 +81,7 @@ class Garment:
 
     @property
     def layers(self) -> int:
-        """Number of layers of cloth: two if some triangles face down, otherwise one."""
+        """Number of layers of cloth. It is two if some triangles face down, otherwise one."""
         return 2 if facing_down(self.vertices, self.faces).any() else 1
 
     @property
