@@ -16,6 +16,7 @@ from pathlib import Path
 from time import thread_time
 
 import numpy as np
+from benchmarks.coarser import manipulations
 from benchmarks.earned import CASES
 from benchmarks.tables import markdown, merged, publish, published
 from scipy.stats import spearmanr
@@ -61,14 +62,6 @@ def _distance(verdict: Verdict) -> float:
     """The mean vertex distance [m]; ten times the limit for a simulation that failed."""
     found = verdict.mean_vertex_distance
     return 10.0 * LIMITS.mean_vertex_distance if found is None else found
-
-
-def manipulations(study: ResultFolder, count: int) -> list[Parameters]:
-    """Parameters of a study's trials, evenly from the best to the worst that did not fail."""
-    complete = [trial for trial in study.record.trials if trial.state == "complete"]
-    ordered = sorted(complete, key=lambda trial: (trial.minimised, trial.number))
-    chosen = np.unique(np.linspace(0, len(ordered) - 1, count).round().astype(int))
-    return [ordered[number].parameters for number in chosen]
 
 
 def robust(task: Task, parameters: Parameters, found: Sequence[tuple[bool, float, float]]) -> float:

@@ -127,7 +127,7 @@ def learned(task: Task, folder: ResultFolder, case: Case) -> ResultFolder:
 def manipulations(study: ResultFolder, count: int) -> list[Parameters]:
     """Parameters of a study's trials, evenly from the best to the worst that did not fail."""
     complete = [trial for trial in study.record.trials if trial.state == "complete"]
-    ordered = sorted(complete, key=lambda trial: (trial.objective, trial.number))
+    ordered = sorted(complete, key=lambda trial: (trial.minimised, trial.number))
     chosen = np.unique(np.linspace(0, len(ordered) - 1, count).round().astype(int))
     return [ordered[number].parameters for number in chosen]
 
