@@ -112,8 +112,8 @@ def rounds_of_next_step(rounds: int, longest: float, thickness: float, most: int
         longest: Longest correction in any of these rounds [m].
         thickness: Thickness of the cloth [m].
         most: Largest number of rounds.
-        options: Options of contact, with the lengths `restless` and `calm` of corrections that change the number of
-            rounds.
+        options: Options of contact. Above the length `restless` of a correction the number of rounds grows, and below
+            the length `calm` it falls.
     """
     if longest > options.restless * thickness:
         return min(2 * rounds, most)

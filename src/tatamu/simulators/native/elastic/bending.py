@@ -249,7 +249,7 @@ def _moments(bending: Bending, measures: HingeMeasures) -> None:
 
 @kernel
 def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.ndarray, row: int) -> None:
-    """Add the forces on one of the two opposite vertices of n hinges, beginning with slot c.
+    """Add the forces on one of the two opposite vertices of n hinges. These vertices have the slots from c to c + n - 1.
 
     The derivatives of the angle with respect to this vertex are in the rows `row` to `row` + 2 of `gradients`.
     """
@@ -264,7 +264,7 @@ def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.
 
 @kernel
 def _push_end(F: np.ndarray, a: int, n: int, moment: np.ndarray, gradients: np.ndarray, first: bool) -> None:
-    """Add the forces on the first or the second end of the edges of n hinges, beginning with slot a.
+    """Add the forces on the first or the second end of the edges of n hinges. The ends have the slots from a to a + n - 1.
 
     The forces on both ends balance the forces and torques of the opposite vertices.
     """
