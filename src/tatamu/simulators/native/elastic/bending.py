@@ -249,9 +249,10 @@ def _moments(bending: Bending, measures: HingeMeasures) -> None:
 
 @kernel
 def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.ndarray, row: int) -> None:
-    """Add the forces on one of the two opposite vertices of n hinges. These vertices have the slots from c to c + n - 1.
+    """Add the forces on one of the two opposite vertices of n hinges.
 
-    The derivatives of the angle with respect to this vertex are in the rows `row` to `row` + 2 of `gradients`.
+    These vertices have the slots from c to c + n - 1. The derivatives of the angles with respect to these
+    vertices are in the rows `row` to `row` + 2 of `gradients`.
     """
     fx, fy, fz = F[0, c : c + n], F[1, c : c + n], F[2, c : c + n]
     d = gradients[row * BLOCK :]
@@ -264,9 +265,10 @@ def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.
 
 @kernel
 def _push_end(F: np.ndarray, a: int, n: int, moment: np.ndarray, gradients: np.ndarray, first: bool) -> None:
-    """Add the forces on the first or the second end of the edges of n hinges. The ends have the slots from a to a + n - 1.
+    """Add the forces on the first or the second end of the edges of n hinges.
 
-    The forces on both ends balance the forces and torques of the opposite vertices.
+    These ends have the slots from a to a + n - 1. The forces on both ends balance the forces and torques of the
+    opposite vertices.
     """
     fx, fy, fz = F[0, a : a + n], F[1, a : a + n], F[2, a : a + n]
     for j in range(n):
