@@ -1,4 +1,4 @@
-"""The exported bag through real ROS 1: roscore, rosbag play, and a subscriber in the Python that has rospy.
+"""The exported bag through real ROS 1: its master, rosbag play, and a subscriber in the Python that has rospy.
 
 Debian: apt-get install python3-rospy python3-roslaunch python3-rosbag python3-trajectory-msgs
 """
@@ -27,7 +27,7 @@ PYTHON = "/usr/bin/python3"
 
 def missing() -> str | None:
     """What of ROS is not installed, if anything."""
-    tools = [tool for tool in ("roscore", "rosbag") if shutil.which(tool) is None]
+    tools = [tool for tool in ("rosmaster", "rosbag") if shutil.which(tool) is None]
     if tools:
         return f"ROS 1 is not installed: no {' and no '.join(tools)}"
     probe = [PYTHON, "-c", "import rospy, trajectory_msgs.msg"]
@@ -53,13 +53,13 @@ def ros(tmp_path: Path) -> Iterator[dict[str, str]]:
         "PATH": f"/usr/bin:{os.environ['PATH']}",
     }
     quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    core = subprocess.Popen(["roscore", "-p", str(port)], env=environment, **quiet)
+    master = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], env=environment, **quiet)
     try:
         answered(port)
         yield environment
     finally:
-        core.terminate()
-        core.wait(timeout=30)
+        master.kill()  # it keeps nothing, and on a busy machine it takes long to end by itself
+        master.wait()
 
 
 def answered(port: int) -> None:
@@ -69,7 +69,7 @@ def answered(port: int) -> None:
             if probe.connect_ex(("127.0.0.1", port)) == 0:
                 return
         time.sleep(0.1)
-    raise TimeoutError("roscore did not start")
+    raise TimeoutError("the ROS master did not start")
 
 
 def heard(bag: Path, controllers: dict[str, dict[str, float]], ros: dict[str, str], out: Path) -> dict[str, Any]:
