@@ -161,6 +161,11 @@ class ContactOptions(NamedTuple):
 
     If the largest movement is below the limit, contact is resolved half as often in the next outer step as in the
     present outer step."""
+    held: float = 0.25
+    """Fraction of a movement by contact that counts if contact only holds the vertex in its place [-].
+
+    Layers that a hand presses on the table have no room, so contact moves them back to the same positions each time.
+    Resolving contact more often does not change that."""
     sweeps_of_many: int = 5
     """Largest number of sweeps each time that contact is resolved, if it is resolved several times per outer step."""
     hard: float = 0.08

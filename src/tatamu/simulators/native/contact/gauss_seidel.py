@@ -58,6 +58,25 @@ def _largest_correction(x: np.ndarray, predicted: np.ndarray) -> float:
     return np.sqrt(square)
 
 
+@kernel
+def _restlessness(positions: Positions, held: float) -> float:
+    """Return the longest distance by which contact moved a vertex [m]. A vertex that contact holds counts in part.
+
+    Contact moves each vertex from its predicted position to its final position. If the final position is the position
+    at the start of the round, contact only holds the vertex against a load. The correction of such a vertex counts with
+    the factor `held`.
+    """
+    square = 0.0
+    for v in range(positions.x.shape[0]):
+        correction = 0.0
+        motion = 0.0
+        for k in range(3):
+            correction += (positions.x[v, k] - positions.predicted[v, k]) ** 2
+            motion += (positions.x[v, k] - positions.start[v, k]) ** 2
+        square = max(square, min(correction, max(motion, held * held * correction)))
+    return np.sqrt(square)
+
+
 @inlined
 def resolve(
     positions: Positions,
@@ -80,7 +99,8 @@ def resolve(
         step: Time since the start of the round [s].
 
     Returns:
-        The longest distance by which contact moved a vertex [m]. Motion that does not become velocity is not counted.
+        The longest distance by which contact moved a vertex [m]. A vertex that contact holds in its place counts in
+        part. Motion that does not become velocity is not counted.
     """
     counters = contact.counters
     broad_phase.refresh(positions, mesh, contact, options)
@@ -97,7 +117,7 @@ def resolve(
     if longest > options.calm * mesh.thickness or counters.rounds > 1:
         motion.reach(positions, contact)  # a vertex that contact moved may have come near to a sleeping pair
         impact_zones.hold(positions, mesh, contact, options)
-    return longest
+    return _restlessness(positions, options.held)
 
 
 @kernel
