@@ -38,7 +38,7 @@ from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.parameters import search_space
 from tatamu.garments import make_garment
 from tatamu.material import Material
-from tatamu.search import HIGH, LOW, Proposal, Schedule
+from tatamu.search import HIGH, LOW, Parameters, Proposal, Schedule
 from tatamu.study import ResultFolder, StudyRecord
 from tatamu.study.setup import LATER_SHARE, ROBUST_SHARE, make_schedule
 from tests.small_studies import timeless
@@ -108,13 +108,13 @@ def test_objectives_of_both_meshes_are_made_alike(two_meshes: Result) -> None:
         assert trial.objective == pytest.approx(trial.trajectory_length + 0.01 * trial.score.shape_distance)
 
 
-def test_the_first_fine_trials_are_the_last_curve_and_the_best_coarse_one(two_meshes: Result) -> None:
+def test_the_first_fine_trials_are_the_best_coarse_ones_and_the_last_curve(two_meshes: Result) -> None:
     trials = two_meshes.trials
     first = two_meshes.record.first
     assert [trial.parameters for trial in trials[:4]] == first[:4]
-    assert trials[7].parameters == first[4]
-    known = trials[: 8 - 1]  # the last one was running when it was proposed
-    assert trials[8].parameters == min(known, key=lambda trial: trial.objective or np.inf).parameters
+    known = trials[: 7 - 1]  # the last one was running when it was proposed
+    assert trials[7].parameters == min(known, key=lambda trial: trial.objective or np.inf).parameters
+    assert trials[9].parameters == first[4]
 
 
 def test_a_search_on_two_meshes_goes_on_as_it_would_have(two_meshes: Result, tmp_path: Path) -> None:
@@ -298,6 +298,35 @@ def test_fine_trials_follow_what_the_meshes_differ_by() -> None:
         fine.append(proposed)
     assert max(abs(share(each) - 0.4) for each in fine[:3]) < 0.2  # the best coarse ones
     assert max(share(each) for each in fine) > 0.9
+
+
+def asked_low(search: TwoFidelitySearch, count: int, values: list[float]) -> list[Parameters]:
+    """Proposals of low fidelity, whose values are these and then 2."""
+    asked = []
+    for number in range(count):
+        asked.append(search.ask(LOW))
+        search.tell(asked[-1], values[number] if number < len(values) else 2.0)
+    return [dict(each) for each in asked]
+
+
+def test_the_best_coarse_trial_is_repeated_once_and_its_new_value_counts() -> None:
+    space = search_space(towel().fold)
+    every = TwoFidelitySearch.settings.repeat_every
+    search = TwoFidelitySearch(GPSearch, space, repeats=True)
+    values = [2.0, 1.0, *[2.0] * (every - 3), 3.0]
+    asked = asked_low(search, every, values)
+    assert asked[every - 1] == asked[1], "the best one"
+    assert [each.objective for each in search.low.told if each.parameters == asked[1]] == [3.0]
+    resumed = TwoFidelitySearch(GPSearch, space, repeats=True)
+    for parameters, value in zip(asked, values, strict=True):
+        resumed.expect(Proposal(parameters, LOW))
+        resumed.tell(Proposal(parameters, LOW), value)
+    more = asked_low(search, every, [1.5])
+    assert more == asked_low(resumed, every, [1.5]) and more[-1] == more[0]
+    assert asked_low(search, every, [1.7])[-1] not in [*asked, *more], "the best one was repeated already"
+    never = TwoFidelitySearch(GPSearch, space)
+    asked = asked_low(never, 2 * every, values)
+    assert all(each not in asked[:number] for number, each in enumerate(asked))
 
 
 def proposal(fidelity: int, gain: float | None) -> Proposal:

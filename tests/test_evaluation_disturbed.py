@@ -89,6 +89,7 @@ class Failing(Known):
         return Evaluation(dict(parameters), 0.5, 9.0, 9.0, None, "tore")
 
 
+OTHER = {**X, "z1": X["z1"] + 0.01}
 HANDS_OFF = Disturbances.model_validate({"hands": {"offset": [0.1, 0, 0]}})
 
 
@@ -235,7 +236,9 @@ def test_the_hardest_few_worlds_are_enough_for_a_quantile() -> None:
     evaluator = disturbed(quantile=0.9)
     whole = evaluator(X)
     asked(evaluator).clear()
-    half = evaluator(X, Incumbent(2.0, 0.0, evaluator.incumbent([whole, whole], X).hardest))
+    assert len(whole.failed_in) == 12
+    raced = evaluator.incumbent([replace(whole, failed_in=())], OTHER).hardest
+    half = evaluator(X, Incumbent(2.0, 0.0, raced))
     assert len(asked(evaluator)) == 4 and half.simulations == 5
     assert (half.objective, half.hardest) == (whole.objective, whole.hardest[:4])
 
@@ -246,11 +249,30 @@ def test_the_worlds_that_were_hardest_for_any_trial_are_simulated() -> None:
         for objective, hardest in ((1.1, (6, 0, 8, 19, 4, 10)), (1.2, (4, 10, 13, 3, 6, 0)))
     )
     lost = Evaluation(X, 0.5, 1.05, 1.0, GOOD)
-    quantile = disturbed(worlds=20, quantile=0.95).incumbent([low, lost, high], X)
+    quantile = disturbed(worlds=20, quantile=0.95).incumbent([low, lost, high], OTHER)
     assert quantile.hardest == (6, 4, 0, 10, 8, 13), "no more than three times the tail"
     assert (quantile.objective, quantile.cost) == (1.1, pytest.approx(0.1)), "one that ended early has not won"
-    assert disturbed(worlds=20).incumbent([high, low], X).hardest == (6, 4, 0, 10, 8, 13, 19, 3), "the mean takes all"
-    assert disturbed().incumbent([], X) == disturbed().incumbent([high, lost], X) == NOTHING, "others are all simulated"
+    assert disturbed(worlds=20).incumbent([high, low], OTHER).hardest == (6, 4, 0, 10, 8, 13, 19, 3), (
+        "the mean takes all"
+    )
+    assert disturbed().incumbent([], X) == disturbed().incumbent([lost], OTHER) == NOTHING, "nothing is known of worlds"
+
+
+def test_a_trial_is_simulated_in_every_world_in_which_a_known_trial_failed() -> None:
+    evaluator = disturbed(worlds=20, quantile=0.95)
+    best = Evaluation(X, 0.5, 1.1, 1.0, GOOD, hardest=(6, 0, 8, 19, 4, 10, 2))
+    ended = [Evaluation(OTHER, 0.5, 1.2, 1.0, GOOD, failed_in=failed) for failed in ((3, 5), (5, 11))]
+    third = {**X, "z1": X["z1"] + 0.02}
+    assert evaluator.incumbent([best, *ended], third).hardest == (5, 3, 11, 6, 0, 8), "the most often failed come first"
+    many = replace(ended[0], failed_in=tuple(range(9)))
+    assert evaluator.incumbent([best, many], third).hardest == tuple(range(9)), "none of them is left out"
+
+
+def test_a_repeated_trial_is_simulated_in_all_worlds() -> None:
+    evaluator = disturbed(worlds=20, quantile=0.95)
+    known = [Evaluation(X, 0.5, 1.1, 1.0, GOOD, hardest=(6, 0), fidelity=LOW)]
+    assert evaluator.incumbent(known, Proposal(X, LOW)) == NOTHING
+    assert evaluator.incumbent(known, Proposal(X, HIGH)).hardest == (6, 0), "on the other mesh it is a new trial"
 
 
 def test_the_mean_needs_all_worlds_in_any_order() -> None:
@@ -286,11 +308,11 @@ def test_a_trial_on_the_own_mesh_has_to_beat_its_like_in_the_worlds_that_decide_
     evaluator = CoarseFirst(disturbed(Known(towel(spacing=0.02)), worlds=6, quantile=0.9))
     coarse = [Evaluation(X, 0.5, 1.1 + n, 1.0, GOOD, hardest=(n, 5), fidelity=LOW) for n in (0, 1)]
     fine = [Evaluation(X, 0.5, 1.3 + n, 1.0, GOOD, hardest=(2, 3)) for n in (0, 1)]
-    first = evaluator.incumbent(coarse, Proposal(X, HIGH))
+    first = evaluator.incumbent(coarse, Proposal(OTHER, HIGH))
     assert (first.objective, first.hardest) == (np.inf, (0, 1, 5))
-    later = evaluator.incumbent([*coarse, *fine], Proposal(X, HIGH))
+    later = evaluator.incumbent([*coarse, *fine], Proposal(OTHER, HIGH))
     assert (later.objective, later.hardest) == (1.3, (0, 2, 1))
-    assert evaluator.incumbent([*coarse, *fine], Proposal(X, LOW)).objective == 1.1
+    assert evaluator.incumbent([*coarse, *fine], Proposal(OTHER, LOW)).objective == 1.1
 
 
 def test_worlds_are_simulated_on_the_coarser_mesh_in_the_numbers_of_the_finer_one(two_meshes: None) -> None:
@@ -365,18 +387,17 @@ def test_a_study_is_the_same_in_parts_and_on_other_workers(learned: Result, tmp_
     assert timeless(tmp_path) == timeless(folder_of(learned))
 
 
-def test_later_trials_are_simulated_in_the_worlds_that_were_hardest_for_any_before(tmp_path: Path) -> None:
-    high = {**X, "z1": 0.35, "z2": 0.35}
-    low = {**X, "x1": 0.0, "z1": 0.05, "z2": 0.0}
+def test_later_trials_are_simulated_in_the_worlds_in_which_any_failed_or_that_were_hardest(tmp_path: Path) -> None:
+    curves = [{**X, "z1": height, "z2": height} for height in (0.37, 0.35, 0.33)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(import_module("tatamu.study.learn"), "first_curves", lambda fold: [high, low, X, X])
+        patch.setattr(import_module("tatamu.study.learn"), "first_curves", lambda fold: [*curves, X])
         options = LearnOptions(trials=4, quantile=0.9, parallel=2, baselines=False)
         learn(towel(), options, out=tmp_path, evaluate=over_worlds(towel(), 10, 0.9))
     study = optuna.load_study(study_name=None, storage=f"sqlite:///{tmp_path}/study.db")
-    orders = [trial.user_attrs["hardest"] for trial in study.trials]
-    assert set(orders[0]) == set(orders[1]) == set(range(10)), "they know of no other"
-    hardest = {*orders[0][:4], *orders[1][:4]}
-    assert hardest != {*orders[0][:4]} and set(orders[3]) <= hardest and len(orders[3]) == min(6, len(hardest))
+    first, *later = (trial.user_attrs["hardest"] for trial in study.trials)
+    failed = study.trials[0].user_attrs["failed_in"]
+    assert set(first) == set(range(10)), "it knows of no other"
+    assert 0 < len(failed) < 10 and all(set(failed) <= set(each) != set(first) for each in later)
 
 
 def test_a_study_of_other_disturbances_is_another(learned: Result) -> None:

@@ -20,10 +20,15 @@ incumbent, the trial ends at once. Otherwise it is simulated in the hardest worl
 largest values. To find the hardest worlds, the first two trials are simulated in all worlds. In a world that is not
 simulated, a trial gets its nominal value. This gives a lower bound of the objective. The trial ends as soon as this
 bound exceeds the objective of the incumbent.
+
+A search finds folds that hold in the simulated worlds only by chance. It therefore repeats its best trial from time to
+time. A repeated trial is simulated in all worlds. Worlds in which it fails are added to the worlds of all later trials.
+This is constraint generation, also called the cutting-plane method (Kelley 1960).
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -35,9 +40,9 @@ from tatamu.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
 from tatamu.folding.parameters import arched_inwards
 from tatamu.folding.score import ALPHA, Limits
-from tatamu.search import Parameters
+from tatamu.search import HIGH, Parameters
 
-SCOUTS = 2
+SCOUTS = 1
 """Number of trials at the start of a search that are simulated in all worlds (draws of the disturbances).
 
 They show which worlds are the hardest. Later trials are simulated in these worlds.
@@ -156,16 +161,20 @@ class Disturbed(Wrapper):
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
         """Return the incumbent: the result of the best complete evaluation, and a list of hard worlds.
 
-        A world is one random draw of all disturbances. The list combines the hardest worlds of all complete
-        evaluations. If fewer than `SCOUTS` evaluations are complete, return `NOTHING`. The next trial is then simulated
-        in all worlds.
+        A world is one random draw of all disturbances. The list starts with all worlds in which a known evaluation
+        failed. It is completed by the hardest worlds of all complete evaluations. If fewer than `SCOUTS` evaluations
+        are complete, or if the parameters are known already, return `NOTHING`. The next trial is then simulated in all
+        worlds.
         """
         able = sorted((each for each in known if each.hardest), key=lambda each: each.objective)
-        if len(able) < SCOUTS:
+        if len(able) < SCOUTS or _repeats(known, parameters):
             return NOTHING
+        failures = Counter(number for each in known for number in each.failed_in)
+        failed = sorted(failures, key=lambda number: (-failures[number], number))
         ranks = range(self.n_shared_worlds)
-        hardest = tuple(dict.fromkeys(one.hardest[rank] for rank in ranks for one in able if rank < len(one.hardest)))
-        return Incumbent(able[0].objective, max(0.0, able[0].cost), hardest[: self.n_raced_worlds])
+        hard = (one.hardest[rank] for rank in ranks for one in able if rank < len(one.hardest))
+        raced = tuple(dict.fromkeys([*failed, *hard]))[: max(self.n_raced_worlds, len(failed))]
+        return Incumbent(able[0].objective, max(0.0, able[0].cost), raced)
 
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.
@@ -181,6 +190,7 @@ class Disturbed(Wrapper):
             return replace(nominal, objective=floor + beat.cost)
         errors: dict[int, float] = {}
         counted: dict[int, float] = {}
+        failed: list[int] = []
         for number in beat.hardest or range(self.worlds):
             found = self._in_world(parameters, number)
             holds = self._holds(found)
@@ -188,11 +198,15 @@ class Disturbed(Wrapper):
                 self._yardstick_holds[number] = holds
             decides = self.quantile is None or holds or not self._is_lost_to_all(number)
             errors[number] = self._penalise(found) if decides else floor
+            if decides and not holds:
+                failed.append(number)
             counted[number] = floor if holds and self.quantile is not None else errors[number]
             least = self._bound(counted, floor)
             if least >= beat.objective and len(counted) < self.worlds:
-                return replace(nominal, objective=max(least, floor + beat.cost), simulations=1 + len(counted))
-        return replace(nominal, objective=least, simulations=1 + len(counted), hardest=_worst_first(errors))
+                bound = max(least, floor + beat.cost)
+                return replace(nominal, objective=bound, simulations=1 + len(counted), failed_in=tuple(failed))
+        hardest = _worst_first(errors)
+        return replace(nominal, objective=least, simulations=1 + len(counted), hardest=hardest, failed_in=tuple(failed))
 
     def _in_world(self, parameters: Mapping[str, int | float], number: int) -> Evaluation:
         """Evaluate a manipulation in a world (draw of the disturbances).
@@ -233,6 +247,12 @@ class Disturbed(Wrapper):
             return found.nominal
         limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
         return found.trajectory_length + 2.0 * max(found.nominal - found.trajectory_length, limit)
+
+
+def _repeats(known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> bool:
+    """Return whether parameters were evaluated before at the same fidelity."""
+    fidelity = getattr(parameters, "fidelity", HIGH)
+    return any(each.fidelity == fidelity and dict(each.parameters) == dict(parameters) for each in known)
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:

@@ -57,6 +57,8 @@ class Evaluation:
     """Numbers of the disturbed worlds that were simulated, hardest first; empty if the evaluation was ended early.
 
     A disturbed world is one random draw of all disturbances."""
+    failed_in: tuple[int, ...] = ()
+    """Numbers of the simulated disturbed worlds in which the fold failed, although another fold succeeds there."""
     fidelity: int = HIGH
     """`LOW` if the coarse mesh was simulated, and `HIGH` if the fine mesh was simulated."""
     ended: Literal["arrival"] | None = None

@@ -9,6 +9,9 @@ y_low is the value of the cheap model, y_high the value of the model itself, and
 Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity. Trials that differ too
 little from a better trial are left out. When a few of these trials are known, the model proposes points. It proposes
 the points with the largest expected improvement over the best trial of high fidelity.
+
+If the objective is uncertain until it is evaluated again, the best trial of low fidelity is repeated from time to time.
+Its new value replaces its old value.
 """
 
 from __future__ import annotations
@@ -46,6 +49,8 @@ class CoKriging:
 
     A difference of 1.0 corresponds to a factor of about three.
     """
+    repeat_every: int = 12
+    """Number of trials of low fidelity after which the best of them is repeated, unless it was repeated before."""
 
 
 class TwoFidelitySearch(Search):
@@ -60,6 +65,7 @@ class TwoFidelitySearch(Search):
         space: Space,
         seed: int = 0,
         first: Sequence[Parameters] = (),
+        repeats: bool = False,
     ) -> None:
         """Start a search.
 
@@ -67,10 +73,15 @@ class TwoFidelitySearch(Search):
             make: Callable that makes the search of low fidelity from a space, a seed and first parameters.
             space: Bounds of the parameters, and the known part of the objective.
             seed: Random seed of the search.
-            first: Parameters of the first proposals. The last of them is the first proposal at high fidelity.
+            first: Parameters of the first proposals. The last of them is proposed at high fidelity. It is the last of
+                the handful before the difference is modelled: a best trial is known by then, which it has to beat.
+            repeats: Whether to repeat the best trials of low fidelity.
         """
         super().__init__(space, seed, first[-1:])
         self.low = make(space, seed, first[:-1])
+        self._repeats = repeats
+        self._asked_low = 0
+        self._repeated: list[Parameters] = []
         self.needs_residuals = self.low.needs_residuals
 
     @property
@@ -81,8 +92,10 @@ class TwoFidelitySearch(Search):
     def ask(self, fidelity: int = HIGH) -> Proposal:
         """Return the next proposal at a fidelity. It stays pending until its result is reported with `tell`."""
         if fidelity == LOW:
-            return self.low.ask(LOW)
-        given = bool(self.first) and super().number == 0
+            proposal = self._repetition() or self.low.ask(LOW)
+            self._note(proposal)
+            return proposal
+        given = bool(self.first) and super().number == self.settings.handful - 1
         parameters, gain = (self.first[0], None) if given else self.propose()
         proposal = Proposal(dict(parameters), HIGH, gain)
         self.expect(proposal)
@@ -90,11 +103,34 @@ class TwoFidelitySearch(Search):
 
     def expect(self, proposal: Proposal) -> None:
         """Add a pending proposal, for example a proposal of an interrupted study."""
-        (self.low.pending if proposal.fidelity == LOW else self.pending).append(proposal)
+        if proposal.fidelity == HIGH:
+            super().expect(proposal)
+            return
+        if not self._is_told(proposal.parameters):
+            self.low.expect(proposal)
+        self._note(proposal)
+
+    def _note(self, proposal: Proposal) -> None:
+        """Count a proposal of low fidelity, and note its parameters if it repeats a trial."""
+        self._asked_low += 1
+        if self._is_told(proposal.parameters):
+            self._repeated.append(proposal.parameters)
+
+    def _is_told(self, parameters: Parameters) -> bool:
+        return any(each.parameters == parameters for each in self.low.told)
+
+    def _repetition(self) -> Proposal | None:
+        """Return the best trial of low fidelity if it is due to be repeated; None if no trial is due."""
+        every = self.settings.repeat_every
+        if not self._repeats or self._asked_low % every != every - 1 or not self.low.told:
+            return None
+        best = min(self.low.told, key=lambda each: each.objective).parameters
+        return None if best in self._repeated else Proposal(dict(best), LOW)
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report the result of a proposal."""
+        """Report the result of a proposal. The result of a repeated proposal replaces the earlier result."""
         if getattr(proposal, "fidelity", HIGH) == LOW:
+            self.low.told = [each for each in self.low.told if each.parameters != dict(proposal)]
             self.low.tell(proposal, found)
         else:
             super().tell(proposal, found)

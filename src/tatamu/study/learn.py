@@ -85,7 +85,7 @@ def learn(
         places: The executor, the storage and the callbacks of the study; None for this machine and storage in memory.
         evaluate: Evaluator of the manipulations; None for the evaluator that follows from the options.
         first: Parameters of further manipulations with which the search of the first step starts. If the search also
-            uses a coarse mesh, the first trial on the fine mesh is the last of these manipulations.
+            uses a coarse mesh, the third trial on the fine mesh is the last of these manipulations.
 
     Raises:
         InputError: If an option is wrong, or the folder cannot be used.
@@ -132,7 +132,7 @@ class _Learning:
     known: tuple[Parameters, ...] = ()
     """Parameters of further manipulations with which the search of the first step starts.
 
-    If the search also uses a coarse mesh, the first trial on the fine mesh is the last of these manipulations.
+    If the search also uses a coarse mesh, the third trial on the fine mesh is the last of these manipulations.
     """
 
     def first(self, task: Task) -> list[Parameters]:

@@ -155,7 +155,7 @@ class StudyRecord(OpenRecord):
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials, which were given to the search and not proposed by it.
 
-    If the study has a coarse mesh, the last of these parameters are those of the first trial on the fine mesh."""
+    If the study has a coarse mesh, the last of these parameters are those of the third trial on the fine mesh."""
     coarse: float | None = None
     """Spacing of the coarse mesh on which the search starts [m]; None if all trials run on the fine mesh."""
     disturbances: dict[str, Any] | None = None

@@ -109,6 +109,8 @@ class Trial(Scored):
 
     A disturbed world is one random draw of all disturbances. The list is empty if the trial was stopped early because
     it could not become the best."""
+    failed_in: list[Index] = Field(default_factory=list, exclude=True)
+    """Numbers of the simulated disturbed worlds in which the trial failed, although another fold succeeds there."""
     packed_errors: str | None = Field(None, exclude=True)
     """Vertex distances e_i of Eq. (12) as text; None if the search does not need them."""
 
@@ -146,6 +148,7 @@ class Trial(Scored):
             worlds=found.simulations if disturbed else None,
             expected_objective=found.objective if other else None,
             hardest=list(found.hardest),
+            failed_in=list(found.failed_in),
             packed_errors=None if found.errors is None or found.failed else _pack(found.errors),
         )
 
@@ -170,6 +173,7 @@ class Trial(Scored):
             error=self.error,
             simulations=self.worlds or 1,
             hardest=tuple(self.hardest),
+            failed_in=tuple(self.failed_in),
             fidelity=self.proposal(coarse).fidelity,
             ended=self.ended,
             seconds=self.seconds or 0.0,
@@ -184,7 +188,11 @@ class Trial(Scored):
         plain = self.model_dump(exclude={"parameters"})
         if self.expected_objective is None:
             plain.pop("objective")
-        more = {"hardest": self.hardest or None, "packed_errors": self.packed_errors}
+        more = {
+            "hardest": self.hardest or None,
+            "failed_in": self.failed_in or None,
+            "packed_errors": self.packed_errors,
+        }
         return {**plain, **{name: value for name, value in more.items() if value is not None}}
 
 
