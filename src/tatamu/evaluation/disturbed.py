@@ -29,9 +29,10 @@ This is constraint generation, also called the cutting-plane method (Kelley 1960
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 
@@ -41,6 +42,8 @@ from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumben
 from tatamu.folding.parameters import arched_inwards
 from tatamu.folding.score import ALPHA, Limits
 from tatamu.search import HIGH, Parameters
+from tatamu.simulators import capabilities
+from tatamu.simulators.many import executor_of
 
 SCOUTS = 1
 """Number of trials at the start of a search that are simulated in all worlds (draws of the disturbances).
@@ -191,8 +194,8 @@ class Disturbed(Wrapper):
         errors: dict[int, float] = {}
         counted: dict[int, float] = {}
         failed: list[int] = []
-        for number in beat.hardest or range(self.worlds):
-            found = self._in_world(parameters, number)
+        numbers = beat.hardest or range(self.worlds)
+        for number, found in zip(numbers, self._in_worlds(parameters, numbers, beat), strict=True):
             holds = self._holds(found)
             if dict(parameters) == self.yardstick:
                 self._yardstick_holds[number] = holds
@@ -207,6 +210,19 @@ class Disturbed(Wrapper):
                 return replace(nominal, objective=bound, simulations=1 + len(counted), failed_in=tuple(failed))
         hardest = _worst_first(errors)
         return replace(nominal, objective=least, simulations=1 + len(counted), hardest=hardest, failed_in=tuple(failed))
+
+    def _in_worlds(
+        self, parameters: Mapping[str, int | float], numbers: Sequence[int], beat: Incumbent
+    ) -> Iterator[Evaluation]:
+        """Evaluate a manipulation in worlds (draws of the disturbances), one after another.
+
+        If there is no incumbent that could end the trial early, the worlds are simulated in threads, side by side.
+        """
+        if beat.objective < np.inf or not capabilities(self.task.simulator).parallel:
+            yield from (self._in_world(parameters, number) for number in numbers)
+            return
+        with executor_of(None, len(numbers)) as threads:
+            yield from threads.map(self._in_world, repeat(parameters), numbers)
 
     def _in_world(self, parameters: Mapping[str, int | float], number: int) -> Evaluation:
         """Evaluate a manipulation in a world (draw of the disturbances).
