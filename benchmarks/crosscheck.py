@@ -17,8 +17,8 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from benchmarks.tables import markdown, publish
 
+from benchmarks.tables import markdown, publish
 from tatamu.api import learn
 from tatamu.crosscheck.agreement import Agreement, compare, manipulations
 from tatamu.crosscheck.check import modify_scene
@@ -40,7 +40,7 @@ from tatamu.validation.checks.friction import layers
 PARTS = ("friction", "rounds", "small", "towel")
 SMALL_SIZE, SMALL_SPACING = (0.20, 0.40), 0.015
 """Size of the small towel, and spacing of its mesh [m], which is fine enough for MuJoCo's bending."""
-Row = dict[str, object]
+Row = dict[str, str]
 ROUNDS = (2, 4, 8, 12, 48)
 """Blender's rounds of contact in each substep; Blender's default is 2, tatamu's is 12."""
 FRICTION, TILT, DURATION = 0.5, 21.5, 0.6
@@ -146,8 +146,8 @@ def on_half_the_mesh(learned: Result, count: int) -> dict[object, Row]:
 
 def agreed(simulators: list[str], folder: Path, options: argparse.Namespace, **size: Any) -> Agreement:
     """Learn a towel in `native` by 15 trials and compare the simulators on it."""
-    options = LearnOptions(trials=15, seed=0, disturbances="none", coarse=False)
-    learned = learn(make_task("towel", **size), options, out=folder / "towel")
+    settings = LearnOptions(trials=15, seed=0, disturbances="none", coarse=False)
+    learned = learn(make_task("towel", **size), settings, out=folder / "towel")
     assert isinstance(learned, Result)
     told = lambda manipulation, simulator: print(manipulation, "in", simulator, flush=True)  # noqa: E731
     agreement = compare(learned, simulators, folder / "agreement", count=options.random, progress=told)

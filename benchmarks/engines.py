@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.errors import InputError, SimulationError
+from tatamu.files import write_npz
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 from tatamu.simulators import SIMULATORS, simulate
@@ -44,7 +45,7 @@ def newton(scene: Scene, substeps: int = SUBSTEPS, iterations: int = ITERATIONS)
         )
     with tempfile.TemporaryDirectory() as folder:
         source, out = Path(folder) / "in.npz", Path(folder) / "out.npz"
-        np.savez(source, **_request(scene, substeps, iterations))
+        write_npz(source, _request(scene, substeps, iterations))
         _call([python, str(WORKER), str(source), str(out)])
         answer = dict(np.load(out))
     if not np.isfinite(answer["positions"]).all():

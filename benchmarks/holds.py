@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks.tables import markdown, merged, publish, published
 
+from benchmarks.tables import markdown, merged, publish, published
 from tatamu.disturbances import NOMINAL, Stream, default_disturbances, sample_worlds
 from tatamu.evaluation import Nominal
 from tatamu.folding.task import make_task
@@ -91,7 +91,7 @@ def meshes(write: bool) -> None:
                 {
                     "manipulation": name,
                     "mesh [mm]": f"{1e3 * spacing:g}",
-                    "vertices": len(task.fold.start),
+                    "vertices": str(len(task.fold.start)),
                     "undisturbed": f"{1e3 * far[0]:.1f}",
                     "median": f"{1e3 * np.median(far[1:]):.1f}",
                     "90 %": f"{1e3 * np.quantile(far[1:], 0.9):.1f}",
@@ -215,7 +215,8 @@ def two_meshes(out: Path, known: bool, write: bool) -> None:
             measured = judged(folder, 200, fine=fine, seed=MARGINS_SEED)
             mesh = measured.result.mesh
             found = row("towel half, seed 0", "in disturbed worlds", measured)
-            rows.append({**found, "simulations": measured.result.simulations, "on the fine mesh": mesh.own_simulations})
+            counts = {"simulations": measured.result.simulations, "on the fine mesh": mesh.own_simulations}
+            rows.append({**found, **{name: str(count) for name, count in counts.items()}})
             print(rows[-1], flush=True)
     show("margins: two meshes", rows, write)
 

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.tables import markdown, publish
-
 from tatamu.api import Result, learn
 from tatamu.files import write_json
 from tatamu.folding.task import Task, make_task
@@ -69,7 +68,9 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=50)
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
-    task, rows, baselines = make_task("towel"), [], []
+    task = make_task("towel")
+    rows: list[dict[str, Any]] = []
+    baselines: list[dict[str, Any]] = []
     for sampler in ("gp", "random"):
         for seed in range(options.seeds):
             row, baselines = study(task, options.out / f"{sampler}-{seed}", sampler, seed, options.trials)

@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 import shapely
-from benchmarks.tables import IMAGES, markdown, publish
 from PIL import Image
 from tests.photographs import BLUE, WOOD, Cloth, Paper, Shot, laid, photograph
 
+from benchmarks.tables import IMAGES, markdown, publish
 from tatamu.errors import InputError
 from tatamu.evaluation import Nominal
 from tatamu.folding.fold import Fold
@@ -30,7 +30,8 @@ from tatamu.garments import Garment, make_garment
 from tatamu.photographs.board import Board
 from tatamu.photographs.camera import estimate
 from tatamu.photographs.lens import Lens
-from tatamu.photographs.locate import Located, locate_shape
+from tatamu.photographs.locate import locate_shape
+from tatamu.photographs.located import Located
 from tatamu.photographs.look import draw_located, draw_reading
 from tatamu.photographs.markers import find_pages
 from tatamu.photographs.photograph import Photograph, load_scale, read_photograph

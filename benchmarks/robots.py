@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.tables import markdown, publish
-
-from tatamu.api import Result, learn
+from tatamu.api import learn
 from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
 from tatamu.folding.task import Reach, make_task
@@ -27,6 +26,7 @@ from tatamu.robots.planned import Planned
 from tatamu.robots.refold import refold
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.report import save as save_rehearsal
+from tatamu.study import Result
 
 SPACING = 0.02
 SIMULATORS = ("native", "mujoco")

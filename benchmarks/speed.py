@@ -26,11 +26,11 @@ from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
+
 from benchmarks.engines import ENGINES
 from benchmarks.tables import markdown, publish
 from benchmarks.timed_folds import FABRICS, FOLDED, Fold, towel
 from benchmarks.timed_rollouts import Case, Timing, check_folded, timed
-
 from tatamu import HandTarget, Simulation, __version__, simulate, simulate_many
 from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
@@ -103,7 +103,8 @@ def growth(options: argparse.Namespace) -> list[Row]:
         found = [timed(case, turn, options.out, options.limit) for turn in range(options.runs)]
         seconds, peak = median(t.seconds for t in found), max(t.peak for t in found)
         rows.append({"vertices": found[0].vertices, "seconds": _short(seconds), "peak memory [MB]": round(peak)})
-    slope = np.polyfit(*(np.log([float(row[key]) for row in rows]) for key in ("vertices", "seconds")), 1)[0]
+    sizes, times = (np.log([float(str(row[key])) for row in rows]) for key in ("vertices", "seconds"))
+    slope = np.polyfit(sizes, times, 1)[0]
     return [*rows, {"vertices": "exponent", "seconds": f"{slope:.2f}", "peak memory [MB]": "-"}]
 
 

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from benchmarks.tables import IMAGES, markdown, publish
 from matplotlib.axes import Axes
 
+from benchmarks.tables import IMAGES, markdown, publish
 from tatamu.files import write_json, write_text
 from tatamu.presentation.palette import COLOURS, SERIES
 from tatamu.validation import Subject, validate
@@ -88,12 +88,9 @@ def _panel(axis: Axes, curves: list[Curve], asked: Figure) -> None:
             axis.plot(curve.x, curve.y, color=INK, linewidth=1.2, label=label)
             continue
         place = names.index(curve.name)
-        style = {
-            "color": COLOURS[f"series-{place % SERIES}"][0],
-            "marker": MARKS[place % len(MARKS)],
-            "markersize": 3.5,
-        }
-        axis.plot(curve.x, curve.y, linewidth=0.8 if asked.joined else 0.0, alpha=0.8, label=label, **style)
+        width = 0.8 if asked.joined else 0.0
+        (line,) = axis.plot(curve.x, curve.y, linewidth=width, alpha=0.8, label=label)
+        line.set(color=COLOURS[f"series-{place % SERIES}"][0], marker=MARKS[place % len(MARKS)], markersize=3.5)
     axis.set(title=asked.title, xlabel=asked.x, ylabel=asked.y)
     if asked.log:
         axis.set(xscale="log", yscale="log")

@@ -23,7 +23,6 @@ from time import perf_counter
 from typing import NamedTuple
 
 from benchmarks.tables import markdown, merged, publish, published
-
 from tatamu.evaluation import Nominal
 from tatamu.files import read_json, write_json
 from tatamu.folding.baselines import triangle
@@ -104,7 +103,7 @@ def measured(words: list[str], seed: int, out: Path) -> Measured:
     return Measured(Used(*times["command"]), Used(*times["reference"]), ResultFolder(folder))
 
 
-def row(words: list[str], runs: list[Measured]) -> dict[str, object]:
+def row(words: list[str], runs: list[Measured]) -> dict[str, str]:
     """A row of the table: medians over seeds, the worst fold."""
     worst = max((run.found for run in runs), key=_objective)
     if isinstance(worst, PlanRecord):
@@ -114,7 +113,7 @@ def row(words: list[str], runs: list[Measured]) -> dict[str, object]:
         fold += f", {worst.judged.headline}" if worst.judged else ""
     return {
         "command": f"`{' '.join(['tatamu', *words])}`",
-        "seeds": len(runs),
+        "seeds": str(len(runs)),
         "seconds": f"{median(run.command.wall for run in runs):.0f}",
         "reference rollouts": f"{median(run.command.wall / run.reference.wall for run in runs):.0f}",
         "processor seconds": f"{median(run.command.processor for run in runs):.0f}",
