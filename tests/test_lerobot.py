@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from tatamu.errors import InputError
 from tatamu.lerobot import LeRobotReader, LeRobotWriter, camera, flag, vector
 from tatamu.lerobot.statistics import joined, statistics
+from tatamu.lerobot.video import VideoWriter
 
 pytest.importorskip("pyarrow")
 pytest.importorskip("av")
@@ -98,6 +100,16 @@ def test_the_same_episodes_give_the_same_bytes(tmp_path: Path) -> None:
     assert len(files) == 6
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getscheduler"), reason="the system has no scheduling policies")
+def test_the_encoder_takes_no_processor_from_other_programs(tmp_path: Path) -> None:
+    """If root runs the encoder, it makes itself and its caller real-time threads."""
+    policy = os.sched_getscheduler(0)
+    writer = VideoWriter(tmp_path / "video.mp4", 10, 64, 64)
+    writer.add(_episode(3, 0)["observation.images.top"])
+    assert {os.sched_getscheduler(int(thread.name)) for thread in Path("/proc/self/task").iterdir()} == {policy}
+    writer.close()
 
 
 def test_an_error_leaves_nothing(tmp_path: Path) -> None:

@@ -29,7 +29,9 @@ This is constraint generation, also called the cutting-plane method (Kelley 1960
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import repeat
@@ -43,8 +45,10 @@ from tatamu.folding.parameters import arched_inwards
 from tatamu.folding.score import ALPHA, Limits
 from tatamu.search import HIGH, Parameters
 from tatamu.simulators import capabilities
-from tatamu.simulators.many import executor_of
+from tatamu.simulators.many import processors
 
+RACING_THREADS = 2
+"""Largest number of worlds (draws of the disturbances) in which a trial that may end early is simulated at a time."""
 SCOUTS = 1
 """Number of trials at the start of a search that are simulated in all worlds (draws of the disturbances).
 
@@ -195,34 +199,39 @@ class Disturbed(Wrapper):
         counted: dict[int, float] = {}
         failed: list[int] = []
         numbers = beat.hardest or range(self.worlds)
-        for number, found in zip(numbers, self._in_worlds(parameters, numbers, beat), strict=True):
-            holds = self._holds(found)
-            if dict(parameters) == self.yardstick:
-                self._yardstick_holds[number] = holds
-            decides = self.quantile is None or holds or not self._is_lost_to_all(number)
-            errors[number] = self._penalise(found) if decides else floor
-            if decides and not holds:
-                failed.append(number)
-            counted[number] = floor if holds and self.quantile is not None else errors[number]
-            least = self._bound(counted, floor)
-            if least >= beat.objective and len(counted) < self.worlds:
-                bound = max(least, floor + beat.cost)
-                return replace(nominal, objective=bound, simulations=1 + len(counted), failed_in=tuple(failed))
+        with closing(self._in_worlds(parameters, numbers, beat)) as outcomes:
+            for number, found in zip(numbers, outcomes, strict=True):
+                holds = self._holds(found)
+                if dict(parameters) == self.yardstick:
+                    self._yardstick_holds[number] = holds
+                decides = self.quantile is None or holds or not self._is_lost_to_all(number)
+                errors[number] = self._penalise(found) if decides else floor
+                if decides and not holds:
+                    failed.append(number)
+                counted[number] = floor if holds and self.quantile is not None else errors[number]
+                least = self._bound(counted, floor)
+                if least >= beat.objective and len(counted) < self.worlds:
+                    bound = max(least, floor + beat.cost)
+                    return replace(nominal, objective=bound, simulations=1 + len(counted), failed_in=tuple(failed))
         hardest = _worst_first(errors)
         return replace(nominal, objective=least, simulations=1 + len(counted), hardest=hardest, failed_in=tuple(failed))
 
     def _in_worlds(
         self, parameters: Mapping[str, int | float], numbers: Sequence[int], beat: Incumbent
-    ) -> Iterator[Evaluation]:
-        """Evaluate a manipulation in worlds (draws of the disturbances), one after another.
+    ) -> Generator[Evaluation]:
+        """Evaluate a manipulation in worlds (draws of the disturbances), in threads, and yield the results in order.
 
-        If there is no incumbent that could end the trial early, the worlds are simulated in threads, side by side.
+        If an incumbent may end the trial early, there are few threads, because worlds ahead may be simulated in vain.
         """
-        if beat.objective < np.inf or not capabilities(self.task.simulator).parallel:
+        count = processors() if beat is NOTHING else min(RACING_THREADS, processors())
+        if count == 1 or not capabilities(self.task.simulator).parallel:
             yield from (self._in_world(parameters, number) for number in numbers)
             return
-        with executor_of(None, len(numbers)) as threads:
+        threads = ThreadPoolExecutor(count)
+        try:
             yield from threads.map(self._in_world, repeat(parameters), numbers)
+        finally:
+            threads.shutdown(wait=False, cancel_futures=True)
 
     def _in_world(self, parameters: Mapping[str, int | float], number: int) -> Evaluation:
         """Evaluate a manipulation in a world (draw of the disturbances).

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -66,6 +67,8 @@ class VideoWriter:
         self._stream: Any = self._container.add_stream(CODEC, rate=fps, options=OPTIONS)
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
         self._stream.time_base = self._stream.codec_context.time_base = Fraction(1, fps)
+        with _unchanged_priority():
+            self._stream.codec_context.open()
         self._av = av
 
     def add(self, pictures: np.ndarray) -> None:
@@ -96,6 +99,26 @@ class VideoWriter:
                 self._container.mux(self._stream.encode())
         except OSError as error:
             raise unwritable(self._path, error) from None
+
+
+@contextmanager
+def _unchanged_priority() -> Iterator[None]:
+    """Give all threads of this process the scheduling policy back that the calling thread had before.
+
+    If root runs the encoder, it makes its threads and the calling thread real-time threads (SCHED_FIFO). Those would
+    take the processors from all other programs, also after the video is finished.
+    """
+    if not hasattr(os, "sched_getscheduler"):
+        yield
+        return
+    policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        yield
+    finally:
+        if os.sched_getscheduler(0) != policy:
+            for thread in Path("/proc/self/task").iterdir():
+                with suppress(ProcessLookupError):  # the thread has ended
+                    os.sched_setscheduler(int(thread.name), policy, parameter)
 
 
 def read_video(path: Path) -> Iterator[np.ndarray]:
