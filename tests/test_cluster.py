@@ -196,7 +196,7 @@ def test_a_call_whose_worker_hangs_runs_elsewhere(tmp_path: Path) -> None:
     import distributed
 
     with connected("local:2") as found:
-        patient = DaskExecutor(found._client, "local:2", Watch(Patience(first=3.0, least=3.0)))
+        patient = DaskExecutor(found._client, "local:2", Watch(Patience(first=6.0, least=6.0)))
         assert isinstance(found._client, distributed.Client)
         assert patient.submit(hang_once, tmp_path / "mark").result(90) > 0
         patient.shutdown()
