@@ -19,7 +19,9 @@ from tests.scenes import scene
 BATCH = 50
 
 
-@pytest.mark.parametrize("first", range(0, 200, BATCH))
+@pytest.mark.parametrize(
+    "first", [0, *(pytest.param(first, marks=pytest.mark.slow) for first in range(BATCH, 200, BATCH))]
+)
 def test_random_scenes_end_in_a_rollout_or_a_clear_error(first: int) -> None:
     wrong = {seed: kind for seed in range(first, first + BATCH) if not abuse.acceptable(kind := abuse.outcome(seed))}
     assert not wrong

@@ -262,6 +262,7 @@ def bytes_in(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
+@pytest.mark.slow
 def test_real_cloth_on_workers_is_that_of_one_machine(tmp_path: Path) -> None:
     data = write_fabrics(tmp_path / "data")
     arguments = ["--data", str(data), "--only", "drape", "--quick", "--out"]

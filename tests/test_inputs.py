@@ -52,10 +52,20 @@ def learned(desk: Path, folder: Path, **changes: Any) -> Path:
     return folder
 
 
-def test_a_folder_and_the_users_files_can_be_moved(
+def check_copies(desk: Path, inputs: Path) -> None:
+    """The copies are the files to the byte, and keep their places."""
+    named = json.loads((inputs / "files.json").read_text())
+    assert named == {"garment": "garment/garments/bag.toml", "fold": "fold/plan.toml", "material": "material/mine.toml"}
+    assert (inputs / "garment" / "patterns" / "bag.svg").read_bytes() == (desk / "patterns" / "bag.svg").read_bytes()
+    assert (inputs / "fold" / "plan.toml").read_text() == PLAN
+    assert load_material(inputs / "material" / "mine.toml") == load_material(desk / "mine.toml")
+
+
+def test_inputs_are_copied_and_a_folder_and_the_users_files_can_be_moved(
     desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_pictures: None
 ) -> None:
     folder = learned(desk, tmp_path / "out")
+    check_copies(desk, folder / "inputs")
     before = [Result.load(folder / f"step-{number}").task for number in (1, 2)]
     shutil.rmtree(desk)
     shutil.move(folder, tmp_path / "elsewhere" / "moved")
@@ -64,18 +74,6 @@ def test_a_folder_and_the_users_files_can_be_moved(
     for one, other in zip(before, again, strict=True):
         assert (one.fold.target == other.fold.target).all()
         assert one.fold.garment.material == other.fold.garment.material
-
-
-def test_copies_are_the_files_to_the_byte_and_keep_their_places(
-    desk: Path, tmp_path: Path, small_pictures: None
-) -> None:
-    inputs = learned(desk, tmp_path / "out") / "inputs"
-    named = json.loads((inputs / "files.json").read_text())
-    assert named == {"garment": "garment/garments/bag.toml", "fold": "fold/plan.toml", "material": "material/mine.toml"}
-    assert (inputs / "garment" / "patterns" / "bag.svg").read_bytes() == (desk / "patterns" / "bag.svg").read_bytes()
-    assert (inputs / "fold" / "plan.toml").read_text() == PLAN
-    copy = load_material(inputs / "material" / "mine.toml")
-    assert copy == load_material(desk / "mine.toml")
 
 
 def test_the_plan_that_was_found_for_a_garment_is_kept(

@@ -194,7 +194,7 @@ def test_a_garment_with_one_candidate_for_each_hand_is_learned(
     assert all(trial.parameters["g1"] == trial.parameters["g2"] == 0 for trial in result.trials)
 
 
-@pytest.mark.parametrize("sampler", ["lm", "cmaes", "tpe"])
+@pytest.mark.parametrize("sampler", ["lm", *(pytest.param(name, marks=pytest.mark.slow) for name in ("cmaes", "tpe"))])
 def test_an_interrupted_study_ends_as_an_undisturbed_one(tmp_path: Path, sampler: str, small_pictures: None) -> None:
     for trials in (3, 14):
         learn_plain(towel(), tmp_path / "paused", trials=trials, sampler=sampler, baselines=False)

@@ -16,6 +16,7 @@ def test_a_fold_within_reach_is_positive_and_a_long_one_negative() -> None:
     assert constraint(exact(span=0.8)) < 0
 
 
+@pytest.mark.slow
 def test_what_it_remembers_does_not_make_a_bad_fold_good() -> None:
     constraint = ReachConstraint(load("hironx"))
     constraint(exact())
