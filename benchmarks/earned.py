@@ -271,7 +271,7 @@ def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
             )
     axes.set(xlabel="way over the table [m]", ylabel="height [m]", aspect="equal")
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False, fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    axes.legend(frameon=False, fontsize=7.5, ncols=3, handlelength=1.5, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     figure.savefig(file, metadata={"Date": None})
 
 
