@@ -19,10 +19,10 @@ from concurrent.futures import ThreadPoolExecutor
 from faulthandler import dump_traceback_later
 from pathlib import Path
 
-from benchmarks.tables import markdown, publish
-from benchmarks.timed_folds import towel
 from tests.abuse import acceptable, outcome
 
+from benchmarks.tables import markdown, publish
+from benchmarks.timed_folds import towel
 from tatamu import simulate
 from tatamu.files import write_json
 

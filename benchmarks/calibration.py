@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmarks.ruler import HUMAN, MARK, measured, readings
-from benchmarks.tables import IMAGES, publish
 from scipy.stats import binom
 
+from benchmarks.ruler import HUMAN, MARK, measured, readings
+from benchmarks.tables import IMAGES, publish
 from tatamu.calibration import Calibration, calibrate
 from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchmarks.ruler import measured, readings, settling
 from benchmarks.tables import markdown, publish
-
 from tatamu.api import Result, learn
 from tatamu.calibration import calibrate
 from tatamu.calibration.laboratory import Laboratory

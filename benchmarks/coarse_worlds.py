@@ -16,11 +16,11 @@ from pathlib import Path
 from time import thread_time
 
 import numpy as np
+from scipy.stats import spearmanr
+
 from benchmarks.coarser import manipulations
 from benchmarks.earned import CASES
 from benchmarks.tables import markdown, merged, publish, published
-from scipy.stats import spearmanr
-
 from tatamu.api import learn
 from tatamu.disturbances import NOMINAL, Stream, World, default_disturbances, sample_sobol
 from tatamu.evaluation import CoarseFirst, Disturbed, Nominal

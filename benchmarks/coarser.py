@@ -20,9 +20,9 @@ from time import thread_time
 from typing import NamedTuple
 
 import numpy as np
-from benchmarks.tables import markdown, merged, publish, published
 from scipy.stats import spearmanr
 
+from benchmarks.tables import markdown, merged, publish, published
 from tatamu.api import learn
 from tatamu.crossings import crossings
 from tatamu.evaluation import CoarseFirst, CoarseMesh, Incumbent, Nominal

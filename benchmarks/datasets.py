@@ -16,9 +16,9 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from benchmarks.tables import markdown, publish
 from scipy.stats import bootstrap
 
+from benchmarks.tables import markdown, publish
 from tatamu import make_task
 from tatamu.dataset import DatasetFolder, DatasetSpecification, make_dataset
 from tatamu.dataset.episode import Recorder, make_env, record_episode

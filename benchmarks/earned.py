@@ -25,9 +25,9 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from benchmarks.tables import IMAGES, markdown, merged, publish, published
 from threadpoolctl import threadpool_limits
 
+from benchmarks.tables import IMAGES, markdown, merged, publish, published
 from tatamu.api import learn
 from tatamu.disturbances import Stream, default_disturbances, sample_worlds
 from tatamu.evaluation import CoarseFirst, Evaluator, Nominal

@@ -11,7 +11,6 @@ import argparse
 from time import process_time
 
 from benchmarks.tables import markdown, publish
-
 from tatamu.evaluation import Nominal
 from tatamu.folding.parameters import first_curves
 from tatamu.folding.score import Score

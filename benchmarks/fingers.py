@@ -18,8 +18,8 @@ from time import process_time, thread_time
 from typing import Any
 
 import numpy as np
-from benchmarks.tables import IMAGES, markdown, merged, publish, published
 
+from benchmarks.tables import IMAGES, markdown, merged, publish, published
 from tatamu.api import learn
 from tatamu.disturbances import default_disturbances
 from tatamu.evaluation import Nominal

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmarks.tables import IMAGES, markdown, publish
 
+from benchmarks.tables import IMAGES, markdown, publish
 from tatamu.api import learn
 from tatamu.crossings import crossings
 from tatamu.files import write_json

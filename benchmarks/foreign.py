@@ -12,9 +12,9 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from benchmarks.tables import markdown, publish
 from tests.foreign import BROKEN, GOOD
 
+from benchmarks.tables import markdown, publish
 from tatamu.api import Result, learn
 from tatamu.errors import InputError
 from tatamu.files import write_json

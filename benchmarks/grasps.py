@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks.tables import markdown, merged, publish, published
-
 from tatamu.api import Result, learn
 from tatamu.disturbances import default_disturbances
 from tatamu.errors import TatamuError

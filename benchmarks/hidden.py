@@ -18,8 +18,8 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
-from benchmarks.photographs import Setting
 
+from benchmarks.photographs import Setting
 from tatamu.api import learn
 from tatamu.disturbances import Split, World, hand_failure, split
 from tatamu.errors import InputError

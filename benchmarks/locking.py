@@ -12,8 +12,8 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from benchmarks.tables import markdown, publish
 
+from benchmarks.tables import markdown, publish
 from tatamu import Scene, simulate
 from tatamu.material import Material
 from tatamu.meshing import staggered_rectangle

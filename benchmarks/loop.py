@@ -20,9 +20,9 @@ from typing import Any
 from unittest.mock import patch
 
 import optuna
-from benchmarks.tables import markdown, publish
 from optuna.trial import TrialState
 
+from benchmarks.tables import markdown, publish
 from tatamu.api import learn
 from tatamu.evaluation import Evaluation, Nominal
 from tatamu.folding.parameters import first_curves

@@ -16,10 +16,10 @@ from shutil import copytree
 from tempfile import TemporaryDirectory
 
 import numpy as np
+
 from benchmarks.hidden import CASES, Case, Row, SetUp, Shifts, measured_rows
 from benchmarks.tables import markdown, publish
 from benchmarks.times import timed
-
 from tatamu.observation.correction import find_correction
 from tatamu.observation.posterior import Fold, posterior
 from tatamu.simulators.many import processors

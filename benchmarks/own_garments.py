@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.tables import markdown, publish
-
 from tatamu.api import Result, learn
 from tatamu.files import write_json
 from tatamu.folding.task import make_task

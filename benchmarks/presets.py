@@ -14,7 +14,6 @@ import time
 from typing import Any
 
 from benchmarks.tables import markdown, merged, publish, published
-
 from tatamu.errors import InputError
 from tatamu.folding.task import Reach, make_task
 from tatamu.robots import ReachConstraint, Robot, load

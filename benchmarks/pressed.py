@@ -16,7 +16,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.tables import markdown, publish
-
 from tatamu.evaluation import Nominal
 from tatamu.files import read_json, write_json
 from tatamu.folding.parameters import later_curves

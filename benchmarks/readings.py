@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmarks.tables import markdown, merged, publish, published
 
+from benchmarks.tables import markdown, merged, publish, published
 from tatamu.calibration import Measurements, calibrate
 from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease

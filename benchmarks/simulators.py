@@ -17,7 +17,6 @@ from typing import Any
 
 from benchmarks.tables import markdown, publish
 from benchmarks.timed_folds import towel
-
 from tatamu.errors import TatamuError
 from tatamu.files import write_json
 from tatamu.simulators import SIMULATORS, simulate

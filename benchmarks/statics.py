@@ -11,8 +11,8 @@ import argparse
 from functools import partial
 
 import numpy as np
-from benchmarks.tables import markdown, publish
 
+from benchmarks.tables import markdown, publish
 from tatamu.simulators.native.elastic import curvature, membrane
 from tatamu.simulators.native.elastic.stable_step import hinge_gradients, hinge_stiffness
 from tatamu.simulators.native.options import ElasticOptions

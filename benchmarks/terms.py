@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmarks.tables import markdown, publish
 
+from benchmarks.tables import markdown, publish
 from tatamu import plate_in_air
 from tatamu.disturbances import Stream, default_disturbances, sample_worlds
 from tatamu.evaluation import Nominal

@@ -12,10 +12,10 @@ import argparse
 from time import process_time
 
 import numpy as np
+
 from benchmarks.tables import markdown, publish
 from benchmarks.terms import variants
 from benchmarks.timed_folds import Fold, shirt, towel
-
 from tatamu.presets import load_preset
 from tatamu.scene import Scene
 from tatamu.simulators import simulate

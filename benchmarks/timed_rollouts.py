@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks.engines import run
-from benchmarks.timed_folds import FABRICS, FOLDED, SIZE, Fold, shirt, towel
 from scipy.interpolate import LinearNDInterpolator
 
+from benchmarks.engines import run
+from benchmarks.timed_folds import FABRICS, FOLDED, SIZE, Fold, shirt, towel
 from tatamu.errors import TatamuError
 from tatamu.rollout import Rollout
 from tatamu.simulators import SIMULATORS

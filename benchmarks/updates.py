@@ -13,10 +13,10 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+
 from benchmarks.hidden import RULER, TOWEL, Row, SetUp, Shifts, measured_rows
 from benchmarks.loop_closed import SLACK, ratio
 from benchmarks.tables import markdown, publish
-
 from tatamu.disturbances import World, hand_errors, split
 from tatamu.folding.marks import MARKS
 from tatamu.observation.correction import CORRECTABLE, find_correction, shift_against
