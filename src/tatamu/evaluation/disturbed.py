@@ -17,12 +17,13 @@ needs to hold only in worlds in which the yardstick holds.
 All trials are simulated in the same worlds (common random numbers). Trials are raced to save simulations: a trial ends
 as soon as it cannot beat the incumbent, the best trial so far. If the nominal fold of a trial is worse than the
 incumbent, the trial ends at once. Otherwise it is simulated in the hardest worlds, in which known trials had the
-largest values. To find the hardest worlds, the first two trials are simulated in all worlds. In a world that is not
+largest values. To find the hardest worlds, the first trial is simulated in all worlds. In a world that is not
 simulated, a trial gets its nominal value. This gives a lower bound of the objective. The trial ends as soon as this
 bound exceeds the objective of the incumbent.
 
-A search finds folds that hold in the simulated worlds only by chance. It therefore repeats its best trial from time to
-time. A repeated trial is simulated in all worlds. Worlds in which it fails are added to the worlds of all later trials.
+A shorter path may fail in worlds that were easy for earlier trials. The search therefore repeats its best trial from
+time to time. A repeated trial is simulated in all worlds. Worlds in which it fails are added to the worlds of all later
+trials.
 This is constraint generation, also called the cutting-plane method (Kelley 1960).
 """
 
@@ -124,10 +125,10 @@ class Disturbed(Wrapper):
 
     @property
     def n_raced_worlds(self) -> int:
-        """Largest number of worlds (draws of the disturbances) in which a raced trial is simulated.
+        """Number of hard worlds (draws of the disturbances) in which a raced trial is simulated.
 
         It is three times `n_tail_worlds`. If the objective is a mean, it is the number of all worlds. A raced trial
-        ends as soon as it cannot beat the best trial.
+        ends as soon as it cannot beat the best trial. If other trials failed in more worlds, it is simulated in these.
         """
         return self.worlds if self.quantile is None else min(self.worlds, 3 * self.n_tail_worlds)
 
