@@ -90,6 +90,14 @@ class Failing(Known):
 
 
 OTHER = {**X, "z1": X["z1"] + 0.01}
+
+
+@pytest.fixture(autouse=True)
+def _one_after_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Worlds are simulated in one thread, so that the order in which they are asked for is known."""
+    monkeypatch.setattr("tatamu.evaluation.disturbed.processors", lambda: 1)
+
+
 HANDS_OFF = Disturbances.model_validate({"hands": {"offset": [0.1, 0, 0]}})
 
 
@@ -273,6 +281,17 @@ def test_a_repeated_trial_is_simulated_in_all_worlds() -> None:
     known = [Evaluation(X, 0.5, 1.1, 1.0, GOOD, hardest=(6, 0), fidelity=LOW)]
     assert evaluator.incumbent(known, Proposal(X, LOW)) == NOTHING
     assert evaluator.incumbent(known, Proposal(X, HIGH)).hardest == (6, 0), "on the other mesh it is a new trial"
+
+
+def test_threads_change_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    for quantile in (None, 0.9):
+        evaluator = disturbed(quantile=quantile)
+        incumbents = (NOTHING, Incumbent(1.05, 0.0), Incumbent(2.0, 0.0, (3, 1, 4, 5)))
+        alone = [evaluator(X, beat) for beat in incumbents]
+        assert {each.simulations for each in alone} >= {5, 13} and alone[1].simulations < 13, "some end early"
+        monkeypatch.setattr("tatamu.evaluation.disturbed.processors", lambda: 4)
+        assert [evaluator(X, beat) for beat in incumbents] == alone
+        monkeypatch.setattr("tatamu.evaluation.disturbed.processors", lambda: 1)
 
 
 def test_the_mean_needs_all_worlds_in_any_order() -> None:
