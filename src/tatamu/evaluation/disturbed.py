@@ -23,8 +23,7 @@ bound exceeds the objective of the incumbent.
 
 A shorter path may fail in worlds that were easy for earlier trials. The search therefore repeats its best trial from
 time to time. A repeated trial is simulated in all worlds. Worlds in which it fails are added to the worlds of all later
-trials.
-This is constraint generation, also called the cutting-plane method (Kelley 1960).
+trials. This is constraint generation, also called the cutting-plane method (Kelley 1960).
 """
 
 from __future__ import annotations
@@ -224,7 +223,7 @@ class Disturbed(Wrapper):
 
         If an incumbent may end the trial early, there are few threads, because worlds ahead may be simulated in vain.
         """
-        count = processors() if beat is NOTHING else min(RACING_THREADS, processors())
+        count = processors() if np.isinf(beat.objective) else min(RACING_THREADS, processors())
         if count == 1 or not capabilities(self.task.simulator).parallel:
             yield from (self._in_world(parameters, number) for number in numbers)
             return

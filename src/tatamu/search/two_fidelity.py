@@ -80,7 +80,6 @@ class TwoFidelitySearch(Search):
         super().__init__(space, seed, first[-1:])
         self.low = make(space, seed, first[:-1])
         self._repeats = repeats
-        self._asked_low = 0
         self._repeated: list[Parameters] = []
         self.needs_residuals = self.low.needs_residuals
 
@@ -92,9 +91,11 @@ class TwoFidelitySearch(Search):
     def ask(self, fidelity: int = HIGH) -> Proposal:
         """Return the next proposal at a fidelity. It stays pending until its result is reported with `tell`."""
         if fidelity == LOW:
-            proposal = self._repetition() or self.low.ask(LOW)
-            self._note(proposal)
-            return proposal
+            repetition = self._repetition()
+            if repetition is None:
+                return self.low.ask(LOW)
+            self.expect(repetition)
+            return repetition
         given = bool(self.first) and super().number == self.settings.handful - 1
         parameters, gain = (self.first[0], None) if given else self.propose()
         proposal = Proposal(dict(parameters), HIGH, gain)
@@ -105,24 +106,16 @@ class TwoFidelitySearch(Search):
         """Add a pending proposal, for example a proposal of an interrupted study."""
         if proposal.fidelity == HIGH:
             super().expect(proposal)
-            return
-        if not self._is_told(proposal.parameters):
-            self.low.expect(proposal)
-        self._note(proposal)
-
-    def _note(self, proposal: Proposal) -> None:
-        """Count a proposal of low fidelity, and note its parameters if it repeats a trial."""
-        self._asked_low += 1
-        if self._is_told(proposal.parameters):
+        elif any(each.parameters == proposal.parameters for each in self.low.told):
             self._repeated.append(proposal.parameters)
-
-    def _is_told(self, parameters: Parameters) -> bool:
-        return any(each.parameters == parameters for each in self.low.told)
+        else:
+            self.low.expect(proposal)
 
     def _repetition(self) -> Proposal | None:
         """Return the best trial of low fidelity if it is due to be repeated; None if no trial is due."""
         every = self.settings.repeat_every
-        if not self._repeats or self._asked_low % every != every - 1 or not self.low.told:
+        asked = self.low.number + len(self._repeated)  # a repeated trial has one observation
+        if not self._repeats or asked % every != every - 1 or not self.low.told:
             return None
         best = min(self.low.told, key=lambda each: each.objective).parameters
         return None if best in self._repeated else Proposal(dict(best), LOW)
