@@ -47,8 +47,12 @@ from tatamu.search import HIGH, Parameters
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import processors
 
-RACING_THREADS = 2
-"""Largest number of worlds (draws of the disturbances) in which a trial that may end early is simulated at a time."""
+RACING_THREADS = 4
+"""Largest number of worlds (draws of the disturbances) in which a trial that may end early is simulated at a time.
+
+At most half of the processors are used, because two trials usually run at the same time. More threads would simulate
+worlds in vain that delay the other trial.
+"""
 SCOUTS = 1
 """Number of trials at the start of a search that are simulated in all worlds (draws of the disturbances).
 
@@ -223,7 +227,7 @@ class Disturbed(Wrapper):
 
         If an incumbent may end the trial early, there are few threads, because worlds ahead may be simulated in vain.
         """
-        count = processors() if np.isinf(beat.objective) else min(RACING_THREADS, processors())
+        count = processors() if np.isinf(beat.objective) else min(RACING_THREADS, max(1, processors() // 2))
         if count == 1 or not capabilities(self.task.simulator).parallel:
             yield from (self._in_world(parameters, number) for number in numbers)
             return
