@@ -72,7 +72,7 @@ holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbe
 	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
 	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
 
-earned: $(DEV)  ## learned folds against the curves that a search is given: the table of README.md; two processor hours
+earned: $(DEV)  ## learned folds against the curves that a search is given: the table of README.md; hours
 	$(BIN)/python -m benchmarks.earned --out runs/earned --write-docs
 
 coarser: $(READY)  ## how coarser meshes rank folds: the table of docs/notes/learning.md; a quarter of an hour

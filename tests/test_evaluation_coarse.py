@@ -38,7 +38,7 @@ from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.parameters import search_space
 from tatamu.garments import make_garment
 from tatamu.material import Material
-from tatamu.search import HIGH, LOW, Parameters, Proposal, Schedule
+from tatamu.search import HIGH, LOW, Proposal, Schedule
 from tatamu.study import ResultFolder, StudyRecord
 from tatamu.study.setup import LATER_SHARE, ROBUST_SHARE, make_schedule
 from tests.small_studies import timeless
@@ -300,33 +300,18 @@ def test_fine_trials_follow_what_the_meshes_differ_by() -> None:
     assert max(share(each) for each in fine) > 0.9
 
 
-def asked_low(search: TwoFidelitySearch, count: int, values: list[float]) -> list[Parameters]:
-    """Proposals of low fidelity, whose values are these and then 2."""
-    asked = []
-    for number in range(count):
-        asked.append(search.ask(LOW))
-        search.tell(asked[-1], values[number] if number < len(values) else 2.0)
-    return [dict(each) for each in asked]
-
-
-def test_the_best_coarse_trial_is_repeated_once_and_its_new_value_counts() -> None:
+@pytest.mark.parametrize(("value", "place"), [(3.0, 2), (0.5, 0)])
+def test_a_given_curve_is_tried_once_on_the_fine_mesh(value: float, place: int) -> None:
     space = search_space(towel().fold)
-    every = TwoFidelitySearch.settings.repeat_every
-    search = TwoFidelitySearch(GPSearch, space, repeats=True)
-    values = [2.0, 1.0, *[2.0] * (every - 3), 3.0]
-    asked = asked_low(search, every, values)
-    assert asked[every - 1] == asked[1], "the best one"
-    assert [each.objective for each in search.low.told if each.parameters == asked[1]] == [3.0]
-    resumed = TwoFidelitySearch(GPSearch, space, repeats=True)
-    for parameters, value in zip(asked, values, strict=True):
-        resumed.expect(Proposal(parameters, LOW))
-        resumed.tell(Proposal(parameters, LOW), value)
-    more = asked_low(search, every, [1.5])
-    assert more == asked_low(resumed, every, [1.5]) and more[-1] == more[0]
-    assert asked_low(search, every, [1.7])[-1] not in [*asked, *more], "the best one was repeated already"
-    never = TwoFidelitySearch(GPSearch, space)
-    asked = asked_low(never, 2 * every, values)
-    assert all(each not in asked[:number] for number, each in enumerate(asked))
+    given, *others = (space.random(seed) for seed in range(3))
+    search = TwoFidelitySearch(GPSearch, space, first=[given])
+    for parameters, known in zip([given, *others], [value, 1.0, 2.0], strict=True):
+        search.tell(Proposal(parameters, LOW), known)
+    asked = []
+    for _ in range(5):
+        asked.append(search.ask(HIGH))
+        search.tell(asked[-1], 1.0)
+    assert [number for number, each in enumerate(asked) if each.parameters == given] == [place]
 
 
 def proposal(fidelity: int, gain: float | None) -> Proposal:

@@ -30,6 +30,7 @@ from tatamu import (
 )
 from tatamu.disturbances import World
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, on_coarser_mesh
+from tatamu.evaluation.disturbed import LEAST_GAIN
 from tatamu.report.page import page
 from tatamu.search import HIGH, LOW, Proposal
 from tests.small_studies import X, learn_plain, over_worlds, timeless, towel
@@ -215,10 +216,19 @@ def test_a_trial_whose_nominal_fold_is_worse_is_simulated_once() -> None:
     assert not asked(evaluator) and found.simulations == 1 and found.objective == pytest.approx(1.07)
 
 
+def test_a_trial_that_could_gain_only_a_little_is_simulated_once() -> None:
+    evaluator = disturbed()
+    little = evaluator(X, Incumbent(1.0 / (1.0 - 0.9 * LEAST_GAIN), 0.0))
+    assert not asked(evaluator) and little.simulations == 1
+    assert little.objective == 1.0 / (1.0 - 0.9 * LEAST_GAIN), "it is no better than the best trial"
+    evaluator(X, Incumbent(1.0 / (1.0 - 1.1 * LEAST_GAIN), 0.0))
+    assert asked(evaluator)
+
+
 def test_a_trial_ends_when_it_can_no_longer_win() -> None:
     evaluator = disturbed()
-    found = evaluator(X, Incumbent(1.0001, 0.0))
-    assert len(asked(evaluator)) == 1 and found.simulations == 2 and found.objective > 1.0001
+    found = evaluator(X, Incumbent(1.01, 0.0))
+    assert 0 < len(asked(evaluator)) < 12 and found.simulations == 1 + len(asked(evaluator)) and found.objective > 1.01
     whole = evaluator(X, Incumbent(2.0, 0.0))
     assert whole.simulations == 13 and whole.objective < 2.0
 
@@ -247,8 +257,8 @@ def test_the_hardest_few_worlds_are_enough_for_a_quantile() -> None:
     assert len(whole.failed_in) == 12
     raced = evaluator.incumbent([replace(whole, failed_in=())], OTHER).hardest
     half = evaluator(X, Incumbent(2.0, 0.0, raced))
-    assert len(asked(evaluator)) == 4 and half.simulations == 5
-    assert (half.objective, half.hardest) == (whole.objective, whole.hardest[:4])
+    assert len(asked(evaluator)) == 6 and half.simulations == 7
+    assert (half.objective, half.hardest) == (whole.objective, whole.hardest[:6])
 
 
 def test_the_worlds_that_were_hardest_for_any_trial_are_simulated() -> None:
@@ -276,11 +286,19 @@ def test_a_trial_is_simulated_in_every_world_in_which_a_known_trial_failed() -> 
     assert evaluator.incumbent([best, many], third).hardest == tuple(range(9)), "none of them is left out"
 
 
-def test_a_repeated_trial_is_simulated_in_all_worlds() -> None:
+def test_a_coarse_trial_is_simulated_in_the_harder_half_of_the_worlds_and_a_fine_trial_in_few() -> None:
     evaluator = disturbed(worlds=20, quantile=0.95)
-    known = [Evaluation(X, 0.5, 1.1, 1.0, GOOD, hardest=(6, 0), fidelity=LOW)]
-    assert evaluator.incumbent(known, Proposal(X, LOW)) == NOTHING
-    assert evaluator.incumbent(known, Proposal(X, HIGH)).hardest == (6, 0), "on the other mesh it is a new trial"
+    hardest = (6, 0, *(number for number in range(20) if number not in (6, 0)))
+    known = [
+        Evaluation(X, 0.5, 1.1, 1.0, GOOD, hardest=hardest, fidelity=LOW),
+        Evaluation(OTHER, 0.5, 1.2, 1.0, GOOD, failed_in=(13,), fidelity=LOW),
+    ]
+    worlds = (13, *(number for number in hardest if number != 13))
+    third = {**X, "z1": X["z1"] + 0.02}
+    assert evaluator.incumbent(known, Proposal(third, LOW)).hardest == worlds[:10]
+    assert evaluator.incumbent(known, Proposal(third, HIGH)).hardest == worlds[:6]
+    often = [*known, replace(known[1], failed_in=tuple(range(12)))]
+    assert evaluator.incumbent(often, Proposal(third, LOW)).hardest == (*range(12), 13), "none of them is left out"
 
 
 def test_threads_change_no_result(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,14 +16,16 @@ needs to hold only in worlds in which the yardstick holds.
 
 All trials are simulated in the same worlds (common random numbers). Trials are raced to save simulations: a trial ends
 as soon as it cannot beat the incumbent, the best trial so far. If the nominal fold of a trial is worse than the
-incumbent, the trial ends at once. Otherwise it is simulated in the hardest worlds, in which known trials had the
-largest values. To find the hardest worlds, the first trial is simulated in all worlds. In a world that is not
-simulated, a trial gets its nominal value. This gives a lower bound of the objective. The trial ends as soon as this
-bound exceeds the objective of the incumbent.
+incumbent, the trial ends at once. Otherwise it is simulated in one world after another, and the hardest worlds come
+first. In a world that is not simulated, a trial gets its nominal value. This gives a lower bound of the objective. The
+trial ends as soon as this bound exceeds the objective of the incumbent.
 
-A shorter path may fail in worlds that were easy for earlier trials. The search therefore repeats its best trial from
-time to time. A repeated trial is simulated in all worlds. Worlds in which it fails are added to the worlds of all later
-trials. This is constraint generation, also called the cutting-plane method (Kelley 1960).
+The hardest worlds are the worlds in which known trials failed, and then the worlds in which their values were largest.
+To know these values, the first trial is simulated in all worlds. Later trials on the coarse mesh are simulated in the
+harder half of the worlds. In fewer worlds, a fold could become the incumbent that fails in worlds in which no earlier
+fold failed, and later folds that hold would end because they do not beat it. On the fine mesh, where simulations are
+slow, a trial is simulated only in the hardest few worlds, or in all worlds in which a trial failed if these are more.
+This is constraint generation, also called the cutting-plane method (Kelley 1960).
 """
 
 from __future__ import annotations
@@ -43,7 +45,7 @@ from tatamu.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
 from tatamu.folding.parameters import arched_inwards
 from tatamu.folding.score import ALPHA, Limits
-from tatamu.search import HIGH, Parameters
+from tatamu.search import HIGH, LOW, Parameters
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import processors
 
@@ -57,6 +59,13 @@ SCOUTS = 1
 """Number of trials at the start of a search that are simulated in all worlds (draws of the disturbances).
 
 They show which worlds are the hardest. Later trials are simulated in these worlds.
+"""
+
+LEAST_GAIN = 0.005
+"""Least improvement on the best trial for which a trial is simulated with disturbances.
+
+It is a fraction of the best trial's objective. A trial that holds needs many simulations, which a smaller improvement
+is not worth.
 """
 
 
@@ -119,19 +128,19 @@ class Disturbed(Wrapper):
         return min(max(1, self.worlds - below), self.worlds)
 
     @property
-    def n_shared_worlds(self) -> int:
-        """Number of hardest worlds (draws of the disturbances) that each trial adds to the worlds of later trials.
+    def n_coarse_worlds(self) -> int:
+        """Number of hard worlds (draws of the disturbances) in which a raced trial on the coarse mesh is simulated.
 
-        It is twice `n_tail_worlds`. If the objective is a mean, it is the number of all worlds.
+        It is half of all worlds, or all of them if the objective is a mean.
         """
-        return self.worlds if self.quantile is None else min(self.worlds, 2 * self.n_tail_worlds)
+        return self.worlds if self.quantile is None else max(self.n_raced_worlds, self.worlds // 2)
 
     @property
     def n_raced_worlds(self) -> int:
-        """Number of hard worlds (draws of the disturbances) in which a raced trial is simulated.
+        """Number of hard worlds (draws of the disturbances) in which a raced trial on the fine mesh is simulated.
 
         It is three times `n_tail_worlds`. If the objective is a mean, it is the number of all worlds. A raced trial
-        ends as soon as it cannot beat the best trial. If other trials failed in more worlds, it is simulated in these.
+        ends as soon as it cannot beat the best trial.
         """
         return self.worlds if self.quantile is None else min(self.worlds, 3 * self.n_tail_worlds)
 
@@ -170,35 +179,38 @@ class Disturbed(Wrapper):
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the incumbent: the result of the best complete evaluation, and a list of hard worlds.
+        """Return the incumbent: the result of the best complete evaluation, and the worlds of the next trial.
 
-        A world is one random draw of all disturbances. The list starts with all worlds in which a known evaluation
-        failed. It is completed by the hardest worlds of all complete evaluations. If fewer than `SCOUTS` evaluations
-        are complete, or if the parameters are known already, return `NOTHING`. The next trial is then simulated in all
-        worlds.
+        A world is one random draw of all disturbances. The hardest worlds come first: the worlds in which most known
+        evaluations failed, and then the hardest worlds of all complete evaluations. If fewer than `SCOUTS` evaluations
+        are complete, return `NOTHING`. The next trial is then simulated in all worlds. Otherwise it is simulated in the
+        `n_coarse_worlds` or `n_raced_worlds` hardest worlds, or in every world in which a trial failed if these are
+        more.
         """
         able = sorted((each for each in known if each.hardest), key=lambda each: each.objective)
-        if len(able) < SCOUTS or _repeats(known, parameters):
+        if len(able) < SCOUTS:
             return NOTHING
         failures = Counter(number for each in known for number in each.failed_in)
         failed = sorted(failures, key=lambda number: (-failures[number], number))
-        ranks = range(self.n_shared_worlds)
-        hard = (one.hardest[rank] for rank in ranks for one in able if rank < len(one.hardest))
-        raced = tuple(dict.fromkeys([*failed, *hard]))[: max(self.n_raced_worlds, len(failed))]
-        return Incumbent(able[0].objective, max(0.0, able[0].cost), raced)
+        hard = (one.hardest[rank] for rank in range(self.worlds) for one in able if rank < len(one.hardest))
+        worlds = tuple(dict.fromkeys([*failed, *hard]))
+        coarse = getattr(parameters, "fidelity", HIGH) == LOW
+        count = max(self.n_coarse_worlds if coarse else self.n_raced_worlds, len(failed))
+        return Incumbent(able[0].objective, max(0.0, able[0].cost), worlds[:count])
 
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.
 
         A trial that cannot beat the incumbent (the best trial so far) is stopped early. Its returned objective is then
-        a lower bound. The bound is at least the nominal value of the trial plus the incumbent's cost of disturbances.
+        a lower bound, which is at least the objective of the incumbent. A trial that could beat the incumbent by less
+        than `LEAST_GAIN` is stopped early too, and gets the objective of the incumbent.
         """
         nominal = self.inner(parameters)
         floor = self._penalise(nominal)
         if nominal.failed:
             return replace(nominal, objective=floor)
-        if floor >= beat.objective:
-            return replace(nominal, objective=floor + beat.cost)
+        if floor >= (1.0 - LEAST_GAIN) * beat.objective:
+            return replace(nominal, objective=max(floor + beat.cost, beat.objective))
         errors: dict[int, float] = {}
         counted: dict[int, float] = {}
         failed: list[int] = []
@@ -276,12 +288,6 @@ class Disturbed(Wrapper):
             return found.nominal
         limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
         return found.trajectory_length + 2.0 * max(found.nominal - found.trajectory_length, limit)
-
-
-def _repeats(known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> bool:
-    """Return whether parameters were evaluated before at the same fidelity."""
-    fidelity = getattr(parameters, "fidelity", HIGH)
-    return any(each.fidelity == fidelity and dict(each.parameters) == dict(parameters) for each in known)
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:

@@ -9,9 +9,6 @@ y_low is the value of the cheap model, y_high the value of the model itself, and
 Gaussian processes. The first proposals at high fidelity are the best trials of low fidelity. Trials that differ too
 little from a better trial are left out. When a few of these trials are known, the model proposes points. It proposes
 the points with the largest expected improvement over the best trial of high fidelity.
-
-If the objective is uncertain until it is evaluated again, the best trial of low fidelity is repeated from time to time.
-Its new value replaces its old value.
 """
 
 from __future__ import annotations
@@ -49,8 +46,6 @@ class CoKriging:
 
     A difference of 1.0 corresponds to a factor of about three.
     """
-    repeat_every: int = 12
-    """Number of trials of low fidelity after which the best of them is repeated, unless it was repeated before."""
 
 
 class TwoFidelitySearch(Search):
@@ -65,7 +60,6 @@ class TwoFidelitySearch(Search):
         space: Space,
         seed: int = 0,
         first: Sequence[Parameters] = (),
-        repeats: bool = False,
     ) -> None:
         """Start a search.
 
@@ -74,13 +68,11 @@ class TwoFidelitySearch(Search):
             space: Bounds of the parameters, and the known part of the objective.
             seed: Random seed of the search.
             first: Parameters of the first proposals. The last of them is proposed at high fidelity. It is the last of
-                the handful before the difference is modelled: a best trial is known by then, which it has to beat.
-            repeats: Whether to repeat the best trials of low fidelity.
+                the handful before the difference is modelled: a best trial is known by then, which it has to beat. It
+                is left out if it was proposed before.
         """
         super().__init__(space, seed, first[-1:])
         self.low = make(space, seed, first[:-1])
-        self._repeats = repeats
-        self._repeated: list[Parameters] = []
         self.needs_residuals = self.low.needs_residuals
 
     @property
@@ -91,13 +83,11 @@ class TwoFidelitySearch(Search):
     def ask(self, fidelity: int = HIGH) -> Proposal:
         """Return the next proposal at a fidelity. It stays pending until its result is reported with `tell`."""
         if fidelity == LOW:
-            repetition = self._repetition()
-            if repetition is None:
-                return self.low.ask(LOW)
-            self.expect(repetition)
-            return repetition
-        given = bool(self.first) and super().number == self.settings.handful - 1
-        parameters, gain = (self.first[0], None) if given else self.propose()
+            return self.low.ask(LOW)
+        tried = self._tried()
+        due = len(tried) == self.settings.handful - 1
+        given = [each for each in self.first if due and each not in tried]
+        parameters, gain = (given[0], None) if given else self.propose()
         proposal = Proposal(dict(parameters), HIGH, gain)
         self.expect(proposal)
         return proposal
@@ -106,24 +96,12 @@ class TwoFidelitySearch(Search):
         """Add a pending proposal, for example a proposal of an interrupted study."""
         if proposal.fidelity == HIGH:
             super().expect(proposal)
-        elif any(each.parameters == proposal.parameters for each in self.low.told):
-            self._repeated.append(proposal.parameters)
         else:
             self.low.expect(proposal)
 
-    def _repetition(self) -> Proposal | None:
-        """Return the best trial of low fidelity if it is due to be repeated; None if no trial is due."""
-        every = self.settings.repeat_every
-        asked = self.low.number + len(self._repeated)  # a repeated trial has one observation
-        if not self._repeats or asked % every != every - 1 or not self.low.told:
-            return None
-        best = min(self.low.told, key=lambda each: each.objective).parameters
-        return None if best in self._repeated else Proposal(dict(best), LOW)
-
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report the result of a proposal. The result of a repeated proposal replaces the earlier result."""
+        """Report the result of a proposal to the search of its fidelity."""
         if getattr(proposal, "fidelity", HIGH) == LOW:
-            self.low.told = [each for each in self.low.told if each.parameters != dict(proposal)]
             self.low.tell(proposal, found)
         else:
             super().tell(proposal, found)
@@ -146,14 +124,17 @@ class TwoFidelitySearch(Search):
             point, height = maximise(acquisition, self.space, best, random, self.maximisation)
         return self.space.parameters(point), float(np.exp(height) / high[1].min())
 
+    def _tried(self) -> list[Parameters]:
+        """Return the parameters of all proposals at high fidelity."""
+        return [each.parameters for each in self.told] + [each.parameters for each in self.pending]
+
     def _best_different(self) -> Parameters:
         """Return the parameters of the best trial of low fidelity that differs from all trials of high fidelity.
 
         If no trial of low fidelity differs from them, return the parameters of the best one.
         """
         points, objectives = _arrays(self.space, self.low.told)
-        known = [each.parameters for each in self.told] + [each.parameters for each in self.pending]
-        taken = self.space.points(known)
+        taken = self.space.points(self._tried())
         order = np.argsort(objectives, kind="stable")
         apart = np.abs(points[:, None] - taken[None]).max(axis=2) >= self.settings.different
         different = [number for number in order if apart[number].all()]

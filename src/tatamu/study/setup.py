@@ -146,7 +146,7 @@ def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
     """Return the search of a study. If there are two fidelities (a coarse and a fine mesh), the search uses both."""
     make = find_search(record.sampler)
     if fidelities == 2:
-        return TwoFidelitySearch(make, space, record.seed, record.first, repeats=record.quantile is not None)
+        return TwoFidelitySearch(make, space, record.seed, record.first)
     return make(space, record.seed, record.first)
 
 

@@ -98,7 +98,8 @@ class Trial(Scored):
     expected_objective: float | None = None
     """The value that the search minimises, if it is not `objective`; None if the search minimises `objective`.
 
-    If the trial was stopped early because it could not become the best, this field is a bound of the value.
+    If the trial was stopped early because it could not improve on the best trial, or only by a little, this field is a
+    bound of the value, and at least the value of the best trial.
 
     With disturbances, the minimised value is a quantile or the mean over simulations with different disturbances. The
     quantile equals the objective C if the fold succeeds in most simulations, and is larger otherwise. If the user gave
