@@ -223,12 +223,16 @@ def test_a_trial_that_could_gain_only_a_little_is_simulated_once() -> None:
     assert little.objective == 1.0 / (1.0 - 0.9 * LEAST_GAIN), "it is no better than the best trial"
     evaluator(X, Incumbent(1.0 / (1.0 - 1.1 * LEAST_GAIN), 0.0))
     assert asked(evaluator)
+    below_zero = disturbed(Known(towel(), -1.0))
+    assert below_zero(X, Incumbent(-1.0 - 0.9 * LEAST_GAIN)).simulations == 1
+    assert below_zero(X, Incumbent(-1.0 + 0.9 * LEAST_GAIN)).simulations == 1
 
 
 def test_a_trial_ends_when_it_can_no_longer_win() -> None:
     evaluator = disturbed()
-    found = evaluator(X, Incumbent(1.01, 0.0))
-    assert 0 < len(asked(evaluator)) < 12 and found.simulations == 1 + len(asked(evaluator)) and found.objective > 1.01
+    hard_first = (1, 0, *range(2, 12))
+    found = evaluator(X, Incumbent(1.0051, 0.0, hard_first))
+    assert len(asked(evaluator)) == 1 and found.simulations == 2 and found.objective > 1.0051
     whole = evaluator(X, Incumbent(2.0, 0.0))
     assert whole.simulations == 13 and whole.objective < 2.0
 

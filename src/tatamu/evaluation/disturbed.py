@@ -16,9 +16,9 @@ needs to hold only in worlds in which the yardstick holds.
 
 All trials are simulated in the same worlds (common random numbers). Trials are raced to save simulations: a trial ends
 as soon as it cannot beat the incumbent, the best trial so far. If the nominal fold of a trial is worse than the
-incumbent, the trial ends at once. Otherwise it is simulated in one world after another, and the hardest worlds come
-first. In a world that is not simulated, a trial gets its nominal value. This gives a lower bound of the objective. The
-trial ends as soon as this bound exceeds the objective of the incumbent.
+incumbent, or better by less than `LEAST_GAIN`, the trial ends at once. Otherwise it is simulated in one world after
+another, and the hardest worlds come first. In a world that is not simulated, a trial gets its nominal value. This gives
+a lower bound of the objective. The trial ends as soon as this bound exceeds the objective of the incumbent.
 
 The hardest worlds are the worlds in which known trials failed, and then the worlds in which their values were largest.
 To know these values, the first trial is simulated in all worlds. Later trials on the coarse mesh are simulated in the
@@ -60,12 +60,11 @@ SCOUTS = 1
 
 They show which worlds are the hardest. Later trials are simulated in these worlds.
 """
-
 LEAST_GAIN = 0.005
 """Least improvement on the best trial for which a trial is simulated with disturbances.
 
-It is a fraction of the best trial's objective. A trial that holds needs many simulations, which a smaller improvement
-is not worth.
+It is a fraction of the trial's objective without disturbances. A trial that holds needs many simulations, which a
+smaller improvement is not worth.
 """
 
 
@@ -133,7 +132,7 @@ class Disturbed(Wrapper):
 
         It is half of all worlds, or all of them if the objective is a mean.
         """
-        return self.worlds if self.quantile is None else max(self.n_raced_worlds, self.worlds // 2)
+        return max(self.n_raced_worlds, self.worlds // 2)
 
     @property
     def n_raced_worlds(self) -> int:
@@ -209,7 +208,7 @@ class Disturbed(Wrapper):
         floor = self._penalise(nominal)
         if nominal.failed:
             return replace(nominal, objective=floor)
-        if floor >= (1.0 - LEAST_GAIN) * beat.objective:
+        if floor + LEAST_GAIN * abs(floor) >= beat.objective:
             return replace(nominal, objective=max(floor + beat.cost, beat.objective))
         errors: dict[int, float] = {}
         counted: dict[int, float] = {}

@@ -85,9 +85,8 @@ class TwoFidelitySearch(Search):
         if fidelity == LOW:
             return self.low.ask(LOW)
         tried = self._tried()
-        due = len(tried) == self.settings.handful - 1
-        given = [each for each in self.first if due and each not in tried]
-        parameters, gain = (given[0], None) if given else self.propose()
+        given = len(tried) == self.settings.handful - 1 and bool(self.first) and self.first[0] not in tried
+        parameters, gain = (self.first[0], None) if given else self.propose()
         proposal = Proposal(dict(parameters), HIGH, gain)
         self.expect(proposal)
         return proposal
