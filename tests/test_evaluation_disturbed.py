@@ -31,6 +31,7 @@ from tatamu import (
 from tatamu.disturbances import World
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, on_coarser_mesh
 from tatamu.evaluation.disturbed import LEAST_GAIN
+from tatamu.folding.parameters import arched_inwards, later_curves
 from tatamu.report.page import page
 from tatamu.search import HIGH, LOW, Proposal
 from tests.small_studies import X, learn_plain, over_worlds, timeless, towel
@@ -175,7 +176,7 @@ def test_a_fold_need_hold_only_where_the_yardstick_does() -> None:
     assert evaluator(X).objective == pytest.approx(expected)
     lost = disturbed(Fragile(towel()), quantile=0.9)
     assert lost(X).objective > evaluator(X).objective, "it holds in every world"
-    assert lost(lost.yardstick).objective == 1.0
+    assert lost.yardstick is not None and lost(lost.yardstick).objective == 1.0
 
 
 class Lost(Known):
@@ -187,8 +188,23 @@ class Lost(Known):
 
 def test_the_yardstick_is_simulated_once_in_each_world() -> None:
     evaluator = disturbed(Lost(towel()), quantile=0.9)
+    assert evaluator.yardstick is not None
     evaluator(evaluator.yardstick)
     assert asked(evaluator) == list(evaluator.sample)
+
+
+def test_the_yardstick_is_the_first_curve_that_succeeds_without_disturbances() -> None:
+    arched, high = arched_inwards(towel().fold), later_curves(towel().fold)[1]
+
+    class Low(Known):
+        """One whose hands must rise high."""
+
+        def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+            found = super().__call__(parameters, beat)
+            return found if parameters["z1"] >= high["z1"] else replace(found, score=None, error="torn")
+
+    assert disturbed(Known(towel())).yardstick == arched
+    assert disturbed(Low(towel())).yardstick == high
 
 
 def test_a_yardstick_that_fails_without_disturbances_says_nothing() -> None:

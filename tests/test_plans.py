@@ -138,6 +138,14 @@ def test_the_target_follows_the_achieved_state(garments: dict[str, Garment]) -> 
     assert np.abs(after - before - [0.03, 0.0, 0.0]).max() < 3e-3  # heights are read off pixels of a millimetre
 
 
+def test_loops_of_a_narrow_package_are_pressed_from_their_whole_height(garments: dict[str, Garment]) -> None:
+    """The loops of both sides are so wide that most of the package has no flat part."""
+    shirt = garments["tshirt"]
+    fold = ideal_folds(shirt, make_plan("shop", shirt))[2]
+    highest, flat = fold.start[:, 2].max(), 4 * shirt.material.thickness
+    assert fold.stacks.middle.max() == pytest.approx(0.5 * (flat + highest))
+
+
 def test_pressing_keeps_the_order_of_layers() -> None:
     z = np.linspace(0.0, 0.05, 200)
     lower = pressed(z, 0.004)

@@ -11,8 +11,8 @@ risk) of these values over all worlds. Folds that hold are thus compared by the 
 not used, because errors of the hands displace every fold by about the same distance.
 
 In some worlds no path helps. For example, the hands release the cloth 20 mm from its target, or hit the table. To
-recognise such worlds, one fixed fold serves as a yardstick: the arched curve with which every search starts. A fold
-needs to hold only in worlds in which the yardstick holds.
+recognise such worlds, one fixed fold serves as a yardstick: the first of several arched and high curves whose fold
+succeeds without disturbances. A fold needs to hold only in worlds in which the yardstick holds.
 
 All trials are simulated in the same worlds (common random numbers). Trials are raced to save simulations: a trial ends
 as soon as it cannot beat the incumbent, the best trial so far. If the nominal fold of a trial is worse than the
@@ -43,7 +43,7 @@ import numpy as np
 from tatamu.disturbances import Disturbances, Stream, World, hand_failure, sample_sobol
 from tatamu.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
-from tatamu.folding.parameters import arched_inwards
+from tatamu.folding.parameters import arched_inwards, later_curves
 from tatamu.folding.score import ALPHA, Limits
 from tatamu.search import HIGH, LOW, Parameters
 from tatamu.simulators import capabilities
@@ -156,25 +156,18 @@ class Disturbed(Wrapper):
         return float(np.quantile(objectives, self.quantile, method="weibull"))
 
     @cached_property
-    def yardstick(self) -> Parameters:
-        """Parameters of the arched curve with which every search starts.
+    def yardstick(self) -> Parameters | None:
+        """Parameters of the first arched or high curve whose fold succeeds without disturbances.
 
         If the fold along this curve fails in a world (draw of the disturbances), the world counts as too hard for all
-        folds.
+        folds. If every such curve fails without disturbances, the result is None, and no world counts as too hard.
         """
-        return arched_inwards(self.task.fold)
+        curves = [arched_inwards(self.task.fold), *later_curves(self.task.fold)]
+        return next((curve for curve in curves if self._holds(self.inner(curve))), None)
 
     @cached_property
-    def _yardstick_serves(self) -> bool:
-        """Whether the fold along the arched curve succeeds without disturbances.
-
-        If it does not, no world (draw of the disturbances) counts as too hard.
-        """
-        return self._holds(self.inner(self.yardstick))
-
-    @cached_property
-    def _yardstick_holds(self) -> dict[int, bool]:
-        """Whether the fold along the arched curve succeeds in each simulated world, by the number of the world."""
+    def _held(self) -> dict[tuple[frozenset[tuple[str, int | float]], int], bool]:
+        """Whether a fold succeeds in a world, by its parameters and the number of the world."""
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
@@ -217,8 +210,7 @@ class Disturbed(Wrapper):
         with closing(self._in_worlds(parameters, numbers, beat)) as outcomes:
             for number, found in zip(numbers, outcomes, strict=True):
                 holds = self._holds(found)
-                if dict(parameters) == self.yardstick:
-                    self._yardstick_holds[number] = holds
+                self._held[frozenset(parameters.items()), number] = holds
                 decides = self.quantile is None or holds or not self._is_lost_to_all(number)
                 errors[number] = self._penalise(found) if decides else floor
                 if decides and not holds:
@@ -258,15 +250,16 @@ class Disturbed(Wrapper):
         return self.inner.in_world(parameters, world) if failure is None else self.inner.fail(parameters, failure)
 
     def _is_lost_to_all(self, number: int) -> bool:
-        """Return whether the fold along the arched curve fails in a world (draw of the disturbances).
+        """Return whether the yardstick's fold fails in a world (draw of the disturbances).
 
         At the first call for a world, this fold is simulated there.
         """
-        if not self._yardstick_serves:
+        if self.yardstick is None:
             return False
-        if number not in self._yardstick_holds:
-            self._yardstick_holds[number] = self._holds(self._in_world(self.yardstick, number))
-        return not self._yardstick_holds[number]
+        case = frozenset(self.yardstick.items()), number
+        if case not in self._held:
+            self._held[case] = self._holds(self._in_world(self.yardstick, number))
+        return not self._held[case]
 
     def _bound(self, known: Mapping[int, float], floor: float) -> float:
         """Return a lower bound of a trial's objective from the worlds (draws of the disturbances) that were simulated.

@@ -6,9 +6,9 @@ fold line. The mid-surface of this stack has the shape of minimum energy for a s
 from the mid-surface is d = z - H/2. The layer is inside the loop if d > 0. Far from the line, the stack is thus turned
 over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
 
-There are two simplifications. First, the loops at earlier folds inside the stack are pressed: their height over the
-flat part of the stack is multiplied by `KEPT`. Second, the slope of H along the table is at most `SLOPE`, because cloth
-does not hang straight down from an edge.
+There are two simplifications. First, the loops at earlier folds inside the stack are pressed: the part of their height
+above the height that all layers would have if they lay flat is multiplied by `KEPT`. Second, the slope of H along the
+table is at most `SLOPE`, because cloth does not hang straight down from an edge.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy as np
 from tatamu.folding.layers import PIXEL, Surface
 from tatamu.garments import Garment
 from tatamu.heavy_strip.crease import Crease, crease
+from tatamu.topology import areas
 
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
 """Heights of stacks of layers for which the shape of the crease is computed, in thicknesses of the cloth.
@@ -29,7 +30,7 @@ For other heights, the shape is interpolated.
 KEPT = 0.5
 """Fraction of its height that the loop of cloth at an earlier fold keeps when it is pressed.
 
-The height is measured from the flat part of the stack.
+The height is measured from the top of the stack that the layers would form if they lay flat.
 """
 FADE = 3.5
 """Distance along the fold line, beyond the end of a crease, in which the height of the crease's loop falls to zero.
@@ -106,8 +107,9 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
     """
     thickness = garment.material.thickness
     reach = 0.5 * garment.spacing
-    top = Surface.of(state, garment.faces, thickness, reach).height(state[:, :2])
-    middle = pressed(state[:, 2], float(np.median(top)))
+    area = float(areas(garment.vertices, garment.faces).sum())
+    layers = np.ceil(area / Surface.of(state, garment.faces, thickness, reach).area)
+    middle = pressed(state[:, 2], layers * thickness)
     surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
 
     def together(points: np.ndarray) -> np.ndarray:
@@ -142,7 +144,7 @@ def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -
 def pressed(z: np.ndarray, flat: float) -> np.ndarray:
     """Return the heights of pressed cloth [m].
 
-    The part of each height in `z` above the height `flat` [m] is multiplied by `KEPT`.
+    The part of each height in `z` above the height `flat` of a flat stack [m] is multiplied by `KEPT`.
 
     The order of heights does not change, so no layers meet.
     """

@@ -51,6 +51,11 @@ class Surface:
         heights = np.where(np.isfinite(heights), heights, beside) + 0.5 * thickness
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
 
+    @property
+    def area(self) -> float:
+        """Area of the table that the cloth covers [m^2]."""
+        return float((self._heights > 0.0).sum()) * PIXEL**2
+
     def height(self, points: np.ndarray) -> np.ndarray:
         """Return the heights of the surface at k points, which have the shape (k, 2) [m].
 
