@@ -1,6 +1,6 @@
 """Whether a search earns its fold: given curves, folds of least C and folds learned in disturbed worlds, over seeds.
 
-    python -m benchmarks.earned --out runs/earned [--seeds tshirt=1,leg=1,towel=4] [--jobs 2]
+    python -m benchmarks.earned --out runs/earned [--seeds tshirt=1,leg=1,towel=10] [--jobs 2]
     python -m benchmarks.earned --out runs/earned --table [--write-docs]
 
 Each study runs in a process of its own on one core, and its fold is judged in 100 disturbed worlds that no search used,
@@ -278,7 +278,7 @@ def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--seeds", default="tshirt=1,leg=1,towel=4", help=f"how many of each of {', '.join(CASES)}")
+    parser.add_argument("--seeds", default="tshirt=1,leg=1,towel=10", help=f"how many of each of {', '.join(CASES)}")
     parser.add_argument("--jobs", type=int, default=2, help="processes side by side")
     parser.add_argument("--table", action="store_true", help="show what is there, and learn nothing")
     parser.add_argument("--write-docs", action="store_true")
