@@ -107,7 +107,7 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
     """
     thickness = garment.material.thickness
     reach = 0.5 * garment.spacing
-    area = float(areas(garment.vertices, garment.faces).sum())
+    area = float(areas(garment.unstrained, garment.faces).sum())
     layers = np.ceil(area / Surface.of(state, garment.faces, thickness, reach).area)
     middle = pressed(state[:, 2], layers * thickness)
     surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
