@@ -24,7 +24,7 @@ from tests.abuse import acceptable, outcome
 from benchmarks.tables import markdown, publish
 from benchmarks.timed_folds import towel
 from tatamu import simulate
-from tatamu.files import write_json
+from tatamu.base.files import write_json
 
 PATIENCE = 60.0
 """Time after which a scene counts as hanging [s]."""

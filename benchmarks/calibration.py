@@ -21,6 +21,7 @@ from scipy.stats import binom
 
 from benchmarks.ruler import HUMAN, MARK, measured, readings
 from benchmarks.tables import IMAGES, publish
+from tatamu.base.files import write_json, write_text
 from tatamu.calibration import Calibration, calibrate
 from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease
@@ -32,11 +33,10 @@ from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.calibration.swing import Swinging
 from tatamu.calibration.test import CalibrationTest
-from tatamu.files import write_json, write_text
 from tatamu.garments import make_garment
-from tatamu.material import GRAVITY, Material, load_material
-from tatamu.scene import Gripper, Scene, Table
-from tatamu.simulators import simulate
+from tatamu.simulation.material import GRAVITY, Material, load_material
+from tatamu.simulation.scene import Gripper, Scene, Table
+from tatamu.simulation.simulators import simulate
 
 LIMITS = {"stretch_stiffness": 0.05, "bending_rigidity": 0.10, "friction_table": 0.5}
 """Limits of recovery: fractions of the parameter, and degrees of atan(mu)."""

@@ -22,19 +22,19 @@ import numpy as np
 
 from benchmarks.ruler import measured, readings, settling
 from benchmarks.tables import markdown, publish
+from tatamu.after.second_opinion.check import check
 from tatamu.api import Result, learn
+from tatamu.base.files import write_json
 from tatamu.calibration import calibrate
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.sag import Sag
-from tatamu.crosscheck.check import check
 from tatamu.evaluation import Nominal
-from tatamu.files import write_json
 from tatamu.folding.parameters import search_space
 from tatamu.folding.task import Task, make_task
-from tatamu.material import Material, load_material
-from tatamu.options import LearnOptions
-from tatamu.presets import load_preset
-from tatamu.simulators import capabilities
+from tatamu.simulation.material import Material, load_material
+from tatamu.simulation.presets import load_preset
+from tatamu.simulation.simulators import capabilities
+from tatamu.study.options import LearnOptions
 
 SPACING, FINE = 0.02, 0.012
 """Spacings of the sheets' meshes [m]: for cloth in numbers per spring, and for fabrics, which are limper."""

@@ -22,16 +22,16 @@ from benchmarks.coarser import manipulations
 from benchmarks.earned import CASES
 from benchmarks.tables import markdown, merged, publish, published
 from tatamu.api import learn
-from tatamu.disturbances import NOMINAL, Stream, World, default_disturbances, sample_sobol
+from tatamu.base.files import read_json, write_json
 from tatamu.evaluation import CoarseFirst, Disturbed, Nominal
-from tatamu.files import read_json, write_json
+from tatamu.evaluation.disturbances import NOMINAL, Stream, World, default_disturbances, sample_sobol
+from tatamu.evaluation.robustness import FoldOnMesh, Verdict
+from tatamu.evaluation.robustness.judge import verdict_in
 from tatamu.folding.score import ALPHA, Limits
 from tatamu.folding.task import Task
-from tatamu.options import LearnOptions
-from tatamu.robustness import FoldOnMesh, Verdict
-from tatamu.robustness.judge import verdict_in
 from tatamu.search import Parameters
 from tatamu.study import ResultFolder
+from tatamu.study.options import LearnOptions
 
 TRIALS = 24
 UNUSED_SEED = 1000

@@ -24,15 +24,15 @@ from scipy.stats import spearmanr
 
 from benchmarks.tables import markdown, merged, publish, published
 from tatamu.api import learn
-from tatamu.crossings import crossings
+from tatamu.base.files import read_json, write_json
 from tatamu.evaluation import CoarseFirst, CoarseMesh, Incumbent, Nominal
 from tatamu.evaluation.coarse import coarsened
-from tatamu.files import read_json, write_json
 from tatamu.folding.interpolation import interpolated
 from tatamu.folding.task import Task, make_task
-from tatamu.options import LearnOptions
 from tatamu.search import LOW, Parameters, Proposal
+from tatamu.simulation.mesh.crossings import crossings
 from tatamu.study import ResultFolder
+from tatamu.study.options import LearnOptions
 
 TWO_LAYERS = ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0))
 LATER = ((1.3, 1.69), (1.5, 2.25), (1.7, 2.89))

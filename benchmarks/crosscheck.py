@@ -19,22 +19,22 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks.tables import markdown, publish
+from tatamu.after.second_opinion.agreement import Agreement, compare, manipulations
+from tatamu.after.second_opinion.check import modify_scene
+from tatamu.after.second_opinion.matrix import HEAD, pair_cells, save
 from tatamu.api import learn
-from tatamu.crosscheck.agreement import Agreement, compare, manipulations
-from tatamu.crosscheck.check import modify_scene
-from tatamu.crosscheck.matrix import HEAD, pair_cells, save
 from tatamu.folding.score import score
 from tatamu.folding.task import make_task
-from tatamu.material import GRAVITY
-from tatamu.meshing import staggered_rectangle
-from tatamu.options import LearnOptions
-from tatamu.presets import load_preset
-from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.simulators import simulate
-from tatamu.simulators.blender import mapping
+from tatamu.simulation.blender import mapping
+from tatamu.simulation.material import GRAVITY
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.mesh.subdivision import on_coarse_mesh
+from tatamu.simulation.mesh.topology import areas, lumped
+from tatamu.simulation.presets import load_preset
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.simulators import simulate
 from tatamu.study import Result
-from tatamu.subdivision import on_coarse_mesh
-from tatamu.topology import areas, lumped
+from tatamu.study.options import LearnOptions
 from tatamu.validation.checks.friction import layers
 
 PARTS = ("friction", "rounds", "small", "towel")

@@ -20,20 +20,20 @@ from scipy.stats import bootstrap
 
 from benchmarks.tables import markdown, publish
 from tatamu import make_task
-from tatamu.dataset import DatasetFolder, DatasetSpecification, make_dataset
-from tatamu.dataset.episode import Recorder, make_env, record_episode
-from tatamu.dataset.sources import draw_fold
-from tatamu.dataset.states import read_states
-from tatamu.dataset.table import read_records
-from tatamu.disturbances import load_disturbances
-from tatamu.envs import HandsEnv
-from tatamu.envs.cameras import CAMERAS, Studio
-from tatamu.envs.jaw import HandsOptions
+from tatamu.evaluation.disturbances import load_disturbances
+from tatamu.evaluation.robustness.record import interval_of
 from tatamu.folding.parameters import arched_curve
 from tatamu.folding.trial_scene import scene_of
 from tatamu.lerobot import LeRobotReader
-from tatamu.robustness.record import interval_of
-from tatamu.simulators import simulate
+from tatamu.policies.dataset import DatasetFolder, DatasetSpecification, make_dataset
+from tatamu.policies.dataset.episode import Recorder, make_env, record_episode
+from tatamu.policies.dataset.sources import draw_fold
+from tatamu.policies.dataset.states import read_states
+from tatamu.policies.dataset.table import read_records
+from tatamu.policies.envs import HandsEnv
+from tatamu.policies.envs.cameras import CAMERAS, Studio
+from tatamu.policies.envs.jaw import HandsOptions
+from tatamu.simulation.simulators import simulate
 
 SIZES: dict[str, Any] = {"width": {"low": 0.24, "high": 0.40}, "length": {"low": 0.40, "high": 0.70}, "spacing": 0.04}
 """Towels of varied size on a coarse mesh."""

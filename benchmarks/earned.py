@@ -29,17 +29,17 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.tables import IMAGES, markdown, merged, publish, published
 from tatamu.api import learn
-from tatamu.disturbances import Stream, default_disturbances, sample_worlds
+from tatamu.base.files import read_json, write_json
 from tatamu.evaluation import CoarseFirst, Evaluator, Nominal
-from tatamu.files import read_json, write_json
+from tatamu.evaluation.disturbances import Stream, default_disturbances, sample_worlds
+from tatamu.evaluation.robustness import FoldOnMesh, Judge, SuccessRate, VerdictCache
 from tatamu.folding.parameters import first_curves
 from tatamu.folding.score import Limits
 from tatamu.folding.task import Task, make_task
-from tatamu.options import LearnOptions
-from tatamu.robustness import FoldOnMesh, Judge, SuccessRate, VerdictCache
 from tatamu.search import Parameters
-from tatamu.simulators import named
+from tatamu.simulation.simulators import named
 from tatamu.study import Result
+from tatamu.study.options import LearnOptions
 
 DRAWS = 100
 UNUSED_SEED = 1000

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError, SimulationError
-from tatamu.files import write_npz
-from tatamu.rollout import Rollout
-from tatamu.scene import Gripper, Scene
-from tatamu.simulators import SIMULATORS, simulate
-from tatamu.topology import Topology, edge_lengths
+from tatamu.base.errors import InputError, SimulationError
+from tatamu.base.files import write_npz
+from tatamu.simulation.mesh.topology import Topology, edge_lengths
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Gripper, Scene
+from tatamu.simulation.simulators import SIMULATORS, simulate
 
 ENGINES = (*SIMULATORS, "newton")
 VARIABLE = "TATAMU_NEWTON"

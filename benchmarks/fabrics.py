@@ -15,7 +15,7 @@ from tatamu.evaluation import Nominal
 from tatamu.folding.parameters import first_curves
 from tatamu.folding.score import Score
 from tatamu.folding.task import make_task
-from tatamu.simulators import named
+from tatamu.simulation.simulators import named
 
 CASES = (("T-shirt in half", "tshirt", "half", "jersey"), ("trousers, leg over leg", "trousers", "leg", "denim"))
 """Name, garment, fold and former fabric; the present one is the garment's default."""

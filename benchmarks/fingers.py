@@ -20,20 +20,20 @@ from typing import Any
 import numpy as np
 
 from benchmarks.tables import IMAGES, markdown, merged, publish, published
+from tatamu.after.margins import measure
 from tatamu.api import learn
-from tatamu.disturbances import default_disturbances
 from tatamu.evaluation import Nominal
+from tatamu.evaluation.disturbances import default_disturbances
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.parameters import arched_curve
 from tatamu.folding.score import Limits, score
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
-from tatamu.margins import measure
-from tatamu.options import LearnOptions
-from tatamu.presentation.image import save_png
 from tatamu.report.still import scene_picture
-from tatamu.simulators import simulate
+from tatamu.show.image import save_png
+from tatamu.simulation.simulators import simulate
 from tatamu.study import Result
+from tatamu.study.options import LearnOptions
 
 GARMENTS: dict[str, dict[str, Any]] = {
     "towel half": {"garment": "towel", "fold": "half", "spacing": 0.03},
@@ -147,7 +147,7 @@ def low_hands() -> dict[str, str]:
     """In how many of many default worlds a hand fails whatever the cloth does, without any simulation."""
     from collections import Counter
 
-    from tatamu.disturbances import Stream, hand_failure, sample_worlds
+    from tatamu.evaluation.disturbances import Stream, hand_failure, sample_worlds
 
     counts: Counter[str] = Counter()
     task = make_task(**GARMENTS["towel half"])

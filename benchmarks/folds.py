@@ -19,16 +19,16 @@ import numpy as np
 
 from benchmarks.tables import IMAGES, markdown, publish
 from tatamu.api import learn
-from tatamu.crossings import crossings
-from tatamu.files import write_json
+from tatamu.base.files import write_json
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.plans import PLANS
 from tatamu.folding.task import make_task
 from tatamu.garments import make_garment
-from tatamu.options import LearnOptions
 from tatamu.report import picture
+from tatamu.simulation.mesh.crossings import crossings
+from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.study import Result, ResultFolder, ResultRecord
-from tatamu.topology import Topology, edge_lengths
+from tatamu.study.options import LearnOptions
 
 FOLDS = {
     "tshirt-half": ("tshirt", "half", 3, 50),

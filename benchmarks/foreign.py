@@ -16,10 +16,10 @@ from tests.foreign import BROKEN, GOOD
 
 from benchmarks.tables import markdown, publish
 from tatamu.api import Result, learn
-from tatamu.errors import InputError
-from tatamu.files import write_json
+from tatamu.base.errors import InputError
+from tatamu.base.files import write_json
 from tatamu.folding.task import make_task
-from tatamu.options import LearnOptions
+from tatamu.study.options import LearnOptions
 
 OWN_MESH = ("cloth_obj", "bag_ply", "tube_glb")
 SPACING = 0.02

@@ -18,11 +18,10 @@ from typing import Any, NamedTuple
 
 from benchmarks.tables import markdown, merged, publish, published
 from tatamu.api import Result, learn
-from tatamu.disturbances import default_disturbances
-from tatamu.errors import TatamuError
-from tatamu.files import read_json, write_json
+from tatamu.base.errors import TatamuError
+from tatamu.base.files import read_json, write_json
+from tatamu.evaluation.disturbances import default_disturbances
 from tatamu.folding.task import Task, make_task
-from tatamu.options import LearnOptions
 from tatamu.robots import load, plan_fold, save
 from tatamu.robots.constraint import find_reach
 from tatamu.robots.planned import Planned
@@ -30,6 +29,7 @@ from tatamu.robots.refold import refold
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.report import save as save_rehearsal
 from tatamu.study.folder import MANIPULATION
+from tatamu.study.options import LearnOptions
 
 SPACING = 0.03
 """Spacing of the meshes [m]."""

@@ -20,19 +20,19 @@ from typing import Any
 import numpy as np
 
 from benchmarks.photographs import Setting
+from tatamu.after.feedback import ObservedFolder, from_numbers
+from tatamu.after.feedback.correction import added
+from tatamu.after.feedback.observe import Evidence, evidence_of
+from tatamu.after.feedback.posterior import Fold
 from tatamu.api import learn
-from tatamu.disturbances import Split, World, hand_failure, split
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.evaluation import Nominal
+from tatamu.evaluation.disturbances import Split, World, hand_failure, split
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, make_task
-from tatamu.observation import ObservedFolder, from_numbers
-from tatamu.observation.correction import added
-from tatamu.observation.observe import Evidence, evidence_of
-from tatamu.observation.posterior import Fold
-from tatamu.options import LearnOptions
 from tatamu.study import Result, ResultFolder
+from tatamu.study.options import LearnOptions
 
 WIDER = 2.0
 """Deviations of the hidden set-ups over the usual ones."""

@@ -22,11 +22,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.tables import markdown, merged, publish, published
-from tatamu.disturbances import NOMINAL, Stream, default_disturbances, sample_worlds
+from tatamu.after.margins import Measured, measure
 from tatamu.evaluation import Nominal
+from tatamu.evaluation.disturbances import NOMINAL, Stream, default_disturbances, sample_worlds
+from tatamu.evaluation.robustness import Verdict
 from tatamu.folding.task import make_task
-from tatamu.margins import Measured, measure
-from tatamu.robustness import Verdict
 from tatamu.study import Result, ResultFolder
 
 MANIPULATIONS = {

@@ -17,11 +17,11 @@ from typing import Any
 
 from benchmarks.tables import markdown, publish
 from tatamu.api import Result, learn
-from tatamu.files import write_json
+from tatamu.base.files import write_json
 from tatamu.folding.task import Task, make_task
-from tatamu.options import LearnOptions
 from tatamu.search import register_search
 from tatamu.search.gp import GPSearch
+from tatamu.study.options import LearnOptions
 
 COLUMNS = {
     "search": lambda row: row["search"],

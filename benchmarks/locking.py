@@ -15,10 +15,10 @@ import numpy as np
 
 from benchmarks.tables import markdown, publish
 from tatamu import Scene, simulate
-from tatamu.material import Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.scene import Cloth
-from tatamu.simulators.native.simulation import locking
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.native.simulation import locking
+from tatamu.simulation.scene import Cloth
 from tatamu.validation.scenes import held
 
 SIDE, HELD = 0.16, 0.03

@@ -27,9 +27,9 @@ from tatamu.api import learn
 from tatamu.evaluation import Evaluation, Nominal
 from tatamu.folding.parameters import first_curves
 from tatamu.folding.task import make_task
-from tatamu.options import LearnOptions
 from tatamu.search import find_search
 from tatamu.study import Progress, ResultFolder
+from tatamu.study.options import LearnOptions
 
 TRIALS = 50
 ROUNDS = 5

@@ -20,9 +20,9 @@ import numpy as np
 from benchmarks.hidden import CASES, Case, Row, SetUp, Shifts, measured_rows
 from benchmarks.tables import markdown, publish
 from benchmarks.times import timed
-from tatamu.observation.correction import find_correction
-from tatamu.observation.posterior import Fold, posterior
-from tatamu.simulators.many import processors
+from tatamu.after.feedback.correction import find_correction
+from tatamu.after.feedback.posterior import Fold, posterior
+from tatamu.simulation.side_by_side import processors
 
 NEXT = 3
 """Next folds of each set-up, which differ in their random parts; the same after no, one and two observations."""

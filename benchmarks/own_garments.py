@@ -15,9 +15,9 @@ from typing import Any
 
 from benchmarks.tables import markdown, publish
 from tatamu.api import Result, learn
-from tatamu.files import write_json
+from tatamu.base.files import write_json
 from tatamu.folding.task import make_task
-from tatamu.options import LearnOptions
+from tatamu.study.options import LearnOptions
 
 GARMENTS = Path("examples/garments")
 FULL = 50

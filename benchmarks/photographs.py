@@ -21,24 +21,24 @@ from PIL import Image
 from tests.photographs import BLUE, WOOD, Cloth, Paper, Shot, laid, photograph
 
 from benchmarks.tables import IMAGES, markdown, publish
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
+from tatamu.cameras.board import Board
+from tatamu.cameras.camera import estimate
+from tatamu.cameras.lens import Lens
+from tatamu.cameras.locate import locate_shape
+from tatamu.cameras.located import Located
+from tatamu.cameras.markers import find_pages
+from tatamu.cameras.photograph import Photograph, load_scale, read_photograph
+from tatamu.cameras.pictures import draw_located, draw_reading
+from tatamu.cameras.pose import Pose, wrapped
+from tatamu.cameras.printing import page
+from tatamu.cameras.reading import FoldReader, FoldReading
+from tatamu.cameras.shape import shape_of
 from tatamu.evaluation import Nominal
 from tatamu.folding.fold import Fold
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.task import Task, make_task
 from tatamu.garments import Garment, make_garment
-from tatamu.photographs.board import Board
-from tatamu.photographs.camera import estimate
-from tatamu.photographs.lens import Lens
-from tatamu.photographs.locate import locate_shape
-from tatamu.photographs.located import Located
-from tatamu.photographs.look import draw_located, draw_reading
-from tatamu.photographs.markers import find_pages
-from tatamu.photographs.photograph import Photograph, load_scale, read_photograph
-from tatamu.photographs.pose import Pose, wrapped
-from tatamu.photographs.printing import page
-from tatamu.photographs.reading import FoldReader, FoldReading
-from tatamu.photographs.shape import shape_of
 
 BOARD = Board(pages=2)
 PIXELS = (1600, 1200)

@@ -14,7 +14,7 @@ import time
 from typing import Any
 
 from benchmarks.tables import markdown, merged, publish, published
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.task import Reach, make_task
 from tatamu.robots import ReachConstraint, Robot, load
 from tatamu.robots.catalog import NAMED

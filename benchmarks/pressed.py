@@ -16,8 +16,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.tables import markdown, publish
+from tatamu.base.files import read_json, write_json
 from tatamu.evaluation import Nominal
-from tatamu.files import read_json, write_json
 from tatamu.folding.parameters import later_curves
 from tatamu.folding.press import Press
 from tatamu.folding.task import Task

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.tables import markdown, merged, publish, published
+from tatamu.base.files import read_json, write_json
 from tatamu.calibration import Measurements, calibrate
 from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease
@@ -26,10 +27,9 @@ from tatamu.calibration.fading import Fading
 from tatamu.calibration.plate import Plate
 from tatamu.calibration.sag import Sag
 from tatamu.calibration.swing import Swinging, TenSwings
-from tatamu.files import read_json, write_json
 from tatamu.garments import make_garment
-from tatamu.material import GRAVITY, Material, load_material
-from tatamu.simulators import simulate
+from tatamu.simulation.material import GRAVITY, Material, load_material
+from tatamu.simulation.simulators import simulate
 
 SIZE = (0.24, 0.36)
 """Size of the cloth [m]."""

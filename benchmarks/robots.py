@@ -17,16 +17,16 @@ from typing import Any
 
 from benchmarks.tables import markdown, publish
 from tatamu.api import learn
-from tatamu.errors import TatamuError
-from tatamu.files import read_json, write_json
+from tatamu.base.errors import TatamuError
+from tatamu.base.files import read_json, write_json
 from tatamu.folding.task import Reach, make_task
-from tatamu.options import LearnOptions
 from tatamu.robots import ReachConstraint, load, plan_fold, save
 from tatamu.robots.planned import Planned
 from tatamu.robots.refold import refold
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.report import save as save_rehearsal
 from tatamu.study import Result
+from tatamu.study.options import LearnOptions
 
 SPACING = 0.02
 SIMULATORS = ("native", "mujoco")

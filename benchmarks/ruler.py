@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tatamu.base.files import validated
 from tatamu.calibration import Measurements
 from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import SLIDING, Slope
@@ -14,9 +15,8 @@ from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
-from tatamu.files import validated
 from tatamu.garments import make_garment
-from tatamu.material import Material
+from tatamu.simulation.material import Material
 
 BOARD = 0.8
 """Length of the board [m]."""

@@ -17,10 +17,10 @@ from typing import Any
 
 from benchmarks.tables import markdown, publish
 from benchmarks.timed_folds import towel
-from tatamu.errors import TatamuError
-from tatamu.files import write_json
-from tatamu.simulators import SIMULATORS, simulate
-from tatamu.simulators.blender.process import WORKERS
+from tatamu.base.errors import TatamuError
+from tatamu.base.files import write_json
+from tatamu.simulation.blender.process import WORKERS
+from tatamu.simulation.simulators import SIMULATORS, simulate
 from tatamu.validation import Subject, validate
 from tatamu.validation.checks import CHECKS
 

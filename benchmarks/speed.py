@@ -32,8 +32,8 @@ from benchmarks.tables import markdown, publish
 from benchmarks.timed_folds import FABRICS, FOLDED, Fold, towel
 from benchmarks.timed_rollouts import Case, Timing, check_folded, timed
 from tatamu import HandTarget, Simulation, __version__, simulate, simulate_many
-from tatamu.errors import TatamuError
-from tatamu.files import read_json, write_json
+from tatamu.base.errors import TatamuError
+from tatamu.base.files import read_json, write_json
 
 Row = dict[str, Any]
 SPACINGS = (0.02, 0.01)
@@ -230,7 +230,7 @@ def _rate(engine: str, folds: Sequence[Fold], together: bool) -> float:
 
 def startup(options: argparse.Namespace) -> list[Row]:
     """Return the time of an import in a new process [s]."""
-    statements = ("import tatamu", "from tatamu import Scene, simulate", "import tatamu.simulators.native")
+    statements = ("import tatamu", "from tatamu import Scene, simulate", "import tatamu.simulation.native")
     return [{"statement": f"`{s}`", "seconds": _short(_import(s, max(options.runs, 5)))} for s in statements]
 
 

@@ -13,10 +13,10 @@ from functools import partial
 import numpy as np
 
 from benchmarks.tables import markdown, publish
-from tatamu.simulators.native.elastic import curvature, membrane
-from tatamu.simulators.native.elastic.stable_step import hinge_gradients, hinge_stiffness
-from tatamu.simulators.native.options import ElasticOptions
-from tatamu.topology import Topology, areas, lumped
+from tatamu.simulation.mesh.topology import Topology, areas, lumped
+from tatamu.simulation.native.elastic import curvature, membrane
+from tatamu.simulation.native.elastic.stable_step import hinge_gradients, hinge_stiffness
+from tatamu.simulation.native.options import ElasticOptions
 from tatamu.validation.meshes import LAYOUTS, Layout, irregular, mirrored, turned
 from tatamu.validation.scenes import raised
 

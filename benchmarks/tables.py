@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from tatamu.files import read_text, write_text
+from tatamu.base.files import read_text, write_text
 
 NOTES = Path("docs/notes")
 """Folder of the pages with measured tables."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 
 from benchmarks.tables import markdown, publish
-from tatamu.simulators.native import simulate
+from tatamu.simulation.native import simulate
 from tatamu.validation.checks.bodies import deepest_poke
 from tatamu.validation.checks.tangle import crossings_of_fold
 

@@ -17,15 +17,15 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks import plate_in_air
 from benchmarks.tables import markdown, publish
-from tatamu import plate_in_air
-from tatamu.disturbances import Stream, default_disturbances, sample_worlds
+from tatamu.base.files import read_json, write_json
 from tatamu.evaluation import Nominal
-from tatamu.files import read_json, write_json
+from tatamu.evaluation.disturbances import Stream, default_disturbances, sample_worlds
+from tatamu.evaluation.robustness import Verdict
 from tatamu.folding.score import Limits
 from tatamu.folding.task import Task
-from tatamu.material import Material
-from tatamu.robustness import Verdict
+from tatamu.simulation.material import Material
 from tatamu.study import Result, ResultFolder
 
 SHEAR = {"towel": 34.0, "tshirt": 27.5, "trousers": 69.5}

@@ -16,9 +16,9 @@ import numpy as np
 from benchmarks.tables import markdown, publish
 from benchmarks.terms import variants
 from benchmarks.timed_folds import Fold, shirt, towel
-from tatamu.presets import load_preset
-from tatamu.scene import Scene
-from tatamu.simulators import simulate
+from tatamu.simulation.presets import load_preset
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import simulate
 
 ASKED = 1.3
 """Largest ratio of the time with all terms to the present time."""

@@ -16,8 +16,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from benchmarks.tables import IMAGES, markdown, publish
-from tatamu.files import write_json, write_text
-from tatamu.presentation.palette import COLOURS, SERIES
+from tatamu.base.files import write_json, write_text
+from tatamu.show.palette import COLOURS, SERIES
 from tatamu.validation import Subject, validate
 from tatamu.validation.findings import Curve, Figure, Row
 from tatamu.validation.page import page

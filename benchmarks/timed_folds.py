@@ -11,10 +11,10 @@ from tatamu.folding.fold import make_fold
 from tatamu.folding.manipulation import polyline_manipulation
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
-from tatamu.material import GRAVITY, Material
-from tatamu.presets import load_preset
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.presets import load_preset
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
 
 SIZE = (0.34, 0.80)
 """Width and length of the towel [m]."""

@@ -19,9 +19,9 @@ from scipy.interpolate import LinearNDInterpolator
 
 from benchmarks.engines import run
 from benchmarks.timed_folds import FABRICS, FOLDED, SIZE, Fold, shirt, towel
-from tatamu.errors import TatamuError
-from tatamu.rollout import Rollout
-from tatamu.simulators import SIMULATORS
+from tatamu.base.errors import TatamuError
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.simulators import SIMULATORS
 
 
 @dataclass(frozen=True)

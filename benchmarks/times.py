@@ -23,11 +23,11 @@ from time import perf_counter
 from typing import NamedTuple
 
 from benchmarks.tables import markdown, merged, publish, published
+from tatamu.base.files import read_json, write_json
 from tatamu.evaluation import Nominal
-from tatamu.files import read_json, write_json
 from tatamu.folding.baselines import triangle
 from tatamu.folding.task import make_task
-from tatamu.simulators.many import processors
+from tatamu.simulation.side_by_side import processors
 from tatamu.study import PlanRecord, ResultFolder, ResultRecord
 
 NOMINAL = ["--disturbances", "none"]

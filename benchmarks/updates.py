@@ -17,12 +17,12 @@ import numpy as np
 from benchmarks.hidden import RULER, TOWEL, Row, SetUp, Shifts, measured_rows
 from benchmarks.loop_closed import SLACK, ratio
 from benchmarks.tables import markdown, publish
-from tatamu.disturbances import World, hand_errors, split
+from tatamu.after.feedback.correction import CORRECTABLE, find_correction, shift_against
+from tatamu.after.feedback.draws import USUAL
+from tatamu.after.feedback.observe import Evidence, emulator_of
+from tatamu.after.feedback.posterior import Fold, posterior
+from tatamu.evaluation.disturbances import World, hand_errors, split
 from tatamu.folding.marks import MARKS
-from tatamu.observation.correction import CORRECTABLE, find_correction, shift_against
-from tatamu.observation.draws import USUAL
-from tatamu.observation.observe import Evidence, emulator_of
-from tatamu.observation.posterior import Fold, posterior
 
 NEXT = 2
 """Next folds of each set-up."""
@@ -38,13 +38,13 @@ def tempered(evidence: Evidence, fold: Fold) -> Shifts:
 
 def without_width(evidence: Evidence, fold: Fold) -> Shifts:
     """Correct as tatamu does, with deviations taken as they are stated."""
-    with patch("tatamu.observation.posterior.WIDTH", 0.0):
+    with patch("tatamu.after.feedback.posterior.WIDTH", 0.0):
         return tempered(evidence, fold)
 
 
 def linear(evidence: Evidence, fold: Fold) -> Shifts:
     """Correct as tatamu does, on an emulator that does not know which hand opens last, nor what taut cloth does."""
-    with patch("tatamu.observation.emulator.FOLLOWS", 1e6), patch("tatamu.observation.emulator.APART", 1e6):
+    with patch("tatamu.after.feedback.emulator.FOLLOWS", 1e6), patch("tatamu.after.feedback.emulator.APART", 1e6):
         emulator = emulator_of(evidence.base, evidence.disturbances, evidence.draws)
         return tempered(evidence, Fold(fold.observation, emulator, fold.correction))
 

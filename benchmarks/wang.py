@@ -1,6 +1,6 @@
 """Presets of the ten fabrics of Wang, O'Brien and Ramamoorthi (2011), from ARCSim's material files.
 
-    python benchmarks/wang.py FOLDER        writes src/tatamu/presets/wang-*.toml; FOLDER has the ten JSON files
+    python benchmarks/wang.py FOLDER    writes src/tatamu/simulation/presets/wang-*.toml; FOLDER has the ten JSON files
 
 The data have stretching as C11, C12, C22 and shear at six samples of strain, and bending at 0, 45 and 90 degrees at
 five curvatures. Kept are the medians over the strains, and bending at the least curvature. Lost is that stiffness grows
@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.files import write_text
-from tatamu.material import PRESETS
+from tatamu.base.files import write_text
+from tatamu.simulation.material import PRESETS
 
 DATA = "Wang, O'Brien, Ramamoorthi 2011 (ARCSim data)"
 ASSUMED = {"thickness": 0.001, "friction_table": 0.5, "friction_cloth": 0.6}

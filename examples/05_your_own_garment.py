@@ -14,7 +14,7 @@ import numpy as np
 from tatamu import Scene, Table, simulate
 from tatamu.garments import make_garment
 from tatamu.report.garment import diagram
-from tatamu.scene import Cloth
+from tatamu.simulation.scene import Cloth
 
 OUTLINE = """<svg xmlns="http://www.w3.org/2000/svg" width="300mm" height="200mm" viewBox="0 0 300 200">
 <path id="outline" d="M 30 0 L 270 0 C 280 60 300 150 300 200 L 0 200 C 0 150 20 60 30 0 Z"/>

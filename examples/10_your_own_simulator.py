@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import tatamu as tt
-from tatamu.simulators import capabilities
+from tatamu.simulation.simulators import capabilities
 
 
 class Slippery:

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from tatamu import Cloth, Material, Scene, simulate
-from tatamu.body import Body
 from tatamu.garments import towel
-from tatamu.presentation.image import save_png
 from tatamu.report.still import scene_picture
+from tatamu.show.image import save_png
+from tatamu.simulation.body import Body
 
 SIDE = 0.12
 """Half the length of each board across the hinge, and along it [m]."""

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import tatamu as tt
-from tatamu.disturbances import World
+from tatamu.evaluation.disturbances import World
 from tatamu.folding.marks import marks
 
 REALITY = World({"hands.offset.along": 0.008})

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError, SimulationError
-from tatamu.files import validated
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import simulate
-from tatamu.topology import Topology, edge_lengths
+from tatamu.base.errors import InputError, SimulationError
+from tatamu.base.files import validated
+from tatamu.simulation.mesh.topology import Topology, edge_lengths
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import simulate
 from tatamu.validation.meshes import LAYOUTS, Mesh, right
 from tatamu.validation.scenes import joined, raised, sewn
 

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.curves import bezier as curve
-from tatamu.curves import sampled_bezier
+from tatamu.base.curves import bezier as curve
+from tatamu.base.curves import sampled_bezier
+from tatamu.base.version import __version__
 from tatamu.folding.manipulation import Manipulation
 from tatamu.report import picture, write_report
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.study import Result
-from tatamu.version import __version__
 
 LENGTH, WIDTH, THICKNESS = 0.80, 0.34, 0.002
 MATERIAL = {

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
 from tatamu.validation import Subject
 from tatamu.validation.limits import NATIVE
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from tatamu.meshing import staggered_rectangle
+from tatamu.simulation.mesh.meshing import staggered_rectangle
 
 TSHIRT = (
     "M 220 0 C 240 40 300 40 320 0 L 400 30 L 540 110 L 500 190 L 430 150 L 430 460 "
@@ -96,7 +96,7 @@ def bag_ply(folder: Path) -> Path:
     """A front and a back, sewn on three sides, flat on the floor of a world whose y is up."""
     from tatamu.garments.outline import Outline
     from tatamu.garments.sewing import front_and_back
-    from tatamu.presets import load_preset
+    from tatamu.simulation.presets import load_preset
 
     corners = np.array([[0, 0], [0.3, 0], [0.3, 0.25], [0, 0.25]])
     sides = {name: corners[[k, (k + 1) % 4]] for k, name in enumerate(("right", "top", "left", "mouth"))}

@@ -28,26 +28,26 @@ import numpy as np
 import trimesh
 from PIL import Image
 
+from tatamu.after.feedback import FORM, Observation, read_template, ruler
+from tatamu.base.errors import TatamuError
 from tatamu.calibration import load_measurements
+from tatamu.cameras.board import Board, load_board, write_board
+from tatamu.cameras.lens import Lens, load_lens, write_lens
 from tatamu.cli import main
-from tatamu.disturbances.description import OWN, read_disturbances
-from tatamu.errors import TatamuError
+from tatamu.evaluation.disturbances.description import OWN, read_disturbances
+from tatamu.evaluation.robustness.cache import VerdictCache
 from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
-from tatamu.material import PRESETS, load_material
-from tatamu.meshing import staggered_rectangle
-from tatamu.observation import FORM, Observation, read_template, ruler
-from tatamu.options import TaskRequest
-from tatamu.photographs.board import Board, load_board, write_board
-from tatamu.photographs.lens import Lens, load_lens, write_lens
 from tatamu.robots.assembly import described
 from tatamu.robots.planned import Planned
-from tatamu.robustness.cache import VerdictCache
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import simulate
-from tatamu.simulators.native.simulation import Simulation
+from tatamu.simulation.material import PRESETS, load_material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.native.simulation import Simulation
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import simulate
 from tatamu.study import Result, ResultFolder
+from tatamu.study.options import TaskRequest
 from tatamu.study.store import file_store, load_settings
 from tatamu.sweep.description import read_sweep
 from tests.fabricated import write_fold

@@ -21,8 +21,8 @@ from lerobot.processor import PolicyProcessorPipeline
 from lerobot.scripts.lerobot_eval import eval_policy
 from lerobot.utils.import_utils import register_third_party_plugins
 
-from tatamu.envs import HandsEnv
 from tatamu.folding.parameters import arched_curve
+from tatamu.policies.envs import HandsEnv
 
 TOWEL: dict[str, Any] = {"width": 0.24, "length": 0.36, "spacing": 0.04, "fps": 10, "pixels": 64}
 

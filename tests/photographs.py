@@ -10,14 +10,14 @@ from functools import cache
 
 import numpy as np
 
-from tatamu.photographs.board import PAPERS, Board
-from tatamu.photographs.camera import Camera
-from tatamu.photographs.opencv import opencv
-from tatamu.photographs.pose import Pose
-from tatamu.photographs.printing import DOTS, page
-from tatamu.presentation.raster import vertex_normals
-from tatamu.topology import Topology
-from tatamu.zbuffer import z_buffer
+from tatamu.cameras.board import PAPERS, Board
+from tatamu.cameras.camera import Camera
+from tatamu.cameras.opencv import opencv
+from tatamu.cameras.pose import Pose
+from tatamu.cameras.printing import DOTS, page
+from tatamu.show.raster import vertex_normals
+from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.mesh.zbuffer import z_buffer
 
 WOOD, WHITE, BLUE, GREY = (150, 110, 75), (236, 236, 232), (60, 90, 170), (120, 120, 120)
 COARSER = 4

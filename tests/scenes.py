@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.material import Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
 CLOTH = Material(
     areal_density=0.2,

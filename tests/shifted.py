@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tatamu.errors import SimulationError
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import native
-from tatamu.simulators.capabilities import Capabilities
+from tatamu.base.errors import SimulationError
+from tatamu.simulation import native
+from tatamu.simulation.capabilities import Capabilities
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
 
 CAPABILITIES = Capabilities()
 SHIFT = np.zeros(3)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tatamu.errors import InputError
-from tatamu.meshing import staggered
-from tatamu.scene import Scene
-from tatamu.simulators import simulate
-from tatamu.topology import Topology
+from tatamu.base.errors import InputError
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import simulate
 from tatamu.validation.scenes import sewn
 from tests import abuse
 from tests.scenes import scene

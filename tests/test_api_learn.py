@@ -31,11 +31,11 @@ from tatamu import (
     register_simulator,
 )
 from tatamu.cli import main
-from tatamu.disturbances import NOMINAL
 from tatamu.evaluation import NOTHING, Incumbent
+from tatamu.evaluation.disturbances import NOMINAL
 from tatamu.garments import towel as make_towel
 from tatamu.search import LOW, Parameters, Proposal
-from tatamu.simulators import native
+from tatamu.simulation import native
 from tests import shifted
 from tests.small_studies import X, learn_plain, over_worlds, plain, timeless, towel, without_times
 
@@ -241,7 +241,7 @@ def test_a_garment_of_ones_own_is_learned(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_a_simulator_of_ones_own_learns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.simulators.SIMULATORS", dict(tatamu.simulators.SIMULATORS))
+    monkeypatch.setattr("tatamu.simulation.simulators.SIMULATORS", dict(tatamu.simulation.simulators.SIMULATORS))
     monkeypatch.setattr(shifted, "SHIFT", np.array([0.0, 0.0, 0.001]))
     register_simulator("shifted", shifted)
     calls = len(shifted.CALLS)

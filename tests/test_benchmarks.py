@@ -18,8 +18,8 @@ from studies.real_cloth.registry import TESTS
 from studies.real_cloth.sheet import Sheet
 from studies.search.settings import GARMENTS
 
-from tatamu.rollout import Rollout
-from tatamu.simulators import simulate
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.simulators import simulate
 
 FOLDER = Path(__file__).parent.parent / "benchmarks"
 STUDIES = FOLDER.parent / "studies"

@@ -18,9 +18,9 @@ import pytest
 
 from tatamu.api import learn
 from tatamu.folding.task import make_task
-from tatamu.options import LearnOptions
-from tatamu.simulators.blender import process, simulate
-from tatamu.simulators.blender.process import Worker
+from tatamu.simulation.blender import process, simulate
+from tatamu.simulation.blender.process import Worker
+from tatamu.study.options import LearnOptions
 from tests.scenes import scene, sheet
 from tests.test_other_simulators import needs_blender
 

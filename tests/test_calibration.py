@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from tatamu import Material, Rollout, Scene, simulate
+from tatamu.base.errors import InputError, SimulationError, TatamuError
+from tatamu.base.files import validated
 from tatamu.calibration import Measurements, advice_on, calibrate, laboratory
 from tatamu.calibration.advice import best_repeat
 from tatamu.calibration.elongation import Elongation, Grasp
@@ -23,11 +25,9 @@ from tatamu.calibration.readings import Reading, uncertainty
 from tatamu.calibration.result import Calibration
 from tatamu.calibration.sag import Sag
 from tatamu.calibration.uncertainty import Sensitivity, Slopes, contributions, slopes
-from tatamu.errors import InputError, SimulationError, TatamuError
-from tatamu.files import validated
 from tatamu.garments import make_garment
-from tatamu.heavy_strip.cantilever import tip
-from tatamu.material import GRAVITY, load_material
+from tatamu.simulation.heavy_strip.cantilever import tip
+from tatamu.simulation.material import GRAVITY, load_material
 
 SIZE = (0.2, 0.6)
 HIDDEN = Material(areal_density=0.24, stretch_stiffness=45.0, bending_rigidity=4e-5, thickness=0.002)

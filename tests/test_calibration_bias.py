@@ -11,8 +11,8 @@ from pydantic import ValidationError
 
 from tatamu.calibration import Calibration, Measurements, calibrate
 from tatamu.calibration.bias import Bias
-from tatamu.material import GRAVITY, load_material
-from tatamu.simulators import simulate
+from tatamu.simulation.material import GRAVITY, load_material
+from tatamu.simulation.simulators import simulate
 
 SIZE = (0.3, 0.6)
 DENSITY, STRETCH, SHEAR = 0.3, 300.0, 15.0

@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from tatamu.calibration import Calibration, Measurements, calibrate
 from tatamu.calibration.crease import ARM, PressedCrease
 from tatamu.calibration.sag import Sag
-from tatamu.material import Material
-from tatamu.simulators import simulate
+from tatamu.simulation.material import Material
+from tatamu.simulation.simulators import simulate
 
 CLOTH = Material(areal_density=0.25, stretch_stiffness=300.0, bending_rigidity=4e-5, bending_hysteresis=1e-3)
 GAP, BOARD = 0.01, 0.0027

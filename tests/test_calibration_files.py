@@ -11,14 +11,14 @@ from typing import Any
 import pytest
 import tomli_w
 
+from tatamu.base.errors import InputError
+from tatamu.base.files import validated
 from tatamu.calibration.guide import instructions, template
 from tatamu.calibration.measurements import load_measurements
 from tatamu.cli import main
-from tatamu.errors import InputError
-from tatamu.files import validated
 from tatamu.garments import GARMENTS, make_garment
-from tatamu.material import load_material, preset_names
-from tatamu.presets import Preset, load_preset
+from tatamu.simulation.material import load_material, preset_names
+from tatamu.simulation.presets import Preset, load_preset
 
 
 @dataclass

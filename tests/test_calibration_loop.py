@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from tatamu import Material, simulate
+from tatamu.base.errors import InputError
+from tatamu.base.files import validated
 from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
 from tatamu.calibration.match import match
 from tatamu.calibration.page import page
 from tatamu.calibration.parameters import LIMITS
 from tatamu.calibration.sag import Sag
-from tatamu.errors import InputError
-from tatamu.files import validated
-from tatamu.heavy_strip.chain import FoldedStrip
-from tatamu.material import GRAVITY
+from tatamu.simulation.heavy_strip.chain import FoldedStrip
+from tatamu.simulation.material import GRAVITY
 
 DENSITY, THICKNESS = 0.2, 0.001
 SIZE, FREE = (0.2, 0.4), 0.03

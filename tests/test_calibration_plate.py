@@ -11,16 +11,16 @@ from PIL import Image, ImageDraw
 from pydantic import ValidationError
 from typer.testing import CliRunner
 
+from tatamu.base.errors import InputError
 from tatamu.calibration import Measurements, calibrate
 from tatamu.calibration.entry import Errors
+from tatamu.calibration.instruments.outline import PlanOutline, centroid
 from tatamu.calibration.plate import APART, Plate, length_share
 from tatamu.cli.app import app
-from tatamu.errors import InputError
-from tatamu.instruments.outline import PlanOutline, centroid
-from tatamu.material import GRAVITY, Material
-from tatamu.presets import load_preset
-from tatamu.rollout import Rollout
-from tatamu.simulators import simulate
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.presets import load_preset
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.simulators import simulate
 
 PIXELS = 2000.0
 """Per metre, in the photo."""

@@ -15,9 +15,9 @@ from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.page import page, shown
 from tatamu.calibration.push import Push
 from tatamu.calibration.setup import setup_of
-from tatamu.material import GRAVITY, Material
-from tatamu.simulators.blender.mapping import mapped
-from tatamu.simulators.capabilities import Capabilities
+from tatamu.simulation.blender.mapping import mapped
+from tatamu.simulation.capabilities import Capabilities
+from tatamu.simulation.material import GRAVITY, Material
 
 CLOTH = Material(
     areal_density=0.2, stretch_stiffness=140.0, bending_rigidity=5e-5, friction_table=0.7, compression=0.15

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from tatamu.base.errors import InputError
 from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
 from tatamu.calibration.fading import Fading
 from tatamu.calibration.page import page
 from tatamu.calibration.swing import Swinging, TenSwings
-from tatamu.errors import InputError
 from tatamu.garments import make_garment
-from tatamu.simulators import simulate
+from tatamu.simulation.simulators import simulate
 
 SIZE = (0.24, 0.36)
 AIR = {"areal_density": 0.3, "air_added_mass": 0.12, "air_drag_quadratic": 1.5}

@@ -107,7 +107,7 @@ def test_an_interrupted_command_says_that_what_was_finished_is_kept(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tatamu.material.load_material", interrupted)
+    monkeypatch.setattr("tatamu.simulation.material.load_material", interrupted)
     monkeypatch.setattr("sys.argv", ["tatamu", "show", "towel", "--material", "denim"])
     with pytest.raises(SystemExit) as ended:
         main()

@@ -240,7 +240,7 @@ class Watched:
         self.text = io.StringIO()
         simulator = SimpleNamespace(prepare=self.prepare, compilation=lambda: (compiled, 80))
         monkeypatch.setattr("tatamu.cli.progress.monotonic", lambda: self.time)
-        monkeypatch.setattr("tatamu.simulators.named", lambda name: simulator)
+        monkeypatch.setattr("tatamu.simulation.simulators.named", lambda name: simulator)
         console = Console(file=self.text, force_terminal=terminal, width=200)
         self.display = LearningDisplay(towel(), 10, 3, console)
 
@@ -360,7 +360,7 @@ COMMANDS = [
 def test_a_command_that_needs_blender_looks_for_it_before_it_begins(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, words: list[str]
 ) -> None:
-    monkeypatch.setattr("tatamu.simulators.blender.discovery.python_of", lambda _: tmp_path / "none")
+    monkeypatch.setattr("tatamu.simulation.blender.discovery.python_of", lambda _: tmp_path / "none")
     monkeypatch.setattr("shutil.which", lambda *_: None)
     monkeypatch.delenv("TATAMU_BLENDER", raising=False)
     out = tmp_path / "out"
@@ -384,7 +384,7 @@ def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
 ) -> None:
     text = io.StringIO()
     simulator = SimpleNamespace(prepare=lambda: time.sleep(0.2), compilation=lambda: (compiled, 80))
-    monkeypatch.setattr("tatamu.simulators.named", lambda name: simulator)
+    monkeypatch.setattr("tatamu.simulation.simulators.named", lambda name: simulator)
     monkeypatch.setattr("tatamu.cli.progress.LINE_EVERY", 0.01)
     prepare("native", Console(file=text))
     assert ("compiling the simulator" in text.getvalue()) == bool(compiled)

@@ -23,6 +23,7 @@ from studies.real_cloth.bench import Bench, Experiment
 from studies.real_cloth.matsudaira import models
 from typer.testing import CliRunner
 
+from tatamu.base.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.cluster import connected, executor_at
 from tatamu.cluster.address import parse_address
 from tatamu.cluster.arguments import LARGE, SharedArguments, unbound
@@ -31,7 +32,6 @@ from tatamu.cluster.connection import CERTIFICATES
 from tatamu.cluster.executor import DaskExecutor
 from tatamu.cluster.versions import difference, versions
 from tatamu.cluster.watch import Patience, Watch
-from tatamu.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.evaluation import NOTHING, Incumbent, Nominal
 from tatamu.folding.task import make_task
 from tests.commands import tatamu

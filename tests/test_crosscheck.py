@@ -10,23 +10,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tatamu.after.second_opinion import check, compare
+from tatamu.after.second_opinion.agreement import LEARNED, rank_correlation
+from tatamu.after.second_opinion.check import modify_scene
 from tatamu.api import learn
+from tatamu.base.errors import InputError
 from tatamu.cli import main
-from tatamu.crosscheck import check, compare
-from tatamu.crosscheck.agreement import LEARNED, rank_correlation
-from tatamu.crosscheck.check import modify_scene
-from tatamu.errors import InputError
 from tatamu.evaluation.nominal import penalty
 from tatamu.folding.task import make_task
-from tatamu.material import Material
-from tatamu.options import LearnOptions
 from tatamu.report import command
-from tatamu.scene import Cloth, Gripper, Scene
-from tatamu.simulators import SIMULATORS, simulate
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.subdivision import subdivided
+from tatamu.simulation.mesh.topology import Topology, areas
+from tatamu.simulation.scene import Cloth, Gripper, Scene
+from tatamu.simulation.simulators import SIMULATORS, simulate
 from tatamu.study import Result
+from tatamu.study.options import LearnOptions
 from tatamu.study.record import describe_task
-from tatamu.subdivision import subdivided
-from tatamu.topology import Topology, areas
 from tests import shifted
 from tests.foreign import GOOD
 from tests.scenes import CLOTH, scene, sheet

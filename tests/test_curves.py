@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.curves import TOP_SPEED_FACTOR, Bezier, along, arc_lengths, length, minimum_jerk
+from tatamu.base.curves import TOP_SPEED_FACTOR, Bezier, along, arc_lengths, length, minimum_jerk
 
 STRAIGHT = Bezier(np.outer([0.0, 1.0, 2.0, 3.0], [0.1, 0.0, 0.2]))
 LOOP = Bezier(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.2], [-0.3, 0.0, 0.25], [0.34, 0.0, 0.0]]))

@@ -16,15 +16,15 @@ pytest.importorskip("pyarrow")
 pytest.importorskip("av")
 pytest.importorskip("zarr")
 
-from tatamu.dataset import DatasetFolder, DatasetSpecification, make_dataset, read_specification, replay
-from tatamu.dataset.distribution import Normal, Uniform, draw, highest
-from tatamu.dataset.record import EpisodeRecord, with_shares
-from tatamu.dataset.sources import draw_fold, read_runs
-from tatamu.dataset.states import read_states
-from tatamu.dataset.table import read_records
-from tatamu.errors import InputError, UnavailableError
+from tatamu.base.errors import InputError, UnavailableError
 from tatamu.folding.score import MEASURES
 from tatamu.lerobot import LeRobotReader
+from tatamu.policies.dataset import DatasetFolder, DatasetSpecification, make_dataset, read_specification, replay
+from tatamu.policies.dataset.distribution import Normal, Uniform, draw, highest
+from tatamu.policies.dataset.record import EpisodeRecord, with_shares
+from tatamu.policies.dataset.sources import draw_fold, read_runs
+from tatamu.policies.dataset.states import read_states
+from tatamu.policies.dataset.table import read_records
 from tests.test_full_disk import files_of
 
 SMALL: dict[str, Any] = {
@@ -105,7 +105,7 @@ def test_actions_end_where_they_were_recorded_to_end(made: DatasetFolder) -> Non
 def test_changed_actions_end_elsewhere(made: DatasetFolder, monkeypatch: pytest.MonkeyPatch) -> None:
     actions = LeRobotReader(made.path).numbers(0, "action")["action"]
     actions[5:10, 2] = 1.0
-    monkeypatch.setattr("tatamu.dataset.rerun._actions", lambda *_: actions)
+    monkeypatch.setattr("tatamu.policies.dataset.rerun._actions", lambda *_: actions)
     assert replay(made.path, 0).differs
 
 
@@ -137,7 +137,9 @@ def test_an_interrupted_dataset_is_resumed(
     made: DatasetFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = DatasetFolder(tmp_path / "folds")
-    monkeypatch.setattr("tatamu.dataset.make.UNDER_WAY", 1)  # otherwise the worker that dies may be the first to end
+    monkeypatch.setattr(
+        "tatamu.policies.dataset.make.UNDER_WAY", 1
+    )  # otherwise the worker that dies may be the first to end
     with pytest.raises(KeyboardInterrupt):
         make_dataset(specification(), out.path, executor=Dying(3))
     assert not out.is_finished and len(list(out.path.glob(".episodes/*.npz"))) == 3
@@ -155,9 +157,9 @@ def test_a_dataset_that_was_half_put_in_its_place_is_finished(
     made: DatasetFolder, tmp_path: Path, built: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = DatasetFolder(tmp_path / "folds")
-    monkeypatch.setattr("tatamu.dataset.folder.FINISHED", built)
+    monkeypatch.setattr("tatamu.policies.dataset.folder.FINISHED", built)
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr("tatamu.dataset.folder.shutil.rmtree", _interrupt)
+        patch.setattr("tatamu.policies.dataset.folder.shutil.rmtree", _interrupt)
         make_dataset(specification(episodes=1), out.path)
     monkeypatch.undo()
     make_dataset(specification(episodes=1), out.path)

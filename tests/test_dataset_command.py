@@ -16,7 +16,7 @@ pytest.importorskip("pyarrow")
 pytest.importorskip("av")
 pytest.importorskip("zarr")
 
-from tatamu.dataset import DatasetFolder, make_dataset, read_specification, replay
+from tatamu.policies.dataset import DatasetFolder, make_dataset, read_specification, replay
 from tests.commands import Ended, tatamu
 from tests.test_full_disk import files_of
 

@@ -14,9 +14,9 @@ pytest.importorskip("av")
 pytest.importorskip("zarr")
 
 from tatamu import Result
-from tatamu.dataset import DatasetFolder, DatasetSpecification, make_dataset, replay
-from tatamu.dataset.table import read_records
 from tatamu.lerobot import LeRobotReader
+from tatamu.policies.dataset import DatasetFolder, DatasetSpecification, make_dataset, replay
+from tatamu.policies.dataset.table import read_records
 from tatamu.sweep import SweepFolder, SweepTask, run_sweep
 from tests.small_studies import learn_plain
 from tests.small_studies import towel as coarse_towel

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from tatamu import InputError
-from tatamu.disturbances import (
+from tatamu.after.margins.texts import TITLES
+from tatamu.evaluation import Nominal
+from tatamu.evaluation.disturbances import (
     CHANNELS,
     NOMINAL,
     Disturbances,
@@ -25,18 +27,16 @@ from tatamu.disturbances import (
     sample_worlds,
     with_calibrated,
 )
-from tatamu.disturbances.channels import FIELDS
-from tatamu.disturbances.description import OWN
-from tatamu.evaluation import Nominal
+from tatamu.evaluation.disturbances.channels import FIELDS
+from tatamu.evaluation.disturbances.description import OWN
+from tatamu.evaluation.robustness import FoldOnMesh, Judge, MeshVerdict, SuccessRate, Verdict, VerdictCache, failures_of
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Limits
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
-from tatamu.margins.words import TITLES
-from tatamu.material import Material
-from tatamu.robustness import FoldOnMesh, Judge, MeshVerdict, SuccessRate, Verdict, VerdictCache, failures_of
-from tatamu.scene import Scene
+from tatamu.simulation.material import Material
+from tatamu.simulation.scene import Scene
 
 LOW = {"x1": 0.02, "z1": 0.15, "x2": 0.3, "z2": 0.01, "g1": 0, "g2": 0}
 MATRIX = "[correlation]\nparameters = ['bending_rigidity', 'friction_table']\nmatrix = "
@@ -368,7 +368,7 @@ def test_what_a_calibration_leaves_nearly_unknown_may_still_be_disturbed(tmp_pat
 def test_what_another_version_of_the_simulator_said_is_not_asked(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     here = FoldOnMesh(Nominal(task), LOW).key
     assert FoldOnMesh(Nominal(task), LOW).key == here
-    monkeypatch.setattr("tatamu.robustness.meshes.source_digest", lambda: "another")
+    monkeypatch.setattr("tatamu.evaluation.robustness.meshes.source_digest", lambda: "another")
     assert FoldOnMesh(Nominal(task), LOW).key != here
 
 

@@ -16,8 +16,9 @@ from studies.real_cloth.__main__ import app as real_cloth
 
 import tatamu
 from tatamu.cli.app import app
-from tatamu.simulators import SIMULATORS, capabilities
-from tatamu.simulators.capabilities import Capabilities
+from tatamu.simulation.capabilities import Capabilities
+from tatamu.simulation.simulators import SIMULATORS, capabilities
+from tests import rooms
 from tests.test_structure import ORDER, SOURCE
 
 ROOT = Path(__file__).parent.parent
@@ -179,21 +180,13 @@ def test_every_page_that_the_code_names_exists() -> None:
     assert not missing
 
 
-def test_the_architecture_page_has_every_room_in_its_place() -> None:
-    rows = re.findall(r"^\| `(\w+)` \| (\S.*) \|(.*)\|$", read("docs/architecture.md"), flags=re.M)
-    on_page = [room for room, _, _ in rows]
-    in_code = [room for rooms in ORDER for room in rooms]
-    stale, missing = set(on_page) - set(in_code), set(in_code) - set(on_page)
-    assert not stale and not missing, f"docs/architecture.md: rows to drop {stale}, rows to add {missing}"
-    assert on_page == in_code, "docs/architecture.md: rows stand in another order than ORDER"
-    beside = {room: set(rooms) - {room} for rooms in ORDER for room in rooms}
-    for room, _, named in rows:
-        assert set(re.findall(r"`(\w+)`", named)) == beside[room], f"docs/architecture.md: what is beside {room}"
+def test_the_architecture_page_has_the_table_of_rooms() -> None:
+    assert rooms.table() in read("docs/architecture.md"), "run: python -m tests.rooms --write-docs"
 
 
-def test_the_architecture_page_has_every_folder_and_module() -> None:
-    rooms = {path.stem for path in SOURCE.iterdir() if not path.name.startswith("_") and path.suffix in ("", ".py")}
-    assert rooms == {room for rooms in ORDER for room in rooms}
+def test_every_room_has_its_place_in_the_order() -> None:
+    found = {path.stem for path in SOURCE.iterdir() if not path.name.startswith("_") and path.suffix in ("", ".py")}
+    assert found == set(ORDER)
 
 
 def test_the_capabilities_on_the_page_are_those_that_simulators_state() -> None:
@@ -206,10 +199,3 @@ def test_the_capabilities_on_the_page_are_those_that_simulators_state() -> None:
     for name, cells in rows:
         stated = [getattr(capabilities(simulator), name.strip("`")) for simulator in SIMULATORS]
         assert cells.split(" | ") == [shown.get(value) or f"{value:g}" for value in stated], name
-
-
-def test_every_module_of_native_is_on_a_map() -> None:
-    maps = read("CONTRIBUTING.md") + read("docs/architecture.md")
-    maps = re.sub(r"(\w+)\((_\w+)\)", r"\1 \1\2", maps)  # vertex_face(_search) names both
-    modules = {path.stem for path in (SOURCE / "simulators" / "native").rglob("*.py")} - {"__init__"}
-    assert not {module for module in modules if not re.search(rf"`?\b{module}\b`?", maps)}

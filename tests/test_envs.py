@@ -13,11 +13,11 @@ gymnasium = pytest.importorskip("gymnasium")
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 from gymnasium.vector import AsyncVectorEnv  # noqa: E402
 
-import tatamu.envs as envs  # noqa: E402
+import tatamu.policies.envs as envs  # noqa: E402
 from tatamu import InputError, Nominal, make_task, simulate  # noqa: E402
-from tatamu.envs.cameras import CAMERAS, Studio  # noqa: E402
-from tatamu.envs.demonstration import follow  # noqa: E402
 from tatamu.folding.parameters import arched_curve  # noqa: E402
+from tatamu.policies.envs.cameras import CAMERAS, Studio  # noqa: E402
+from tatamu.policies.envs.demonstration import follow  # noqa: E402
 
 SMALL: dict[str, Any] = {"size": (0.2, 0.3), "spacing": 0.04}
 """A towel of a few dozen vertices."""
@@ -171,7 +171,12 @@ def _small_hands() -> Any:
 
 def test_the_same_answers_side_by_side_in_threads_and_in_processes() -> None:
     threads = gymnasium.make_vec(
-        f"tatamu.envs:{envs.HANDS}", num_envs=3, disturbances="default", observation="vertices", seconds=0.8, **SMALL
+        f"tatamu.envs:{envs.HANDS}",
+        num_envs=3,
+        disturbances="default",
+        observation="vertices",
+        seconds=0.8,
+        **SMALL,
     )
     assert type(threads.unwrapped) is envs.ThreadedVectorEnv
     one = [make(envs.HANDS, disturbances="default", observation="vertices", seconds=0.8) for _ in range(3)]

@@ -37,8 +37,8 @@ from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.parameters import search_space
 from tatamu.garments import make_garment
-from tatamu.material import Material
 from tatamu.search import HIGH, LOW, Proposal, Schedule
+from tatamu.simulation.material import Material
 from tatamu.study import ResultFolder, StudyRecord
 from tatamu.study.setup import LATER_SHARE, ROBUST_SHARE, make_schedule
 from tests.small_studies import timeless

@@ -28,8 +28,8 @@ from tatamu import (
     learn,
     load_disturbances,
 )
-from tatamu.disturbances import World
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, on_coarser_mesh
+from tatamu.evaluation.disturbances import World
 from tatamu.evaluation.disturbed import LEAST_GAIN
 from tatamu.folding.parameters import arched_inwards, later_curves
 from tatamu.report.page import page

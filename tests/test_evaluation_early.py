@@ -14,7 +14,7 @@ from tatamu import CoarseFirst, LearnOptions, Nominal, Result, Task, learn, make
 from tatamu.evaluation import Evaluation, Evaluator, Incumbent, ends_early
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.score import score
-from tatamu.options import USUAL_PENDING
+from tatamu.study.options import USUAL_PENDING
 from tatamu.study.setup import make_evaluator, resolve
 from tests.small_studies import X, over_worlds, plain, towel
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from tatamu import garments, simulators
+from tatamu import garments
 from tatamu.search import registry
+from tatamu.simulation import simulators
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

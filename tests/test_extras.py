@@ -11,7 +11,7 @@ from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 
-from tatamu.extras import EXTRAS, missing
+from tatamu.base.extras import EXTRAS, missing
 from tests.scenes import scene
 
 ROOT = Path(__file__).parent.parent

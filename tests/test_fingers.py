@@ -11,18 +11,18 @@ import pytest
 
 from tatamu import InputError
 from tatamu.api import learn
-from tatamu.clearance import deepest
-from tatamu.disturbances import Disturbances, World, disturbed_scene, load_disturbances
 from tatamu.evaluation import Nominal
+from tatamu.evaluation.disturbances import Disturbances, World, disturbed_scene, load_disturbances
 from tatamu.folding.fingers import PRESETS, Fingers
 from tatamu.folding.hand import AWAY, LEAVING, OPENING, leaves
 from tatamu.folding.manipulation import WAIT
 from tatamu.folding.parameters import first_curves, later_curves, search_space
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
-from tatamu.options import LearnOptions
-from tatamu.scene import Scene
+from tatamu.simulation.clearance import deepest
+from tatamu.simulation.scene import Scene
 from tatamu.study import Result
+from tatamu.study.options import LearnOptions
 
 SMALL: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 THICK = Fingers(thickness=0.008, width=0.02)

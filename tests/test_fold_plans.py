@@ -22,8 +22,8 @@ from tatamu.folding.task import make_task
 from tatamu.garments import Garment, make_garment
 from tatamu.garments.outline import Outline
 from tatamu.garments.sewing import one_layer
-from tatamu.options import LearnOptions
-from tatamu.presets import load_preset
+from tatamu.simulation.presets import load_preset
+from tatamu.study.options import LearnOptions
 from tests.commands import tatamu
 
 DRAWN = Path(__file__).parent.parent / "examples" / "garments"

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu import InputError, curves
+from tatamu import InputError
+from tatamu.base import curves
 from tatamu.folding.baselines import BASELINES, li_2015
 from tatamu.folding.fold import Fold, make_fold
 from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation
 from tatamu.folding.score import score, shape_distance, top_views
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
-from tatamu.heavy_strip.crease import crease
+from tatamu.simulation.heavy_strip.crease import crease
 
 
 @pytest.fixture(scope="module")

@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from tatamu.errors import UnavailableError
-from tatamu.files import write_text
+from tatamu.base.errors import UnavailableError
+from tatamu.base.files import write_text
 from tatamu.sweep import SweepFolder, SweepTask, run_sweep
 from tests.fabricated import write_fold
 from tests.small_studies import learn_plain, timeless

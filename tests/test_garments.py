@@ -8,16 +8,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tatamu.crossings import crossings
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments import GARMENTS, Garment, make_garment
 from tatamu.garments.meshfile import border_loops, faults
 from tatamu.garments.outline import Outline
 from tatamu.garments.panel import RELAXED, angles, panel
 from tatamu.garments.sewing import front_and_back
-from tatamu.scene import Gripper, Scene, Table
-from tatamu.simulators import simulate
-from tatamu.topology import Topology, areas
+from tatamu.simulation.mesh.crossings import crossings
+from tatamu.simulation.mesh.topology import Topology, areas
+from tatamu.simulation.scene import Gripper, Scene, Table
+from tatamu.simulation.simulators import simulate
 
 SEWN = ["tshirt", "trousers"]
 

@@ -14,7 +14,7 @@ from tatamu.folding.task import make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
 from tatamu.garments.fibres import along_v
-from tatamu.simulators import simulate
+from tatamu.simulation.simulators import simulate
 from tests.worn import worn_shirt_obj
 
 WARP, WEFT = 400.0, 60.0

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from tatamu.crossings import crossings
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments import load_garment, make_garment
 from tatamu.garments.panel import angles
-from tatamu.meshing import staggered_rectangle
-from tatamu.scene import Scene, Table
-from tatamu.simulators import simulate
+from tatamu.simulation.mesh.crossings import crossings
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.scene import Scene, Table
+from tatamu.simulation.simulators import simulate
 from tests.foreign import BROKEN, GOOD, svg
 
 LAYERS = {"apron_svg": 1, "cloth_obj": 1, "disc_stl": 1}

@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 import tatamu.cli  # noqa: F401  adds the commands
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 from tatamu.garments import Garment, make_garment
 from tests.foreign import svg
 from tests.patterns import (

@@ -10,8 +10,8 @@ import shapely
 from PIL import Image
 from typer.testing import CliRunner
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 from tatamu.garments import make_garment
 from tatamu.garments.photo import find_outline, homography, straightened
 from tests.photos import PLACE, SCALE, SHIRT, SIZE, TILT, moved, overlap, photograph

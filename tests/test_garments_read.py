@@ -13,12 +13,12 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import tatamu.cli  # noqa: F401  adds the commands
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 from tatamu.garments import Garment, make_garment
 from tatamu.garments.meshfile import welded
 from tatamu.garments.objfile import TriangleMesh, read_obj
-from tatamu.topology import areas
+from tatamu.simulation.mesh.topology import areas
 from tests.foreign import svg
 from tests.photos import SHIRT, overlap
 
@@ -157,7 +157,7 @@ def test_a_uv_map_that_is_not_square_is_set_right(squeezed: tuple[float, float],
 
 @pytest.mark.parametrize("noise", [1e-8, 1e-7])
 def test_vertices_on_both_sides_of_a_rounding_limit_are_one(noise: float) -> None:
-    from tatamu.meshing import staggered_rectangle
+    from tatamu.simulation.mesh.meshing import staggered_rectangle
 
     vertices, faces = staggered_rectangle(0.3, 0.4, 0.02)
     random = np.random.default_rng(0)

@@ -12,14 +12,14 @@ import shapely
 from PIL import Image
 from typer.testing import CliRunner
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.plans import PLANS
 from tatamu.garments import GARMENTS, make_garment
-from tatamu.presentation.drawing import FROM_ABOVE, Drawing
-from tatamu.presentation.shapes import Dot, Label, Polyline
 from tatamu.report.garment import FoldMark, diagram, page
+from tatamu.show.drawing import FROM_ABOVE, Drawing
+from tatamu.show.shapes import Dot, Label, Polyline
 from tests.foreign import GOOD
 
 

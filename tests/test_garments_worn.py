@@ -10,16 +10,16 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from tatamu.crossings import crossings
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments import Garment, load_garment, make_garment
 from tatamu.garments.flattening import flattened, side_lengths
 from tatamu.garments.meshfile import read_mesh
 from tatamu.garments.panel import angles
 from tatamu.garments.posture import posture
-from tatamu.meshing import staggered_rectangle
-from tatamu.scene import Scene, Table
-from tatamu.simulators import simulate
+from tatamu.simulation.mesh.crossings import crossings
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.scene import Scene, Table
+from tatamu.simulation.simulators import simulate
 from tests.worn import flat_shirt, inflated, with_sleeves_down, worn_shirt_obj
 
 

@@ -9,12 +9,12 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
-from tatamu.errors import TatamuError
-from tatamu.heavy_strip import cantilever
-from tatamu.heavy_strip import chain as chain_module
-from tatamu.heavy_strip import crease as crease_module
-from tatamu.heavy_strip.chain import ChainEnergy, FoldedStrip
-from tatamu.heavy_strip.crease import AFTER, HALF_LENGTH, LINKS, STEP, crease, least_energy, nodes
+from tatamu.base.errors import TatamuError
+from tatamu.simulation.heavy_strip import cantilever
+from tatamu.simulation.heavy_strip import chain as chain_module
+from tatamu.simulation.heavy_strip import crease as crease_module
+from tatamu.simulation.heavy_strip.chain import ChainEnergy, FoldedStrip
+from tatamu.simulation.heavy_strip.crease import AFTER, HALF_LENGTH, LINKS, STEP, crease, least_energy, nodes
 
 THICKNESSES = (0.0135, 0.077, 0.3, 1.0, 4 / 3)
 """In bending lengths: from a limp sheet on which t hardly matters to cloth folded round a circle."""

@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tatamu.errors import InputError, one_line
-from tatamu.files import LARGEST_TOML, foreign, read_json, read_npz, read_toml
+from tatamu.base.errors import InputError, one_line
+from tatamu.base.files import LARGEST_TOML, foreign, read_json, read_npz, read_toml
 from tatamu.garments import make_garment
 from tatamu.garments.dxf import read_dxf
 from tatamu.garments.meshfile import read_mesh
 from tatamu.garments.photo import find_outline
 from tatamu.garments.svg import read_svg
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
 from tests.foreign import svg
 
 READERS: dict[str, Callable[[Path], Any]] = {
@@ -76,7 +76,9 @@ def test_a_file_that_states_no_size_is_read_no_further_than_allowed(
     path = tmp_path / "a.toml"
     path.write_text("a = 1\n" + "#" * LARGEST_TOML)
     true = os.stat(path)
-    monkeypatch.setattr("tatamu.files.os.stat", lambda _: os.stat_result((true.st_mode, 0, 0, 0, 0, 0, 0, 0, 0, 0)))
+    monkeypatch.setattr(
+        "tatamu.base.files.os.stat", lambda _: os.stat_result((true.st_mode, 0, 0, 0, 0, 0, 0, 0, 0, 0))
+    )
     assert "must have at most 2 MiB" in refusal(lambda: read_toml(path))
 
 
@@ -195,7 +197,7 @@ MAIN = "from tatamu.cli import main; main()"
 )
 def test_a_command_that_fails_prints_its_line_alone(what: str, code: int, line: str) -> None:
     program = (
-        "import sys, warnings\nimport tatamu.cli as cli\nfrom tatamu.errors import InputError\n"
+        "import sys, warnings\nimport tatamu.cli as cli\nfrom tatamu.base.errors import InputError\n"
         f"def app(**_):\n    {what}\ncli.app = app\ncli.main()\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
@@ -222,8 +224,8 @@ def test_indices_that_are_no_whole_numbers_are_one_line(index: str, tmp_path: Pa
 
 
 def test_a_patch_whose_points_lie_on_a_conic_is_simulated() -> None:
-    from tatamu.simulators.native.model import _build
-    from tatamu.simulators.native.options import Options
+    from tatamu.simulation.native.model import _build
+    from tatamu.simulation.native.options import Options
 
     rest = [[0, 0, 0], [0, -0.02, 0], [0.02, 0, 0], [0.02, 0.02, 0]]
     scene = Scene.model_validate(scene_with(rest_vertices=rest))
@@ -424,7 +426,7 @@ def test_broken_json_of_any_kind_is_one_line(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", ["NaN", "-Infinity", "1e999", "1" + "0" * 400, '"0.1"', "[]"])
 def test_kept_verdicts_that_are_no_numbers_are_passed_over(value: str, tmp_path: Path) -> None:
-    from tatamu.robustness.cache import VerdictCache
+    from tatamu.evaluation.robustness.cache import VerdictCache
 
     line = '{{"key": "{}", "mean_vertex_distance": {}, "mask_iou": 0.9}}\n'
     (tmp_path / "simulated.jsonl").write_text(

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from tatamu.api import learn
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.task import make_task
-from tatamu.material import load_material
-from tatamu.options import LearnOptions
+from tatamu.simulation.material import load_material
 from tatamu.study import Result
 from tatamu.study.inputs import Sources, keep_inputs, kept_input
+from tatamu.study.options import LearnOptions
 from tests.foreign import svg
 
 LOOP = '<path id="o" d="M50 20 L250 20 L290 380 L10 380 Z"/>'

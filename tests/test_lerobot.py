@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.lerobot import LeRobotReader, LeRobotWriter, camera, flag, vector
 from tatamu.lerobot.statistics import joined, statistics
 from tatamu.lerobot.video import VideoWriter

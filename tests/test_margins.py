@@ -12,17 +12,17 @@ from typing import Any
 import pytest
 
 from tatamu import InputError
+from tatamu.after.margins import Measured, measure
+from tatamu.after.margins.page import page, sureness
+from tatamu.after.margins.terminal import summary
 from tatamu.api import Result, learn
-from tatamu.disturbances import Disturbances, World, load_disturbances
-from tatamu.errors import WorkerKilledError
+from tatamu.base.errors import WorkerKilledError
+from tatamu.evaluation.disturbances import Disturbances, World, load_disturbances
+from tatamu.evaluation.robustness import Spread, SuccessRate, Verdict
 from tatamu.folding.score import Limits
 from tatamu.folding.task import make_task
-from tatamu.margins import Measured, measure
-from tatamu.margins.page import page, sureness
-from tatamu.margins.terminal import summary
-from tatamu.options import LearnOptions
-from tatamu.robustness import Spread, SuccessRate, Verdict
 from tatamu.study import ResultFolder
+from tatamu.study.options import LearnOptions
 from tests.commands import tatamu
 
 UP = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.003], "yaw": 0.01}})
@@ -47,7 +47,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
         up = world["hands.offset.up"]
         return Verdict(None, None, "tore") if up > 0.02 else Verdict(2.0 * abs(up), 0.9)
 
-    monkeypatch.setattr("tatamu.robustness.judge.verdict_in", known)
+    monkeypatch.setattr("tatamu.evaluation.robustness.judge.verdict_in", known)
     return worlds
 
 
@@ -137,7 +137,8 @@ def test_margins_do_not_depend_on_how_many_workers_there_are(learned: Path, tmp_
 def test_a_killed_run_goes_on(learned: Path, tmp_path: Path) -> None:
     code = (
         "import os, sys; from pathlib import Path\n"
-        "from tests.test_margins import ONE; from tatamu.margins import measure; from tatamu.study import Result\n"
+        "from tests.test_margins import ONE; from tatamu.after.margins import measure\n"
+        "from tatamu.study import Result\n"
         "measure(Result.load(sys.argv[1]), ONE, out=Path(sys.argv[2]), draws=4, "
         "progress=lambda done, total: os._exit(9) if done == 4 else None)"
     )

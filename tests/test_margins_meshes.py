@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from tatamu.disturbances import World
+from tatamu.after.margins import Measured, measure
+from tatamu.after.margins.page import page
+from tatamu.after.margins.terminal import summary
 from tatamu.evaluation import CoarseMesh
+from tatamu.evaluation.disturbances import World
+from tatamu.evaluation.robustness import MeshVerdict, Verdict
+from tatamu.evaluation.robustness.meshes import SlackRange, fit_distances, select_pairs
 from tatamu.folding.score import Limits
-from tatamu.margins import Measured, measure
-from tatamu.margins.page import page
-from tatamu.margins.terminal import summary
-from tatamu.robustness import MeshVerdict, Verdict
-from tatamu.robustness.meshes import SlackRange, fit_distances, select_pairs
 from tatamu.study import Result
 from tests.test_margins import UP, learned
 
@@ -35,7 +35,7 @@ def own(world: World) -> Verdict:
 
 def measured_with(monkeypatch: pytest.MonkeyPatch, folder: Path, out: Path, coarse: Fold, **options: Any) -> Measured:
     """Margins where the fold ends as these functions say on its coarse mesh and on its own."""
-    monkeypatch.setattr("tatamu.margins.measurement.CoarseMesh", lambda: CoarseMesh(one_layer=1.4, fewest=20))
+    monkeypatch.setattr("tatamu.after.margins.measurement.CoarseMesh", lambda: CoarseMesh(one_layer=1.4, fewest=20))
 
     def known(evaluator: Any, parameters: Any, world: World) -> Verdict:
         task = evaluator.task
@@ -43,7 +43,7 @@ def measured_with(monkeypatch: pytest.MonkeyPatch, folder: Path, out: Path, coar
         assert len(manipulation.grasps) == 2 and max(manipulation.grasps) < len(task.fold.start)
         return (coarse if task.fold.garment.spacing > 0.05 else own)(world)
 
-    monkeypatch.setattr("tatamu.robustness.judge.verdict_in", known)
+    monkeypatch.setattr("tatamu.evaluation.robustness.judge.verdict_in", known)
     return measure(Result.load(folder), UP, out=out, draws=200, **options)
 
 

@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 from tatamu.api import learn
+from tatamu.base.errors import InputError, TatamuError
+from tatamu.base.files import check_targets, read_toml
 from tatamu.calibration import load_measurements
-from tatamu.errors import InputError, TatamuError
-from tatamu.files import check_targets, read_toml
 from tatamu.folding.plan import load_plan
 from tatamu.folding.task import make_task
 from tatamu.garments import load_garment, make_garment
 from tatamu.garments.meshfile import read_mesh
-from tatamu.material import Material
-from tatamu.options import LearnOptions
+from tatamu.simulation.material import Material
 from tatamu.study import Result
+from tatamu.study.options import LearnOptions
 from tests.foreign import svg
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"

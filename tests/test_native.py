@@ -12,10 +12,10 @@ import pytest
 from scipy.stats import spearmanr
 
 from tatamu import Cloth, Scene, SimulationError, Table, simulate, simulate_many
-from tatamu.errors import SceneError
-from tatamu.simulators import native
-from tatamu.simulators.native import LimitOptions, Options, StepOptions, simulator
-from tatamu.topology import areas, lumped
+from tatamu.base.errors import SceneError
+from tatamu.simulation import native
+from tatamu.simulation.mesh.topology import areas, lumped
+from tatamu.simulation.native import LimitOptions, Options, StepOptions, simulator
 from tatamu.validation.checks.refinement import TOWEL, score
 from tatamu.validation.manipulations import EDGE, RandomFold
 from tatamu.validation.manipulations import scene_of as folded
@@ -165,11 +165,11 @@ import sys
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 from tatamu import simulate
-from tatamu.simulators.native.simulator import load_kernels
+from tatamu.simulation.native.simulator import load_kernels
 from tests.scenes import held, scene
 
 def loaded():
-    modules = [module for name, module in sys.modules.items() if name.startswith("tatamu.simulators.native")]
+    modules = [module for name, module in sys.modules.items() if name.startswith("tatamu.simulation.native")]
     kernels = [kernel for module in modules for kernel in vars(module).values() if isinstance(kernel, Dispatcher)]
     return {kernel for kernel in kernels if kernel.overloads}
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks.plate_in_air import disc_added_mass, rectangle_added_mass, swinging_drag, turning_drag
 
 from tatamu import simulate
-from tatamu.material import DIRECTIONAL_AIR, Material
-from tatamu.meshing import staggered
-from tatamu.plate_in_air import disc_added_mass, rectangle_added_mass, swinging_drag, turning_drag
-from tatamu.scene import Cloth, Scene, Table
-from tatamu.simulators import capabilities
-from tatamu.simulators.native.air import air_of, meet, resist, surface_of
-from tatamu.simulators.native.contact.projection import Positions
+from tatamu.simulation.material import DIRECTIONAL_AIR, Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.native.air import air_of, meet, resist, surface_of
+from tatamu.simulation.native.contact.projection import Positions
+from tatamu.simulation.scene import Cloth, Scene, Table
+from tatamu.simulation.simulators import capabilities
 from tatamu.validation.scenes import on_incline
 
 TRIANGLE = np.array([[0, 1, 2]])

@@ -7,13 +7,13 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from tatamu.body import Body
-from tatamu.clearance import distances
-from tatamu.material import Material
-from tatamu.meshing import staggered
-from tatamu.scene import Cloth, Scene
-from tatamu.simulators.native import simulate
-from tatamu.simulators.native.contact.bodies.rounded_box import BISECTIONS, along_edge, distance
+from tatamu.simulation.body import Body
+from tatamu.simulation.clearance import distances
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.native import simulate
+from tatamu.simulation.native.contact.bodies.rounded_box import BISECTIONS, along_edge, distance
+from tatamu.simulation.scene import Cloth, Scene
 from tatamu.validation.checks.bodies import deepest_poke
 from tatamu.validation.scenes import held
 

@@ -10,17 +10,11 @@ from typing import Any
 import pytest
 from numba import typeof
 
-import tatamu.simulators.native
-from tatamu.simulators.native import compiled, precompile
-from tatamu.simulators.native.memory.kernel_cache import NATIVE, forget_stale_kernels
-from tatamu.simulators.native.precompile import (
-    Unsearched,
-    calls,
-    compile_but_search,
-    compiling_beside,
-    smallest_scene,
-)
-from tatamu.simulators.native.simulator import load_kernels
+import tatamu.simulation.native
+from tatamu.simulation.native import compiled, precompile
+from tatamu.simulation.native.memory.kernel_cache import NATIVE, forget_stale_kernels
+from tatamu.simulation.native.precompile import Unsearched, calls, compile_but_search, compiling_beside, smallest_scene
+from tatamu.simulation.native.simulator import load_kernels
 
 
 @pytest.fixture
@@ -59,7 +53,7 @@ def test_kernels_are_forgotten_when_a_file_moves_to_another_room(folder: Path) -
 
 
 def test_the_folder_that_is_looked_at_is_that_of_the_simulator() -> None:
-    assert Path(tatamu.simulators.native.__file__).parent == NATIVE
+    assert Path(tatamu.simulation.native.__file__).parent == NATIVE
     assert {"contact", "elastic", "memory"} <= {file.parent.name for file in NATIVE.rglob("*.py")}
 
 

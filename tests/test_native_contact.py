@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.material import Material
-from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.simulators.native.options import ContactOptions, Options
-from tatamu.simulators.native.simulation import Simulation
+from tatamu.simulation.material import Material
+from tatamu.simulation.native.options import ContactOptions, Options
+from tatamu.simulation.native.simulation import Simulation
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tests.scenes import sheet as sheet_of
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5, thickness=0.001)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.material import Material
-from tatamu.scene import Cloth, Scene
-from tatamu.simulators.native.contact import edge_edge
-from tatamu.simulators.native.contact.projection import Positions
-from tatamu.simulators.native.options import ContactOptions
-from tatamu.simulators.native.simulation import Simulation
+from tatamu.simulation.material import Material
+from tatamu.simulation.native.contact import edge_edge
+from tatamu.simulation.native.contact.projection import Positions
+from tatamu.simulation.native.options import ContactOptions
+from tatamu.simulation.native.simulation import Simulation
+from tatamu.simulation.scene import Cloth, Scene
 
 THICKNESS = 1e-3
 CLOTH = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5, thickness=THICKNESS)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tatamu.garments import make_garment
-from tatamu.material import Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.simulators.native.elastic import bending, curvature, membrane, symmetric
-from tatamu.simulators.native.memory.bands import BLOCK, Bands, bands, slots, turned, turned_hinges
-from tatamu.simulators.native.options import ElasticOptions
-from tatamu.topology import Topology, areas
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.mesh.topology import Topology, areas
+from tatamu.simulation.native.elastic import bending, curvature, membrane, symmetric
+from tatamu.simulation.native.memory.bands import BLOCK, Bands, bands, slots, turned, turned_hinges
+from tatamu.simulation.native.options import ElasticOptions
 from tatamu.validation.meshes import LAYOUTS
 from tests.scenes import CLOTH
 

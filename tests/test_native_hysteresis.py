@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tatamu import simulate
-from tatamu.material import Material
-from tatamu.scene import Scene
-from tatamu.simulators import capabilities
-from tatamu.simulators.native.elastic import bending, hysteresis
+from tatamu.simulation.material import Material
+from tatamu.simulation.native.elastic import bending, hysteresis
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import capabilities
 from tatamu.validation.checks.motion import rolled
 from tatamu.validation.frictional_strip import loop
 from tests.scenes import CLOTH

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.meshing import staggered_rectangle
-from tatamu.simulators.native.memory.lattice import SMALLEST_PATCH, Patch, patches
-from tatamu.topology import Topology
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.native.memory.lattice import SMALLEST_PATCH, Patch, patches
 from tatamu.validation.meshes import LAYOUTS
 
 Mesh = tuple[np.ndarray, np.ndarray]

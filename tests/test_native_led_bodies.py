@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tatamu import BodyTarget, InputError, Scene, Simulation
-from tatamu.body import Body
+from tatamu.simulation.body import Body
 from tests.scenes import held, scene, sheet
 
 TIMES = [0.0, 0.2]

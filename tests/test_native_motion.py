@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.material import Material
-from tatamu.scene import Cloth, Scene
-from tatamu.simulators.native.contact import broad_phase, motion
-from tatamu.simulators.native.contact.projection import Positions
-from tatamu.simulators.native.contact.state import ContactState, VertexMotion
-from tatamu.simulators.native.simulation import Simulation
+from tatamu.simulation.material import Material
+from tatamu.simulation.native.contact import broad_phase, motion
+from tatamu.simulation.native.contact.projection import Positions
+from tatamu.simulation.native.contact.state import ContactState, VertexMotion
+from tatamu.simulation.native.simulation import Simulation
+from tatamu.simulation.scene import Cloth, Scene
 from tests.scenes import sheet
 
 THICKNESS = 1e-3

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tatamu import InputError, Scene
-from tatamu.scene import Cloth
-from tatamu.simulators import native
-from tatamu.simulators.native import ContactOptions, ElasticOptions, LimitOptions, Options, StepOptions
-from tatamu.simulators.native.options import UntangleOptions
-from tatamu.simulators.native.simulation import Simulation
+from tatamu.simulation import native
+from tatamu.simulation.native import ContactOptions, ElasticOptions, LimitOptions, Options, StepOptions
+from tatamu.simulation.native.options import UntangleOptions
+from tatamu.simulation.native.simulation import Simulation
+from tatamu.simulation.scene import Cloth
 from tests.scenes import CLOTH, scene, sheet
 
 

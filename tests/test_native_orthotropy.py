@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tatamu.errors import InputError
-from tatamu.material import Material, load_material
-from tatamu.scene import Cloth, Scene
-from tatamu.simulators import capabilities
-from tatamu.simulators.native.elastic import curvature, membrane
-from tatamu.subdivision import subdivided
+from tatamu.base.errors import InputError
+from tatamu.simulation.material import Material, load_material
+from tatamu.simulation.mesh.subdivision import subdivided
+from tatamu.simulation.native.elastic import curvature, membrane
+from tatamu.simulation.scene import Cloth, Scene
+from tatamu.simulation.simulators import capabilities
 from tests.scenes import CLOTH
 from tests.test_native_forces import Elastic, irregular, regular
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tatamu import HandTarget, Scene, Simulation, simulate
-from tatamu.simulators import native
-from tatamu.simulators.native import Options, RestOptions
+from tatamu.simulation import native
+from tatamu.simulation.native import Options, RestOptions
 from tests.scenes import CLOTH, held, scene, sheet
 
 EDGE = np.array([0, 1, 2])

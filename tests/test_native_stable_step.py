@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.meshing import staggered_rectangle
-from tatamu.scene import Cloth
-from tatamu.simulators.native.elastic import curvature, membrane
-from tatamu.simulators.native.elastic.stable_step import (
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.mesh.topology import Topology, areas, lumped
+from tatamu.simulation.native.elastic import curvature, membrane
+from tatamu.simulation.native.elastic.stable_step import (
     ROUNDED_UP,
     bending_frequency,
     hinge_gradients,
     hinge_stiffness,
     membrane_frequency,
 )
-from tatamu.simulators.native.model import model_of, substeps
-from tatamu.simulators.native.options import Options, StepOptions
-from tatamu.topology import Topology, areas, lumped
+from tatamu.simulation.native.model import model_of, substeps
+from tatamu.simulation.native.options import Options, StepOptions
+from tatamu.simulation.scene import Cloth
 from tatamu.validation.meshes import LAYOUTS
 from tests.scenes import CLOTH
 

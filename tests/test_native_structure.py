@@ -8,9 +8,9 @@ from graphlib import TopologicalSorter
 from importlib import import_module
 from pathlib import Path
 
-from tatamu.simulators.native.memory.kernel_cache import NATIVE
+from tatamu.simulation.native.memory.kernel_cache import NATIVE
 
-NAME = "tatamu.simulators.native."
+NAME = "tatamu.simulation.native."
 ORDER = [
     ["compiled", "options", "rest", "targets"],
     ["geometry", "memory"],

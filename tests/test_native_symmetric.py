@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.simulators.native.elastic import symmetric
+from tatamu.simulation.native.elastic import symmetric
 
 
 def test_unpacking_undoes_packing() -> None:

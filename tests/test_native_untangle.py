@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.crossings import crossing_pairs, crossings
 from tatamu.folding.fold import make_fold
 from tatamu.folding.manipulation import polyline_manipulation
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
-from tatamu.material import Material
-from tatamu.scene import Cloth, Gripper, Scene
-from tatamu.simulators import simulate
-from tatamu.simulators.native import simulation
-from tatamu.simulators.native.contact.state import ContactMesh
-from tatamu.simulators.native.contact.untangle import crossing_pairs_after, smallest_height, untangle
-from tatamu.simulators.native.model import model_of
-from tatamu.simulators.native.options import Options, UntangleOptions
-from tatamu.simulators.native.simulator import load_kernels
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.crossings import crossing_pairs, crossings
+from tatamu.simulation.native import simulation
+from tatamu.simulation.native.contact.state import ContactMesh
+from tatamu.simulation.native.contact.untangle import crossing_pairs_after, smallest_height, untangle
+from tatamu.simulation.native.model import model_of
+from tatamu.simulation.native.options import Options, UntangleOptions
+from tatamu.simulation.native.simulator import load_kernels
+from tatamu.simulation.scene import Cloth, Gripper, Scene
+from tatamu.simulation.simulators import simulate
 from tests.scenes import sheet
 
 THICK = 0.001

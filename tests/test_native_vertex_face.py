@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.material import Material
-from tatamu.scene import Cloth, Scene
-from tatamu.simulators.native.contact import vertex_face
-from tatamu.simulators.native.contact.projection import Positions
-from tatamu.simulators.native.contact.state import PARTNERS
-from tatamu.simulators.native.options import ContactOptions, Options
-from tatamu.simulators.native.simulation import Simulation
+from tatamu.simulation.material import Material
+from tatamu.simulation.native.contact import vertex_face
+from tatamu.simulation.native.contact.projection import Positions
+from tatamu.simulation.native.contact.state import PARTNERS
+from tatamu.simulation.native.options import ContactOptions, Options
+from tatamu.simulation.native.simulation import Simulation
+from tatamu.simulation.scene import Cloth, Scene
 
 THICKNESS, MU, STEP = 1e-3, 0.5, 1e-3
 CLOTH = Material(

@@ -14,7 +14,15 @@ from PIL import Image
 
 import tatamu as tt
 from tatamu import InputError
-from tatamu.disturbances import (
+from tatamu.after.feedback import Observation, ObservedFolder, from_numbers, keep, kept, read_template, ruler
+from tatamu.after.feedback.correction import as_disturbances, shift_against
+from tatamu.after.feedback.measured import FORM
+from tatamu.after.feedback.observe import emulator_of, evidence_of
+from tatamu.after.feedback.page import page
+from tatamu.after.feedback.photo import read_photo
+from tatamu.after.feedback.sampling import sample
+from tatamu.cameras.pose import Pose
+from tatamu.evaluation.disturbances import (
     Disturbances,
     Stream,
     World,
@@ -27,22 +35,14 @@ from tatamu.disturbances import (
     sample_worlds,
     split,
 )
-from tatamu.disturbances.systematic import share
+from tatamu.evaluation.disturbances.systematic import share
+from tatamu.evaluation.robustness import Verdict
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, make_task
-from tatamu.observation import Observation, ObservedFolder, from_numbers, keep, kept, read_template, ruler
-from tatamu.observation.correction import as_disturbances, shift_against
-from tatamu.observation.measured import FORM
-from tatamu.observation.observe import emulator_of, evidence_of
-from tatamu.observation.page import page
-from tatamu.observation.photo import read_photo
-from tatamu.observation.sampling import sample
-from tatamu.options import LearnOptions
-from tatamu.photographs.pose import Pose
-from tatamu.robustness import Verdict
-from tatamu.rollout import Rollout
+from tatamu.simulation.rollout import Rollout
 from tatamu.study import Result
+from tatamu.study.options import LearnOptions
 from tests.commands import tatamu
 
 SLOPES = {
@@ -80,9 +80,9 @@ def task() -> Task:
 
 @pytest.fixture(autouse=True)
 def _fake_simulator(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.robustness.judge.verdict_in", known)
-    monkeypatch.setattr("tatamu.observation.sampling.MEMBERS", 800)
-    monkeypatch.setattr("tatamu.observation.page.simulated", lambda observed, correction: None)
+    monkeypatch.setattr("tatamu.evaluation.robustness.judge.verdict_in", known)
+    monkeypatch.setattr("tatamu.after.feedback.sampling.MEMBERS", 800)
+    monkeypatch.setattr("tatamu.after.feedback.page.simulated", lambda observed, correction: None)
 
 
 @pytest.fixture(scope="module")
@@ -308,7 +308,7 @@ def test_the_cloth_goes_with_the_hand_that_opens_last(learned: Result) -> None:
 def test_a_correction_is_kept_until_anything_else_is_observed(learned: Result) -> None:
     folder = str(learned.folder)
     keep(tt.observe(learned, left=(0.012, 0.0), right=(0.012, 0.0)))
-    with patch("tatamu.observation.observe", side_effect=AssertionError("it was inferred again")):
+    with patch("tatamu.after.feedback.observe", side_effect=AssertionError("it was inferred again")):
         done = tatamu("correct", folder)
     assert done.returncode == 0, done.stderr
     plain = json.loads((Path(folder) / "corrected-1" / "correction.json").read_text())
@@ -339,7 +339,7 @@ def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Pa
     photo = tmp_path / "after.jpg"
     photo.write_bytes(b"pixels")
     values = {"left_along": (0.012, 0.002), "right_along": (0.008, 0.003), "slip_across": (0.0, 0.001)}
-    with patch("tatamu.observation.photo.view_fold") as view:
+    with patch("tatamu.after.feedback.photo.view_fold") as view:
         view.return_value.values = values
         seen, _ = read_photo(learned, photo, "a4", frame=Pose(0.0, 0.0, 0.0))
         turned, _ = read_photo(learned, photo, "a4", frame=Pose(0.0, 0.0, 0.0), turned_in=["left"])

@@ -14,15 +14,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tatamu.errors import InputError
-from tatamu.material import Material
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.simulators import SIMULATORS, capabilities, simulate, simulate_many
-from tatamu.simulators.blender import discovery
-from tatamu.simulators.blender.process import Worker, Workers
-from tatamu.simulators.blender.recipe import written
-from tatamu.topology import Topology
+from tatamu.base.errors import InputError
+from tatamu.simulation.blender import discovery
+from tatamu.simulation.blender.process import Worker, Workers
+from tatamu.simulation.blender.recipe import written
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.simulators import SIMULATORS, capabilities, simulate, simulate_many
 from tests.scenes import CLOTH, held, scene, sheet
 
 needs_blender = pytest.mark.skipif(
@@ -220,7 +220,7 @@ def test_a_killed_blender_loses_nothing() -> None:
 @needs_blender
 @pytest.mark.skipif(not Path("/proc").exists(), reason="reads /proc")
 def test_blender_ends_with_us_even_when_we_are_killed() -> None:
-    code = "from tatamu.simulators.blender.process import Worker; print(Worker().process.pid, flush=True); input()"
+    code = "from tatamu.simulation.blender.process import Worker; print(Worker().process.pid, flush=True); input()"
     parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None and parent.stdin is not None
     child = int(parent.stdout.readline())

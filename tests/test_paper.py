@@ -13,15 +13,15 @@ from studies.paper.__main__ import app
 from studies.paper.claims import claims, separation
 from studies.paper.page import TABLES, page
 
+from tatamu.base.errors import InputError
 from tatamu.cli.program import run as run_program
-from tatamu.errors import InputError
-from tatamu.material import PRESETS, load_material
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth
-from tatamu.simulators.blender.quads import joined
-from tatamu.simulators.blender.recipe import written
+from tatamu.simulation.blender.quads import joined
+from tatamu.simulation.blender.recipe import written
+from tatamu.simulation.material import PRESETS, load_material
+from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth
 from tatamu.study import Progress, Result
-from tatamu.topology import Topology
 from tests.fabricated import write_fold
 from tests.scenes import scene, sheet
 

@@ -13,26 +13,26 @@ from PIL import Image, ImageDraw
 from typer.testing import CliRunner
 
 import tatamu as tt
+from tatamu.base.errors import InputError
+from tatamu.cameras.board import Board, load_board, write_board
+from tatamu.cameras.camera import estimate
+from tatamu.cameras.fit import lay
+from tatamu.cameras.lens import Lens, calibrate_lens, load_lens, scaled, write_lens
+from tatamu.cameras.lines import Line
+from tatamu.cameras.located import Located
+from tatamu.cameras.markers import find_pages, saddles
+from tatamu.cameras.mounting import parse_pose, parse_touched, touched_pose
+from tatamu.cameras.photograph import read_photograph
+from tatamu.cameras.pictures import draw_reading
+from tatamu.cameras.pose import Pose
+from tatamu.cameras.printing import DOTS, page, write_pdf
+from tatamu.cameras.reading import FoldReader, FoldReading
+from tatamu.cameras.shape import shape_of
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 from tatamu.folding.fold import Fold
 from tatamu.folding.marks import marks
 from tatamu.folding.task import make_task
 from tatamu.garments import make_garment
-from tatamu.photographs.board import Board, load_board, write_board
-from tatamu.photographs.camera import estimate
-from tatamu.photographs.fit import lay
-from tatamu.photographs.lens import Lens, calibrate_lens, load_lens, scaled, write_lens
-from tatamu.photographs.lines import Line
-from tatamu.photographs.located import Located
-from tatamu.photographs.look import draw_reading
-from tatamu.photographs.markers import find_pages, saddles
-from tatamu.photographs.mounting import parse_pose, parse_touched, touched_pose
-from tatamu.photographs.photograph import read_photograph
-from tatamu.photographs.pose import Pose
-from tatamu.photographs.printing import DOTS, page, write_pdf
-from tatamu.photographs.reading import FoldReader, FoldReading
-from tatamu.photographs.shape import shape_of
 from tests.photographs import Cloth, Paper, Shot, laid, photograph
 
 PAGES = Board(pages=2)

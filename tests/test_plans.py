@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from tatamu import InputError
-from tatamu.crossings import crossings
 from tatamu.folding.fold import Fold, fold_of, ideal_folds, make_fold
 from tatamu.folding.ideal import pressed
 from tatamu.folding.manipulation import bezier_manipulation
@@ -19,10 +18,11 @@ from tatamu.folding.score import score
 from tatamu.folding.task import make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import Garment, make_garment
-from tatamu.heavy_strip.crease import crease
-from tatamu.presets import load_preset
+from tatamu.simulation.heavy_strip.crease import crease
+from tatamu.simulation.mesh.crossings import crossings
+from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.presets import load_preset
 from tatamu.study.record import describe_task
-from tatamu.topology import Topology
 from tests.foreign import GOOD
 
 COARSE = 0.02

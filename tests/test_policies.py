@@ -22,7 +22,7 @@ pytestmark = [
 def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What the script prints of a dataset of 200 episodes, and the dataset's folder."""
     pytest.importorskip("av")
-    from tatamu.dataset import make_dataset
+    from tatamu.policies.dataset import make_dataset
 
     root = tmp_path_factory.mktemp("lerobot") / "folds"
     garment = {"width": 0.24, "length": 0.36, "spacing": 0.04}
@@ -47,14 +47,14 @@ def printed(script: str, *arguments: str) -> Any:
 
 
 def _specification(**given: Any) -> Any:
-    from tatamu.dataset import DatasetSpecification
+    from tatamu.policies.dataset import DatasetSpecification
 
     return DatasetSpecification.model_validate(given)
 
 
 def test_lerobots_loader_reads_what_was_written(told: dict[str, Any]) -> None:
-    from tatamu.dataset.table import read_records
     from tatamu.lerobot import LeRobotReader
+    from tatamu.policies.dataset.table import read_records
 
     records = read_records(Path(told["root"]) / "episodes.parquet")
     reader = LeRobotReader(told["root"])

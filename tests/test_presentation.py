@@ -14,17 +14,17 @@ import pytest
 from PIL import Image
 
 import tatamu
-from tatamu.presentation.chart import log_axis, traces
-from tatamu.presentation.drawing import FROM_ABOVE, Drawing
-from tatamu.presentation.image import png
-from tatamu.presentation.page import script
-from tatamu.presentation.palette import BACK, COLOURS, FRONT, REAR, SIDES, css, rgb
-from tatamu.presentation.raster import View
-from tatamu.presentation.replay import replay_data
-from tatamu.presentation.shading import cloth, see, shade
-from tatamu.presentation.shapes import Box, Dot, Label, Picture, Segments
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth
+from tatamu.show.chart import log_axis, traces
+from tatamu.show.drawing import FROM_ABOVE, Drawing
+from tatamu.show.image import png
+from tatamu.show.page import script
+from tatamu.show.palette import BACK, COLOURS, FRONT, REAR, SIDES, css, rgb
+from tatamu.show.raster import View
+from tatamu.show.replay import replay_data
+from tatamu.show.shading import cloth, see, shade
+from tatamu.show.shapes import Box, Dot, Label, Picture, Segments
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth
 from tests.scenes import scene
 
 SOURCE = Path(tatamu.__file__).parent

@@ -13,9 +13,9 @@ from tatamu.folding.plan import load_plan
 from tatamu.folding.press import FLAT, Press
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
-from tatamu.material import Material
-from tatamu.scene import Scene
-from tatamu.simulators import simulate
+from tatamu.simulation.material import Material
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import simulate
 
 SMALL: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 ARCH = {"x1": 0.05, "z1": 0.2, "x2": 0.4, "z2": 0.1, "g1": 0, "g2": 0}

@@ -26,11 +26,11 @@ from studies.real_cloth.recording import BEFORE, Recording, load_recordings
 from studies.real_cloth.study import load, run
 from typer.testing import CliRunner
 
-from tatamu.errors import InputError
-from tatamu.instruments.drapemeter import Drapemeter
-from tatamu.instruments.oscillation import swings
-from tatamu.instruments.outline import PlanOutline
-from tatamu.material import Material
+from tatamu.base.errors import InputError
+from tatamu.calibration.instruments.drapemeter import Drapemeter
+from tatamu.calibration.instruments.oscillation import swings
+from tatamu.calibration.instruments.outline import PlanOutline
+from tatamu.simulation.material import Material
 
 ANGLES = 2.0 * np.pi * np.arange(360) / 360
 STIFF = "S,stiff,3.0,0.1,20.0,0.5,97.0,4"

@@ -1,4 +1,4 @@
-"""A release has one version: that of src/tatamu/version.py."""
+"""A release has one version: that of src/tatamu/base/version.py."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 import tatamu
-from tatamu.simulators.source import code_of, source_digest
+from tatamu.simulation.source import code_of, source_digest
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = ("docs", "src", "tests", "packages", "examples", "benchmarks", "studies")

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from jinja2 import UndefinedError
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.score import Score
-from tatamu.presentation.page import inline, render
 from tatamu.report.measures import MEASURES, grade
-from tatamu.rollout import Rollout
+from tatamu.show.page import inline, render
+from tatamu.simulation.rollout import Rollout
 from tatamu.study import Result
 from tests.fabricated import changed, report, rewritten, write_fold
 from tests.pages import charts, replay, shown

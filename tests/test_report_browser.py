@@ -21,7 +21,7 @@ from tatamu.folding.advice import choices
 from tatamu.garments import make_garment
 from tatamu.report.candidates import page as candidates_page
 from tatamu.report.garment import page as garment_page
-from tatamu.rollout import Rollout
+from tatamu.simulation.rollout import Rollout
 from tatamu.validation import validate
 from tatamu.validation.page import page as validation_page
 from tests.fabricated import TIMING, changed, report, rewritten, write_fold

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tatamu.presentation.packing import motion
-from tatamu.presentation.raster import View, rasterise, vertex_normals
-from tatamu.presentation.replay import FRAMES, frames
-from tatamu.presentation.tube import tube
 from tatamu.report import picture
 from tatamu.report.errormap import largest, maps
 from tatamu.report.histogram import bin_width, histogram
 from tatamu.report.paths import plot
 from tatamu.report.replay import replay
+from tatamu.show.packing import motion
+from tatamu.show.raster import View, rasterise, vertex_normals
+from tatamu.show.replay import FRAMES, frames
+from tatamu.show.tube import tube
 from tatamu.study import Result
 from tests.fabricated import changed, grid, report, rewritten, write_fold
 from tests.pages import shown, unpacked

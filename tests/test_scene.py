@@ -11,8 +11,8 @@ import pytest
 from pydantic import BaseModel
 
 from tatamu import InputError, Rollout, Scene, simulate
-from tatamu.material import Material, load_material
-from tatamu.scene import Cloth, Gripper, Table
+from tatamu.simulation.material import Material, load_material
+from tatamu.simulation.scene import Cloth, Gripper, Table
 from tests.scenes import CLOTH, held, scene
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from studies.search import courses, methods, settings, tables
 
-from tatamu.files import write_text
+from tatamu.base.files import write_text
 
 TOWEL = settings.Coarse("towel", "half", 0.05)
 

@@ -15,7 +15,6 @@ import pytest
 from tatamu import Nominal, SimulationError
 from tatamu.folding.baselines import li_2015
 from tatamu.folding.score import ALPHA, residuals, shape_distance
-from tatamu.scene import Scene
 from tatamu.search import Bounds, Search, Space, find_search
 from tatamu.search.cma import CMASearch, replay_strategy
 from tatamu.search.levenberg_marquardt import (
@@ -29,7 +28,8 @@ from tatamu.search.levenberg_marquardt import (
 )
 from tatamu.search.lm import LI_2015
 from tatamu.search.search import Observation
-from tatamu.simulators import simulate
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import simulate
 from tatamu.study.trial import _pack, _unpack
 from tests.small_studies import learn_plain, timeless, towel
 

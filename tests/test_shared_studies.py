@@ -15,7 +15,7 @@ import pytest
 from optuna.trial import create_trial
 
 from tatamu import LearnOptions, learn
-from tatamu.errors import InputError, UnavailableError
+from tatamu.base.errors import InputError, UnavailableError
 from tatamu.study.database import SharedDatabase, parse_storage, shared_database
 from tests import postgres
 from tests.small_studies import learn_plain, timeless, towel

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from tatamu.errors import InputError, TatamuError, UnavailableError
-from tatamu.options import TaskRequest
+from tatamu.base.errors import InputError, TatamuError, UnavailableError
+from tatamu.study.options import TaskRequest
 from tatamu.sweep import SweepFolder, TaskRecord, read_sweep, run_sweep
 from tatamu.sweep.page import page
 from tatamu.sweep.table import LiveTable, counts, varied, write_parquet

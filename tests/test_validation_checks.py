@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tatamu.errors import SimulationError
-from tatamu.heavy_strip.cantilever import cantilever
-from tatamu.heavy_strip.chain import FoldedStrip
-from tatamu.material import Material
-from tatamu.scene import Scene
+from tatamu.base.errors import SimulationError
+from tatamu.simulation.heavy_strip.cantilever import cantilever
+from tatamu.simulation.heavy_strip.chain import FoldedStrip
+from tatamu.simulation.material import Material
+from tatamu.simulation.scene import Scene
 from tatamu.validation.check import Case
 from tatamu.validation.checks import (
     CHECKS,

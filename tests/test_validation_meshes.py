@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tatamu.crossings import crossings, crossings_over_time
-from tatamu.topology import Topology, areas, check_mesh
+from tatamu.simulation.mesh.crossings import crossings, crossings_over_time
+from tatamu.simulation.mesh.topology import Topology, areas, check_mesh
 from tatamu.validation.meshes import LAYOUTS, Mesh, irregular, mirrored, right
 from tatamu.validation.scenes import joined, raised, vertex_areas
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.testing import assert_allclose
 
-from tatamu.heavy_strip.cantilever import chord
-from tatamu.material import Material
-from tatamu.simulators.native.elastic import curvature, membrane
+from tatamu.simulation.heavy_strip.cantilever import chord
+from tatamu.simulation.material import Material
+from tatamu.simulation.native.elastic import curvature, membrane
 from tatamu.validation import frictional_strip, plate, references
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tatamu.base.errors import InputError
 from tatamu.cli import main
-from tatamu.errors import InputError
-from tatamu.scene import Scene
+from tatamu.simulation.scene import Scene
 from tatamu.validation import Subject, validate
 from tatamu.validation.checks import CHECKS
 from tatamu.validation.findings import Row, absolute, relative, small

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.zbuffer import mask, z_buffer
+from tatamu.simulation.mesh.zbuffer import mask, z_buffer
 
 SHAPE = (40, 30)
 

@@ -10,7 +10,7 @@ import shapely
 from scipy import sparse
 
 from tatamu.garments import Garment, make_garment
-from tatamu.topology import Topology
+from tatamu.simulation.mesh.topology import Topology
 
 ROUND = 0.085
 """Half of how deep the body is [m]."""

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
         observe,
         plan_for,
     )
-    from tatamu.dataset import make_dataset, replay
-    from tatamu.disturbances.description import Disturbances, load_disturbances
-    from tatamu.errors import InputError, SimulationError, TatamuError, UnavailableError
+    from tatamu.base.errors import InputError, SimulationError, TatamuError, UnavailableError
+    from tatamu.cameras.locate import locate
     from tatamu.evaluation.coarse import CoarseFirst
+    from tatamu.evaluation.disturbances.description import Disturbances, load_disturbances
     from tatamu.evaluation.disturbed import Disturbed
     from tatamu.evaluation.evaluator import Evaluation, Evaluator, Wrapper
     from tatamu.evaluation.nominal import Nominal
@@ -38,60 +38,63 @@ if TYPE_CHECKING:
     from tatamu.folding.task import Task, make_task
     from tatamu.garments import make_garment, register_garment
     from tatamu.garments.garment import Garment
-    from tatamu.material import Material
-    from tatamu.options import LearnOptions
-    from tatamu.photographs.locate import locate
+    from tatamu.policies.dataset import make_dataset, replay
     from tatamu.robots.constraint import find_reach
-    from tatamu.rollout import Rollout
-    from tatamu.scene import Cloth, Gripper, Scene, Table
     from tatamu.search.gp import GPSearch
     from tatamu.search.registry import register_search
     from tatamu.search.search import Search
     from tatamu.search.space import Bounds, Space
     from tatamu.search.two_fidelity import TwoFidelitySearch
-    from tatamu.simulators import register_simulator, simulate, simulate_many
-    from tatamu.simulators.native import BodyTarget, HandTarget, Simulation, SimulationState
+    from tatamu.simulation.material import Material
+    from tatamu.simulation.native import BodyTarget, HandTarget, Simulation, SimulationState
+    from tatamu.simulation.rollout import Rollout
+    from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+    from tatamu.simulation.simulators import register_simulator, simulate, simulate_many
     from tatamu.study.loop import Progress
+    from tatamu.study.options import LearnOptions
     from tatamu.study.trial import Trial
 
-from tatamu.version import __version__ as __version__
+from tatamu.base.moved import install as _install
+from tatamu.base.version import __version__ as __version__
+
+_install()
 
 _HOME = {
-    "BodyTarget": "tatamu.simulators.native",
+    "BodyTarget": "tatamu.simulation.native",
     "Bounds": "tatamu.search.space",
-    "Cloth": "tatamu.scene",
+    "Cloth": "tatamu.simulation.scene",
     "CoarseFirst": "tatamu.evaluation.coarse",
-    "Disturbances": "tatamu.disturbances.description",
+    "Disturbances": "tatamu.evaluation.disturbances.description",
     "Disturbed": "tatamu.evaluation.disturbed",
     "Evaluation": "tatamu.evaluation.evaluator",
     "Evaluator": "tatamu.evaluation.evaluator",
     "GPSearch": "tatamu.search.gp",
     "Garment": "tatamu.garments.garment",
-    "Gripper": "tatamu.scene",
-    "HandTarget": "tatamu.simulators.native",
-    "InputError": "tatamu.errors",
-    "LearnOptions": "tatamu.options",
+    "Gripper": "tatamu.simulation.scene",
+    "HandTarget": "tatamu.simulation.native",
+    "InputError": "tatamu.base.errors",
+    "LearnOptions": "tatamu.study.options",
     "Limits": "tatamu.folding.score",
     "Manipulation": "tatamu.folding.manipulation",
-    "Material": "tatamu.material",
+    "Material": "tatamu.simulation.material",
     "Nominal": "tatamu.evaluation.nominal",
     "PlanResult": "tatamu.api",
     "Progress": "tatamu.study.loop",
     "Result": "tatamu.api",
-    "Rollout": "tatamu.rollout",
-    "Scene": "tatamu.scene",
+    "Rollout": "tatamu.simulation.rollout",
+    "Scene": "tatamu.simulation.scene",
     "Score": "tatamu.folding.score",
     "Search": "tatamu.search.search",
-    "Simulation": "tatamu.simulators.native",
-    "SimulationError": "tatamu.errors",
-    "SimulationState": "tatamu.simulators.native",
+    "Simulation": "tatamu.simulation.native",
+    "SimulationError": "tatamu.base.errors",
+    "SimulationState": "tatamu.simulation.native",
     "Space": "tatamu.search.space",
-    "Table": "tatamu.scene",
+    "Table": "tatamu.simulation.scene",
     "Task": "tatamu.folding.task",
-    "TatamuError": "tatamu.errors",
+    "TatamuError": "tatamu.base.errors",
     "Trial": "tatamu.study.trial",
     "TwoFidelitySearch": "tatamu.search.two_fidelity",
-    "UnavailableError": "tatamu.errors",
+    "UnavailableError": "tatamu.base.errors",
     "WithinReach": "tatamu.evaluation.reach",
     "Wrapper": "tatamu.evaluation.evaluator",
     "calibrate": "tatamu.api",
@@ -100,9 +103,9 @@ _HOME = {
     "find_reach": "tatamu.robots.constraint",
     "learn": "tatamu.api",
     "load": "tatamu.api",
-    "load_disturbances": "tatamu.disturbances.description",
-    "locate": "tatamu.photographs.locate",
-    "make_dataset": "tatamu.dataset",
+    "load_disturbances": "tatamu.evaluation.disturbances.description",
+    "locate": "tatamu.cameras.locate",
+    "make_dataset": "tatamu.policies.dataset",
     "make_garment": "tatamu.garments",
     "make_task": "tatamu.folding.task",
     "measure_margins": "tatamu.api",
@@ -110,10 +113,10 @@ _HOME = {
     "plan_for": "tatamu.api",
     "register_garment": "tatamu.garments",
     "register_search": "tatamu.search.registry",
-    "register_simulator": "tatamu.simulators",
-    "replay": "tatamu.dataset",
-    "simulate": "tatamu.simulators",
-    "simulate_many": "tatamu.simulators",
+    "register_simulator": "tatamu.simulation.simulators",
+    "replay": "tatamu.policies.dataset",
+    "simulate": "tatamu.simulation.simulators",
+    "simulate_many": "tatamu.simulation.simulators",
 }
 
 __all__ = [
@@ -184,7 +187,7 @@ def __getattr__(name: str) -> Any:
     try:
         return getattr(import_module(_HOME[name]), name)
     except ModuleNotFoundError as error:
-        from tatamu.extras import missing
+        from tatamu.base.extras import missing
 
         refused = missing(error)
         if refused is None:

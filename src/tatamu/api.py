@@ -9,29 +9,29 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tatamu import study
+from tatamu.after.feedback import CorrectionRecord, Observation, Observed, ruler, write_corrected
+from tatamu.after.feedback import corrected as corrected_fold
+from tatamu.after.feedback import observe as observe_fold
+from tatamu.after.feedback.known import known_of
+from tatamu.after.feedback.measured import RULER
+from tatamu.after.margins import DRAWS, Measured, measure
+from tatamu.after.second_opinion import Opinion
+from tatamu.after.second_opinion import check as check_result
+from tatamu.base.errors import InputError
+from tatamu.base.files import validated
+from tatamu.base.size import parse_size
 from tatamu.calibration import Calibration, Measurements, load_measurements
 from tatamu.calibration import calibrate as calibrate_measurements
-from tatamu.crosscheck import Opinion
-from tatamu.crosscheck import check as check_result
-from tatamu.disturbances import Disturbances, default_disturbances, load_disturbances
-from tatamu.errors import InputError
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, Nominal, Wrapper
-from tatamu.files import validated
+from tatamu.evaluation.disturbances import Disturbances, default_disturbances, load_disturbances
 from tatamu.folding.task import Task, make_task
-from tatamu.margins import DRAWS, Measured, measure
-from tatamu.observation import CorrectionRecord, Observation, Observed, ruler, write_corrected
-from tatamu.observation import corrected as corrected_fold
-from tatamu.observation import observe as observe_fold
-from tatamu.observation.after import known_of
-from tatamu.observation.measured import RULER
-from tatamu.options import FoldOptions, LearnOptions
 from tatamu.report import embedded, write_plan_report, write_report
 from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
 from tatamu.robots.motion import Pace
 from tatamu.search import Parameters
-from tatamu.size import parse_size
 from tatamu.study.database import SharedDatabase
+from tatamu.study.options import FoldOptions, LearnOptions
 
 
 class Result(study.Result):

@@ -18,13 +18,13 @@ from rich.progress import Progress as Bar
 
 from studies.paper.experiment import Choices, run
 from studies.paper.page import save
+from tatamu.base.errors import InputError
+from tatamu.base.size import parse_size
 from tatamu.cli.cluster import SchedulerOption, at_a_time
 from tatamu.cli.program import run as run_program
 from tatamu.cli.progress import prepare
 from tatamu.cluster import executor_at
-from tatamu.errors import InputError
-from tatamu.simulators import require
-from tatamu.size import parse_size
+from tatamu.simulation.simulators import require
 from tatamu.study import Progress
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)

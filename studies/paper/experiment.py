@@ -11,15 +11,15 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.task import Task, make_task
 from tatamu.garments import GARMENTS
-from tatamu.material import Material, load_material
-from tatamu.options import LearnOptions
 from tatamu.report import write_report
 from tatamu.search import check_search
-from tatamu.simulators import named
+from tatamu.simulation.material import Material, load_material
+from tatamu.simulation.simulators import named
 from tatamu.study import Places, Progress, Result, learn
+from tatamu.study.options import LearnOptions
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
 """Fold plan that is learned for each garment.

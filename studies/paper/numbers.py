@@ -24,12 +24,12 @@ from studies.paper.claims import TWO_PEAKS
 from studies.paper.experiment import FOLDS, SPACING, Choices
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.trial_scene import scene_of
-from tatamu.heavy_strip.cantilever import cantilever
-from tatamu.material import GRAVITY, Material, load_material
-from tatamu.meshing import staggered_rectangle
-from tatamu.scene import Cloth, Scene
-from tatamu.simulators import simulate
-from tatamu.simulators.blender.process import WORKERS
+from tatamu.simulation.blender.process import WORKERS
+from tatamu.simulation.heavy_strip.cantilever import cantilever
+from tatamu.simulation.material import GRAVITY, Material, load_material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.scene import Cloth, Scene
+from tatamu.simulation.simulators import simulate
 from tatamu.validation.scenes import held
 
 PARTS = ("cloth", "time", "run")

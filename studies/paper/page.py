@@ -16,16 +16,16 @@ from markupsafe import Markup
 from studies.paper.claims import claims
 from studies.paper.experiment import Choices, Study
 from tatamu import __version__
-from tatamu.crossings import crossings
-from tatamu.files import write_json, write_text
-from tatamu.presentation.chart import Chart
-from tatamu.presentation.image import data_uri, save_png
-from tatamu.presentation.page import render
-from tatamu.presentation.shading import shrink, to_pixels
+from tatamu.base.files import write_json, write_text
 from tatamu.report.histogram import along
 from tatamu.report.measures import MEASURES, Measure
 from tatamu.report.still import FINER
 from tatamu.report.still import render as still
+from tatamu.show.chart import Chart
+from tatamu.show.image import data_uri, save_png
+from tatamu.show.page import render
+from tatamu.show.shading import shrink, to_pixels
+from tatamu.simulation.mesh.crossings import crossings
 from tatamu.study import Result
 
 BLACK = "#111111"

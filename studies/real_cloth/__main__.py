@@ -22,11 +22,11 @@ from studies.real_cloth.bench import Bench
 from studies.real_cloth.page import page
 from studies.real_cloth.section import Section
 from studies.real_cloth.study import load, run, simulations
+from tatamu.base.files import write_json, write_text
 from tatamu.cli.cluster import SchedulerOption
 from tatamu.cli.program import run as run_program
 from tatamu.cluster import executor_at
-from tatamu.files import write_json, write_text
-from tatamu.simulators import require
+from tatamu.simulation.simulators import require
 from tatamu.validation.terminal import console
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)

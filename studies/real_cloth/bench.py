@@ -15,13 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tatamu.errors import SimulationError, WorkerKilledError
-from tatamu.files import read_json, write_json
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import simulate
-from tatamu.simulators.many import executor_of
-from tatamu.simulators.source import source_digest
+from tatamu.base.errors import SimulationError, WorkerKilledError
+from tatamu.base.files import read_json, write_json
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.side_by_side import executor_of
+from tatamu.simulation.simulators import simulate
+from tatamu.simulation.source import source_digest
 
 Values = dict[str, Any]
 """Values that were read from a simulation.

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import read_text
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_text
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ import numpy as np
 
 from studies.real_cloth.bench import Experiment, Values
 from studies.real_cloth.section import Sketch
-from tatamu.instruments.drapemeter import Drapemeter
-from tatamu.instruments.outline import PlanOutline
-from tatamu.material import Material
-from tatamu.presentation.drawing import Drawing
-from tatamu.rollout import Rollout
-from tatamu.simulators import capabilities
+from tatamu.calibration.instruments.drapemeter import Drapemeter
+from tatamu.calibration.instruments.outline import PlanOutline
+from tatamu.show.drawing import Drawing
+from tatamu.simulation.material import Material
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.simulators import capabilities
 
 EARLIER = 5
 """Number of frames (half a second) between two shapes of the hanging cloth: an earlier shape and the last shape.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tatamu.material import Material
+from tatamu.simulation.material import Material
 
 GF_CM = 9.80665e-5
 """Factor from the unit of bending rigidity of KES, a system of fabric testers, to SI: from gf cm^2/cm to N m."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies.real_cloth.recording import Recording
-from tatamu.instruments.oscillation import FreeSwing, swings
+from tatamu.calibration.instruments.oscillation import FreeSwing, swings
 
 STILL = 0.05
 """Largest speed of the bar that holds a cloth [m/s].

@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
+from benchmarks.plate_in_air import rectangle_added_mass, steady_drag, turning_drag
 from scipy.optimize import least_squares
 
 from studies.real_cloth.pendulum import AirLaw
 from studies.real_cloth.recording import Recording
 from studies.real_cloth.sheet import SIDE
-from tatamu.plate_in_air import rectangle_added_mass, steady_drag, turning_drag
 
 START = (0.5, 1.0, 6.0)
 """Added mass, linear drag and quadratic drag with which the fit of the effects of air starts.

@@ -16,7 +16,7 @@ from studies.real_cloth import drape
 from studies.real_cloth.bench import Bench
 from studies.real_cloth.drape import Draped, Size
 from studies.real_cloth.fabric import WARP, WEFT, Fabric
-from tatamu.material import Material
+from tatamu.simulation.material import Material
 
 DENSITY = 0.2
 """Areal density of all simulated fabrics [kg/m^2]. The choice does not matter, because only ratios to the density

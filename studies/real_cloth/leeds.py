@@ -23,9 +23,9 @@ from studies.real_cloth.fabric import FRICTION, SHEAR, SOFTENED, TWIST, WARP, WA
 from studies.real_cloth.fitted_drape import ANISOTROPIES, DENSITY, ELLIPSE, FittedFabric, FittedModel, Sweep
 from studies.real_cloth.section import Line, Section, Tabulated, reached
 from studies.real_cloth.test import RealTest
-from tatamu.errors import InputError
-from tatamu.instruments.outline import ANGLES, PlanOutline
-from tatamu.presentation.chart import Chart, axis, traces
+from tatamu.base.errors import InputError
+from tatamu.calibration.instruments.outline import ANGLES, PlanOutline
+from tatamu.show.chart import Chart, axis, traces
 
 FILE = "cusick_outlines.csv.gz"
 SIZE = Size(0.15, 0.09)

@@ -20,8 +20,8 @@ from studies.real_cloth.drape import Draped, Size
 from studies.real_cloth.fabric import GF, GF_CM, SHEAR, SOFTENED, TWIST, WARP, WAVINESS, WEFT, Fabric
 from studies.real_cloth.section import Section, Tabulated, reached
 from studies.real_cloth.test import RealTest
-from tatamu.material import Material
-from tatamu.presentation.chart import Chart, axis, note, traces
+from tatamu.show.chart import Chart, axis, note, traces
+from tatamu.simulation.material import Material
 
 FILE = "matsudaira2015_kes_drape.csv"
 NUMBERS = (

@@ -34,10 +34,10 @@ from studies.real_cloth.recording import Recording, load_recordings
 from studies.real_cloth.section import Line, Section, Tabulated, reached
 from studies.real_cloth.sheet import SIDE, Sheet
 from studies.real_cloth.test import RealTest
-from tatamu.errors import InputError, SimulationError
-from tatamu.presentation.chart import Chart, axis, traces
-from tatamu.rollout import Rollout
-from tatamu.simulators import capabilities
+from tatamu.base.errors import InputError, SimulationError
+from tatamu.show.chart import Chart, axis, traces
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.simulators import capabilities
 
 FILE = "iri_cloth_motion.npz"
 SESSION = "2021_06_23"

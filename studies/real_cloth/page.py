@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from studies.real_cloth.section import Section
-from tatamu.presentation.page import render
+from tatamu.show.page import render
 
 
 def page(sections: Sequence[Section], simulator: str) -> str:

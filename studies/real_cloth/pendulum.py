@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.real_cloth.recording import STEP, Recording
-from tatamu.material import GRAVITY
+from tatamu.simulation.material import GRAVITY
 
 PIECES = 8
 """Number of pieces into which a swinging plate is divided along its length to sum the drag of air."""

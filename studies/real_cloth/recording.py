@@ -19,7 +19,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 
 LAGS = np.arange(0.1, 0.6, 0.02)
 """Lags of the camera behind the robot that are tried [s]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from tatamu.presentation.chart import Chart
+from tatamu.show.chart import Chart
 
 Line = Mapping[str, str]
 """A line of a table: the text in each column, by the column's name."""

@@ -31,8 +31,8 @@ from studies.real_cloth.fitted_air import START_TURNING, fit, turning
 from studies.real_cloth.motion import FILE, FITTED, LEFT_OUT, SESSION, swings_in
 from studies.real_cloth.recording import Recording, load_recordings
 from studies.real_cloth.sheet import Sheet
-from tatamu.rollout import Rollout
-from tatamu.simulators import simulate
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.simulators import simulate
 
 SIMULATOR = "native"
 LATENESS = np.arange(-0.1, 0.11, 0.02)

@@ -10,10 +10,10 @@ from scipy.interpolate import LinearNDInterpolator
 
 from studies.real_cloth.pendulum import AirLaw
 from studies.real_cloth.recording import Recording
-from tatamu.material import Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene
 
 SIDE = 0.3
 """Side of the square cloth that a robot swings [m]."""

@@ -11,7 +11,7 @@ from studies.real_cloth.bench import Bench
 from studies.real_cloth.registry import TESTS
 from studies.real_cloth.section import Section
 from studies.real_cloth.test import RealTest
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 
 Loaded = list[tuple[RealTest, Any]]
 """List of chosen tests, each with its measurements."""

@@ -20,11 +20,11 @@ from studies.real_cloth.columns import Columns
 from studies.real_cloth.section import Line, Section, Tabulated, reached
 from studies.real_cloth.test import RealTest
 from tatamu import LearnOptions, Nominal, Progress, Result, Task, learn, make_task
-from tatamu.disturbances import Stream, World, default_disturbances, sample_worlds
-from tatamu.files import read_json, write_json
-from tatamu.options import USUAL_QUANTILE
-from tatamu.presentation.chart import Chart, axis, traces
-from tatamu.simulators.many import executor_of
+from tatamu.base.files import read_json, write_json
+from tatamu.evaluation.disturbances import Stream, World, default_disturbances, sample_worlds
+from tatamu.show.chart import Chart, axis, traces
+from tatamu.simulation.side_by_side import executor_of
+from tatamu.study.options import USUAL_QUANTILE
 
 FILE = "garcia_camacho_2020_towel.csv"
 SIZE = (0.5, 1.0)

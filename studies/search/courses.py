@@ -11,7 +11,7 @@ import numpy as np
 from studies.search.methods import METHODS
 from studies.search.settings import Setting, Simulated
 
-from tatamu.files import write_text
+from tatamu.base.files import write_text
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from scipy.stats import qmc
 from studies.search.settings import Setting, Simulated
 
 from tatamu import GPSearch, Manipulation, Search
-from tatamu.curves import sampled_bezier
+from tatamu.base.curves import sampled_bezier
 from tatamu.folding.parameters import first_curves, low_curves
 from tatamu.search.cma import CMASearch
 from tatamu.search.lm import LMSearch

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.curves import sampled_bezier
+from tatamu.base.curves import sampled_bezier
 from tatamu.folding.manipulation import Manipulation
 
 SPEED = 0.6

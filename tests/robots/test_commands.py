@@ -20,7 +20,7 @@ pytest.importorskip("mink")
 pytest.importorskip("toppra")
 pytest.importorskip("rosbags")
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.robots import RobotPlan, load, plan_fold, save
 from tatamu.robots.bags import GRIPPER, typestore, write_ros1, write_ros2
 from tatamu.robots.goals import write_goals

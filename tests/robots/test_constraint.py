@@ -6,7 +6,7 @@ from tests.robots.folds import exact
 
 pytest.importorskip("mujoco")
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.robots import ReachConstraint, load
 
 

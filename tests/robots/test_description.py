@@ -11,7 +11,7 @@ mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
-from tatamu.errors import InputError  # noqa: E402
+from tatamu.base.errors import InputError  # noqa: E402
 from tatamu.robots import load, plan_fold  # noqa: E402
 from tatamu.robots.chain import Chain  # noqa: E402
 

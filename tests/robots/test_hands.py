@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.fold import make_fold
 from tatamu.folding.manipulation import bezier_manipulation
 from tatamu.garments import make_garment

@@ -6,7 +6,7 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco")
 
-from tatamu.errors import InputError  # noqa: E402
+from tatamu.base.errors import InputError  # noqa: E402
 from tatamu.robots import load  # noqa: E402
 from tatamu.robots.chain import Chain  # noqa: E402
 from tatamu.robots.clearance import Clearance  # noqa: E402

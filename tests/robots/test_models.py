@@ -15,7 +15,7 @@ mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
-from tatamu.errors import InputError  # noqa: E402
+from tatamu.base.errors import InputError  # noqa: E402
 from tatamu.robots import Robot, load, plan_fold  # noqa: E402
 from tatamu.robots.chain import Chain  # noqa: E402
 from tatamu.robots.description import files_of  # noqa: E402

@@ -12,14 +12,14 @@ pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]
 pytest.importorskip("mink")
 
 from tatamu.api import learn, task_of
+from tatamu.base.errors import InputError
 from tatamu.cli import main
-from tatamu.disturbances import Disturbances, default_disturbances
-from tatamu.errors import InputError
-from tatamu.options import FoldOptions, LearnOptions
+from tatamu.evaluation.disturbances import Disturbances, default_disturbances
 from tatamu.robots import load
 from tatamu.robots.description import disturbances_of, files_of
 from tatamu.study import ResultFolder, StudyRecord
 from tatamu.study.inputs import Sources, keep_inputs
+from tatamu.study.options import FoldOptions, LearnOptions
 from tatamu.study.store import load_settings
 from tests.robots.arms import pair
 

@@ -16,7 +16,7 @@ mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
-from tatamu.errors import InputError  # noqa: E402
+from tatamu.base.errors import InputError  # noqa: E402
 from tatamu.robots import check_out, load, plan_fold, save  # noqa: E402
 from tatamu.robots.picture import reach_svg  # noqa: E402
 from tatamu.robots.reach import table_heights  # noqa: E402

@@ -14,7 +14,7 @@ mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
-from tatamu.errors import InputError  # noqa: E402
+from tatamu.base.errors import InputError  # noqa: E402
 from tatamu.robots import load, plan_fold  # noqa: E402
 from tatamu.robots.arm_facts import FR3, PANDA, UR5E, XARM7, SerialArm  # noqa: E402
 from tatamu.robots.chain import Chain  # noqa: E402

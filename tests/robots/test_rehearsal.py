@@ -12,13 +12,10 @@ pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.api import learn
-from tatamu.body import Body
+from tatamu.base.errors import InputError
 from tatamu.cli import main
-from tatamu.errors import InputError
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.task import make_task
-from tatamu.material import Material
-from tatamu.options import LearnOptions
 from tatamu.robots import load, plan_fold
 from tatamu.robots import save as save_plan
 from tatamu.robots.film import HEIGHT, WIDTH, framed, save_film
@@ -29,8 +26,11 @@ from tatamu.robots.refold import Refold, halvings_for, refold
 from tatamu.robots.rehearsal import Rehearsal, _inertia, rehearse
 from tatamu.robots.rehearsed_scene import rehearsed_scene
 from tatamu.robots.report import save, summary
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.body import Body
+from tatamu.simulation.material import Material
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+from tatamu.study.options import LearnOptions
 
 MATERIAL = Material(
     areal_density=0.2,

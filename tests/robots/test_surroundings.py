@@ -13,7 +13,7 @@ mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
-from tatamu.errors import InputError  # noqa: E402
+from tatamu.base.errors import InputError  # noqa: E402
 from tatamu.robots import Robot, RobotPlan, load, plan_fold  # noqa: E402
 from tatamu.robots.clearance import FAR, Clearance  # noqa: E402
 from tatamu.robots.contacts import touches  # noqa: E402

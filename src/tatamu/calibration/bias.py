@@ -36,15 +36,15 @@ from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, RestTest, Specimen, millimetres
 from tatamu.garments import Garment
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.presentation.drawing import Drawing
-from tatamu.presentation.shapes import Segments
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene
-from tatamu.settling import settling
-from tatamu.simulators import capabilities
-from tatamu.topology import Topology
+from tatamu.show.drawing import Drawing
+from tatamu.show.shapes import Segments
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene
+from tatamu.simulation.settling import settling
+from tatamu.simulation.simulators import capabilities
 
 COLUMNS = 6
 """Number of mesh cells across the simulated strip."""

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.base.errors import InputError
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match
@@ -30,9 +31,8 @@ from tatamu.calibration.setup import Setup, setup_of
 from tatamu.calibration.target import Target, by_parameter, weights
 from tatamu.calibration.test import CalibrationTest, Changes, ElasticTest, LaterTest, Readings
 from tatamu.calibration.uncertainty import ELASTIC, Sensitivity, contributions, disagreement, slopes
-from tatamu.errors import InputError
-from tatamu.material import Material
-from tatamu.simulators import named
+from tatamu.simulation.material import Material
+from tatamu.simulation.simulators import named
 
 LIGHTEST, HEAVIEST = 0.02, 5.0
 """Smallest and largest areal density of a fabric [kg/m^2]."""

@@ -33,13 +33,13 @@ from tatamu.calibration.readings import Reading, uncertainty
 from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import ElasticTest, Readings, Specimen
 from tatamu.garments import Garment
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import ROW, staggered_rectangle
-from tatamu.presentation.drawing import Drawing
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene
-from tatamu.settling import settling
-from tatamu.simulators import capabilities
+from tatamu.show.drawing import Drawing
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import ROW, staggered_rectangle
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene
+from tatamu.simulation.settling import settling
+from tatamu.simulation.simulators import capabilities
 
 ARM = 0.03
 """Radius of the arc by which the remaining angle is expressed as a length [m].

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments import Garment
 
 

@@ -16,6 +16,8 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from tatamu.base.errors import InputError
+from tatamu.base.records import Record
 from tatamu.calibration.edges import longest_edge, named_edge
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.estimate import Estimate
@@ -25,16 +27,14 @@ from tatamu.calibration.quantity import Length, Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
-from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.material import GRAVITY, Material
-from tatamu.presentation.drawing import Drawing
-from tatamu.presentation.shapes import Segments
-from tatamu.records import Record
-from tatamu.rollout import Rollout
-from tatamu.scene import Gripper, Scene
-from tatamu.settling import settling
-from tatamu.topology import Topology, areas
+from tatamu.show.drawing import Drawing
+from tatamu.show.shapes import Segments
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.topology import Topology, areas
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Gripper, Scene
+from tatamu.simulation.settling import settling
 
 RELAXATIONS = 14.0
 """Duration of the simulation, multiplied by the frequency of the garment's slowest motion [-].

@@ -7,9 +7,9 @@ from typing import Annotated
 
 from pydantic import Field
 
+from tatamu.base.records import Record
 from tatamu.calibration.quantity import Error
 from tatamu.calibration.readings import Reading
-from tatamu.records import Record
 
 
 class Errors(Record):

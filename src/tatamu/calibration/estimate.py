@@ -10,7 +10,7 @@ import numpy as np
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.parameters import OPTIONAL, PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
-from tatamu.material import Material
+from tatamu.simulation.material import Material
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from tatamu.calibration.elongation import HUNG_BY
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
+from tatamu.calibration.instruments.oscillation import swings
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import LIMITS, PLACE
 from tatamu.calibration.quantity import Length, Lengths
@@ -32,11 +33,10 @@ from tatamu.calibration.readings import Reading
 from tatamu.calibration.swing import LEAST, Swinging, SwungTest
 from tatamu.calibration.test import Changes, Readings, Specimen
 from tatamu.garments import Garment
-from tatamu.instruments.oscillation import swings
-from tatamu.material import Material
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import capabilities
+from tatamu.simulation.material import Material
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import capabilities
 
 MORE = 1.3
 """Factor from the counted number of swings to the number of simulated swings.

@@ -28,11 +28,11 @@ from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
 from tatamu.garments import Garment
-from tatamu.material import Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.presentation.drawing import Drawing
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Scene, Table
+from tatamu.show.drawing import Drawing
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Scene, Table
 
 SIZE, SPACING = (0.10, 0.20), 0.02
 """Width, length and mesh spacing of the simulated sheet [m]."""

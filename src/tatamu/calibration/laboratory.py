@@ -11,12 +11,12 @@ from typing import Protocol
 
 import numpy as np
 
+from tatamu.base.errors import SimulationError
 from tatamu.calibration.options import DEFAULTS, CalibrationOptions
-from tatamu.errors import SimulationError
-from tatamu.material import Material
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import simulate
+from tatamu.simulation.material import Material
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import simulate
 
 
 class LengthTest(Protocol):

@@ -18,6 +18,7 @@ from typing import Self
 import numpy as np
 from pydantic import model_validator
 
+from tatamu.base.errors import InputError
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
@@ -26,15 +27,14 @@ from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import ElasticTest, Readings, Specimen, millimetres
-from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.heavy_strip.chain import start
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.presentation.drawing import Drawing
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.settling import settling
+from tatamu.show.drawing import Drawing
+from tatamu.simulation.heavy_strip.chain import start
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.settling import settling
 
 HEIGHT, LIFT = 0.906, 1.1
 """Factors in the height of the loop's top above the table: 0.906 l_b + 1.1 thickness.

@@ -14,13 +14,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
+from tatamu.base.files import read_toml, validated
+from tatamu.base.records import Record
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.quantity import Length, Masses
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.registry import TESTS
-from tatamu.files import read_toml, validated
-from tatamu.material import THICKNESS
-from tatamu.records import Record
+from tatamu.simulation.material import THICKNESS
 
 
 class GarmentReadings(Record):

@@ -18,8 +18,8 @@ from tatamu.calibration.quantity import SHOWN
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import Calibration, rounded
 from tatamu.calibration.test import CalibrationTest
-from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, note, traces
-from tatamu.presentation.page import render
+from tatamu.show.chart import Chart, Plot, axis, band, line, log_axis, note, traces
+from tatamu.show.page import render
 
 ROOM = 1.6
 """Factor by which a logarithmic axis extends beyond the points of a chart, on both sides.

@@ -30,18 +30,18 @@ from pydantic import BeforeValidator, Field, model_validator
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
+from tatamu.calibration.instruments.drapemeter import Drapemeter
+from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.quantity import Length
 from tatamu.calibration.readings import Reading, uncertainty
 from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import ElasticTest, Readings, Specimen
 from tatamu.garments import Garment
-from tatamu.instruments.drapemeter import Drapemeter
-from tatamu.instruments.outline import PlanOutline
-from tatamu.material import GRAVITY, Material
-from tatamu.presentation.drawing import Drawing
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.show.drawing import Drawing
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene
 
 HALF, POWER = 0.2545, 2.95
 """The two numbers in the formula at the top of the module.

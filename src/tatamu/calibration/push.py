@@ -24,6 +24,7 @@ from typing import Self
 import numpy as np
 from pydantic import model_validator
 
+from tatamu.base.errors import InputError
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
@@ -34,15 +35,14 @@ from tatamu.calibration.quantity import Distances, Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import Changes, LaterTest, Readings, RestTest, Specimen, millimetres
-from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.presentation.drawing import Drawing
-from tatamu.presentation.shapes import Box
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.simulators import capabilities
+from tatamu.show.drawing import Drawing
+from tatamu.show.shapes import Box
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.simulators import capabilities
 
 CELL, COLUMNS = 0.02, 4
 """Edge length of the strip's mesh [m], and the number of cells across the strip."""

@@ -8,11 +8,11 @@ from typing import Any
 
 import tomli_w
 
+from tatamu.base.files import write_text
+from tatamu.base.version import __version__
 from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.parameters import PARAMETERS
 from tatamu.calibration.setup import Setup
-from tatamu.files import write_text
-from tatamu.version import __version__
 
 
 @dataclass(frozen=True)

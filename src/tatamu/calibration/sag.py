@@ -19,6 +19,7 @@ import numpy as np
 from pydantic import model_validator
 from scipy.special import logit
 
+from tatamu.base.errors import InputError
 from tatamu.calibration.edges import longest_edge, named_edge
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.estimate import Estimate
@@ -29,16 +30,15 @@ from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
-from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.heavy_strip.cantilever import slowest_frequency, tip
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.presentation.drawing import Drawing
-from tatamu.presentation.shapes import Box
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene
-from tatamu.settling import settling
+from tatamu.show.drawing import Drawing
+from tatamu.show.shapes import Box
+from tatamu.simulation.heavy_strip.cantilever import slowest_frequency, tip
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene
+from tatamu.simulation.settling import settling
 
 CELLS = 12
 """Number of mesh rows in front of the grip."""

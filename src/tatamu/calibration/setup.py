@@ -10,8 +10,8 @@ from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.registry import TESTS
 from tatamu.calibration.test import CalibrationTest, Specimen
 from tatamu.garments import GARMENTS, Garment, make_garment
-from tatamu.material import Material, load_material
-from tatamu.topology import areas
+from tatamu.simulation.material import Material, load_material
+from tatamu.simulation.mesh.topology import areas
 
 SPACING = 0.02
 """Default mesh spacing of the hanging garment [m]."""

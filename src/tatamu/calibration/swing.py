@@ -22,11 +22,13 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import model_validator
 
+from tatamu.base.errors import InputError
 from tatamu.calibration.edges import longest_edge
 from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
+from tatamu.calibration.instruments.oscillation import swings
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match, match
 from tatamu.calibration.parameters import LIMITS, PLACE
@@ -34,14 +36,12 @@ from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.quantity import Lengths, Times
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
-from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.instruments.oscillation import swings
-from tatamu.material import GRAVITY, Material
-from tatamu.presentation.drawing import Drawing
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import capabilities
+from tatamu.show.drawing import Drawing
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import capabilities
 
 TEN = 10
 """Number of swings that are timed."""

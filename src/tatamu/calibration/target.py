@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.base.errors import SimulationError
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory, LengthTest
 from tatamu.calibration.match import Match, match
 from tatamu.calibration.parameters import LIMITS
 from tatamu.calibration.readings import Reading
-from tatamu.errors import SimulationError
-from tatamu.material import Material
+from tatamu.simulation.material import Material
 
 UNKNOWN = 1.0
 """Standard uncertainty of a parameter's logarithm if a reading determines only the order of magnitude of the

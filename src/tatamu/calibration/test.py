@@ -32,9 +32,9 @@ from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
 from tatamu.garments import Garment
-from tatamu.material import Material
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
+from tatamu.simulation.material import Material
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
 
 POOR = 0.25
 """Largest relative standard uncertainty of a parameter.

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.base.errors import TatamuError
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.parameters import PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
-from tatamu.errors import TatamuError
 
 AGREES = 2.0
 """Largest scatter of the results of tests that agree on one parameter, in standard uncertainties.

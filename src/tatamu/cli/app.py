@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tatamu.version import __version__
+from tatamu.base.version import __version__
 
 
 class Interrupted(Exception):

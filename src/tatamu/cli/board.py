@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 
 
 @app.command()
@@ -33,9 +33,9 @@ def board(
 
     `tatamu board --out board.pdf --paper letter --pages 2`
     """
-    from tatamu.files import check_targets, validated
-    from tatamu.photographs.board import BAR, SQUARE, Board, write_board
-    from tatamu.photographs.printing import write_pdf
+    from tatamu.base.files import check_targets, validated
+    from tatamu.cameras.board import BAR, SQUARE, Board, write_board
+    from tatamu.cameras.printing import write_pdf
 
     if out.suffix.lower() != ".pdf":
         raise InputError(f"out: must be a .pdf file, given {out}")

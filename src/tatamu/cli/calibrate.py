@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 
 
 @app.command()
@@ -37,13 +37,13 @@ def calibrate(
 
     `tatamu calibrate measurements.toml --out my-towel-blender.toml --simulator blender`
     """
+    from tatamu.base.files import check_targets, write_text
     from tatamu.calibration import advice_on, load_measurements
     from tatamu.calibration import calibrate as run
     from tatamu.calibration.page import page, shown
     from tatamu.calibration.parameters import SYMBOLS
     from tatamu.cli.progress import prepare
-    from tatamu.files import check_targets, write_text
-    from tatamu.simulators import require
+    from tatamu.simulation.simulators import require
 
     if spacing is not None and not 1e-3 <= spacing <= 0.1:
         raise InputError(f"spacing: must be from 0.001 to 0.1 m, given {spacing:g} m")

@@ -9,9 +9,9 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
 from tatamu.cli.cluster import SchedulerOption
-from tatamu.errors import InputError
 
 if TYPE_CHECKING:
     from tatamu.folding.score import Score
@@ -54,7 +54,7 @@ def check(
     With `--all`, every simulation is kept. To resume an interrupted command, run the same command again.
     """
     from tatamu.cli.progress import prepare
-    from tatamu.simulators import require
+    from tatamu.simulation.simulators import require
     from tatamu.study import Result
 
     if everything == (simulator is not None):
@@ -78,9 +78,9 @@ def check(
 
 
 def _one(learned: Result, simulator: str, out: Path, material: Path | None, halve: bool) -> int:
-    from tatamu.crosscheck.check import check as run
-    from tatamu.crosscheck.page import save
-    from tatamu.material import load_material
+    from tatamu.after.second_opinion.check import check as run
+    from tatamu.after.second_opinion.page import save
+    from tatamu.simulation.material import load_material
 
     given = load_material(material) if material else None
     with Console().status(f"{learned.name} in {simulator}"):
@@ -104,9 +104,9 @@ def _words(score: Score) -> str:
 def _all(
     learned: Result, names: list[str], out: Path, count: int, seed: int, halve: bool, scheduler: str | None
 ) -> int:
+    from tatamu.after.second_opinion.agreement import compare
+    from tatamu.after.second_opinion.matrix import save, terminal
     from tatamu.cluster import executor_at
-    from tatamu.crosscheck.agreement import compare
-    from tatamu.crosscheck.matrix import save, terminal
     from tatamu.folding.baselines import BASELINES
 
     console = Console()

@@ -14,9 +14,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
 from tatamu.cli.cluster import MOST_AT_A_TIME, SchedulerOption
-from tatamu.errors import InputError
 
 
 @app.command()
@@ -41,11 +41,11 @@ def dataset(
 
     The dataset does not depend on the number of workers. To resume an interrupted command, run the same command again.
     """
+    from tatamu.after.margins.terminal import reporting
     from tatamu.cli.progress import prepare
     from tatamu.cluster import executor_at
-    from tatamu.dataset import DatasetFolder, make_dataset, read_specification
-    from tatamu.margins.terminal import reporting
-    from tatamu.simulators.many import processors
+    from tatamu.policies.dataset import DatasetFolder, make_dataset, read_specification
+    from tatamu.simulation.side_by_side import processors
 
     if workers is not None and not 1 <= workers <= MOST_AT_A_TIME:
         raise InputError(f"--workers: must be from 1 to {MOST_AT_A_TIME}, given {workers}")
@@ -73,7 +73,7 @@ def replay(
     Example: `tatamu replay runs/folds 7`
     """
     from tatamu.cli.progress import prepare
-    from tatamu.dataset import replay as again
+    from tatamu.policies.dataset import replay as again
 
     prepare("native")
     found = again(folder, episode)

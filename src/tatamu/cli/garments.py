@@ -18,8 +18,8 @@ def garments() -> None:
     from rich.table import Table
 
     from tatamu.garments import DESCRIPTIONS, make_garment
-    from tatamu.material import preset_names
-    from tatamu.presets import load_preset
+    from tatamu.simulation.material import preset_names
+    from tatamu.simulation.presets import load_preset
 
     table = Table("garment", "what", "width x length", "layers", "vertices", "fabric", box=None, pad_edge=False)
     presets = {each: load_preset(each).material for each in preset_names()}

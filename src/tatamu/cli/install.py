@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 
 
 @app.command()
@@ -18,6 +18,6 @@ def install(what: Annotated[str, typer.Argument(metavar="WHAT", help="What to in
     """
     if what != "blender":
         raise InputError(f"install: must be blender, given {what!r}")
-    from tatamu.simulators.blender.install import install as make
+    from tatamu.simulation.blender.install import install as make
 
     print(f"blender: {make()}")

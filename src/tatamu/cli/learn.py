@@ -11,11 +11,11 @@ from typing import Annotated, Any
 
 import typer
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import Interrupted, app
 from tatamu.cli.cluster import SchedulerOption, StorageOption
 from tatamu.cli.options import options_from
-from tatamu.errors import InputError
-from tatamu.options import TaskRequest
+from tatamu.study.options import TaskRequest
 
 
 def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
@@ -30,7 +30,7 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
         if names_garment:
             return {}
         raise InputError("GARMENT: must be given, unless --after names an observed fold whose garment is folded again")
-    from tatamu.observation.after import TRIALS
+    from tatamu.after.feedback.known import TRIALS
     from tatamu.report.command import request
     from tatamu.study import Result
 
@@ -103,7 +103,7 @@ def _learn(
     from tatamu.cli.progress import LearningDisplay, starting
 
     with starting(f"laying out {options.garment}"):
-        from tatamu.simulators import require
+        from tatamu.simulation.simulators import require
 
         require(options.simulator)
         from tatamu.api import learn, task_of
@@ -146,7 +146,7 @@ def _learn(
     except KeyboardInterrupt:
         raise Interrupted(kept(out)) from None
     if after:
-        from tatamu.observation.words import next_lines
+        from tatamu.after.feedback.texts import next_lines
 
         assert isinstance(result, Result), "observed folds are single folds"
         for line in next_lines(after[-1], result):

@@ -24,10 +24,10 @@ def lens(
     Example:
     `tatamu lens photos/*.jpg --board board.toml --out lens.toml`
     """
-    from tatamu.files import check_targets
-    from tatamu.photographs.board import load_board
-    from tatamu.photographs.lens import calibrate_lens, write_lens
-    from tatamu.photographs.photograph import board_corners
+    from tatamu.base.files import check_targets
+    from tatamu.cameras.board import load_board
+    from tatamu.cameras.lens import calibrate_lens, write_lens
+    from tatamu.cameras.photograph import board_corners
 
     check_targets([out], [*photos, board])
     seen, size = board_corners(photos, load_board(board))

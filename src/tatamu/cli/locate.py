@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
+from tatamu.base.size import parse_size
 from tatamu.cli.app import app
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption
-from tatamu.errors import InputError
-from tatamu.size import parse_size
 
 if TYPE_CHECKING:
     import numpy as np
@@ -66,11 +66,11 @@ def locate(
 
     `tatamu locate shirt.jpg --sheet a4 --garment tshirt --corner hem-left=812,1640`
     """
-    from tatamu.files import check_targets, write_json
-    from tatamu.photographs import look
-    from tatamu.photographs.board import PAPERS
-    from tatamu.photographs.locate import locate as find
-    from tatamu.photographs.mounting import parse_pose, parse_touched
+    from tatamu.base.files import check_targets, write_json
+    from tatamu.cameras import pictures as look
+    from tatamu.cameras.board import PAPERS
+    from tatamu.cameras.locate import locate as find
+    from tatamu.cameras.mounting import parse_pose, parse_touched
 
     scale = board if board is not None else sheet
     if scale is None or (board is not None and sheet is not None):

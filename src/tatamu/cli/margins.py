@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
 from tatamu.cli.cluster import SchedulerOption
-from tatamu.errors import InputError
 
 if TYPE_CHECKING:
-    from tatamu.disturbances import Disturbances
+    from tatamu.evaluation.disturbances import Disturbances
     from tatamu.folding.score import Limits
     from tatamu.study import ResultFolder
 
@@ -87,7 +87,7 @@ def _disturbances(folder: ResultFolder) -> Disturbances:
 
     If the fold was learned without disturbances, return the default disturbances.
     """
-    from tatamu.disturbances import Disturbances
+    from tatamu.evaluation.disturbances import Disturbances
 
     used = folder.record.disturbances
     return _load("default") if used is None else Disturbances.model_validate(used)
@@ -95,7 +95,7 @@ def _disturbances(folder: ResultFolder) -> Disturbances:
 
 def _load(given: str) -> Disturbances:
     """Return the disturbances that the user gave, either by name or as a file."""
-    from tatamu.disturbances import load_disturbances
+    from tatamu.evaluation.disturbances import load_disturbances
 
     found = load_disturbances(given)
     if found is None:
@@ -114,12 +114,12 @@ def _one(
     fine: bool,
     executor: Executor | None,
 ) -> None:
+    from tatamu.after.margins import measure
+    from tatamu.after.margins.page import write_page
+    from tatamu.after.margins.terminal import reporting, summary, table
     from tatamu.cli.progress import prepare
-    from tatamu.margins import measure
-    from tatamu.margins.page import write_page
-    from tatamu.margins.terminal import reporting, summary, table
     from tatamu.report import write_report
-    from tatamu.simulators import require
+    from tatamu.simulation.simulators import require
     from tatamu.study import Result
 
     learned = Result.load(folder.path)

@@ -10,7 +10,7 @@ import typer
 from tatamu.cli.app import app
 
 if TYPE_CHECKING:
-    from tatamu.presets import Preset
+    from tatamu.simulation.presets import Preset
 
 UNITS = {
     "areal_density": "kg/m²",
@@ -55,8 +55,8 @@ def materials(
     """
     from rich.console import Console
 
-    from tatamu.material import preset_names
-    from tatamu.presets import load_preset
+    from tatamu.simulation.material import preset_names
+    from tatamu.simulation.presets import load_preset
 
     console = Console(soft_wrap=True, highlight=False)
     if name is not None:
@@ -96,7 +96,7 @@ def _rounded(number: float) -> str:
 
 def described(preset: Preset) -> str:
     """Return all fields of a preset (a material that comes with tatamu) as text, one field per line."""
-    from tatamu.material import UNSAID
+    from tatamu.simulation.material import UNSAID
 
     lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]
     for name, unit in UNITS.items():

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 
 
 @app.command()
@@ -41,9 +41,9 @@ def measure(
     if drape is not None:
         _read_drape(drape, disc, plate, ruler)
         return
+    from tatamu.base.files import write_text
     from tatamu.calibration.guide import instructions
     from tatamu.calibration.guide import template as text
-    from tatamu.files import write_text
 
     if template is None:
         print(instructions(), end="")
@@ -58,9 +58,9 @@ def measure(
 def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str | None) -> None:
     import numpy as np
 
+    from tatamu.calibration.instruments.outline import PlanOutline, centroid
     from tatamu.cli.pixels import to_metres
     from tatamu.garments.photo import find_outline, straightened
-    from tatamu.instruments.outline import PlanOutline, centroid
 
     if disc is None or plate is None or ruler is None:
         raise InputError("drape: needs --disc, --plate and --ruler as well")

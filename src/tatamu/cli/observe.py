@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
 from tatamu.cli.cluster import SchedulerOption
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption
-from tatamu.errors import InputError
 
 if TYPE_CHECKING:
-    from tatamu.observation import Observation, Observed
-    from tatamu.photographs.reading import FoldReading
+    from tatamu.after.feedback import Observation, Observed
+    from tatamu.cameras.reading import FoldReading
 
 RunArgument = Annotated[
     Path,
@@ -88,9 +88,9 @@ def observe(
 
     `tatamu observe runs/towel/corrected-1 --left 2,0 --right 1,1`
     """
-    from tatamu.files import write_text
-    from tatamu.observation import FORM, ObservedFolder, read_template, ruler
-    from tatamu.observation.page import write_page
+    from tatamu.after.feedback import FORM, ObservedFolder, read_template, ruler
+    from tatamu.after.feedback.page import write_page
+    from tatamu.base.files import write_text
 
     given = {"left": left, "right": right, "slip": slip}
     typed = any(each is not None for each in (*given.values(), deviation, turned_in)) or failed
@@ -126,8 +126,8 @@ def observe(
         )
     observed = _observed(folder, observation, scheduler)
     if reading is not None:
-        from tatamu.observation.explained import draw_explained
-        from tatamu.photographs import look
+        from tatamu.after.feedback.explained import draw_explained
+        from tatamu.cameras import pictures as look
 
         look.write_picture(draw_explained(observed, reading), ObservedFolder.of(folder).photos()[observed.newest])
     write_page(observed)
@@ -152,12 +152,12 @@ def _from_photo(
 
     If the user wants a picture, draw the corners that were found on the photograph.
     """
+    from tatamu.after.feedback.photo import read_photo
+    from tatamu.base.files import check_targets
+    from tatamu.cameras import pictures as look
+    from tatamu.cameras.board import PAPERS
+    from tatamu.cameras.mounting import parse_pose
     from tatamu.cli.locate import parse_corners
-    from tatamu.files import check_targets
-    from tatamu.observation.photo import read_photo
-    from tatamu.photographs import look
-    from tatamu.photographs.board import PAPERS
-    from tatamu.photographs.mounting import parse_pose
     from tatamu.study import Result
 
     scale = board if board is not None else sheet
@@ -205,8 +205,8 @@ def correct(
 
     `tatamu plan runs/towel/corrected-1 --robot hironx --out plan`
     """
-    from tatamu.observation import ObservedFolder, kept, write_kept
-    from tatamu.observation.words import correction_lines
+    from tatamu.after.feedback import ObservedFolder, kept, write_kept
+    from tatamu.after.feedback.texts import correction_lines
 
     place = ObservedFolder.of(folder)
     record = kept(place)
@@ -224,11 +224,11 @@ def _observed(folder: Path, observation: Observation | None, scheduler: str | No
     """Infer errors from an observation of a real fold, and print the progress on the console."""
     from rich.console import Console
 
+    from tatamu.after.feedback import ObservedFolder, keep
+    from tatamu.after.feedback import observe as observe_fold
+    from tatamu.after.margins.terminal import reporting
     from tatamu.cli.progress import prepare
     from tatamu.cluster import executor_at
-    from tatamu.margins.terminal import reporting
-    from tatamu.observation import ObservedFolder, keep
-    from tatamu.observation import observe as observe_fold
     from tatamu.study import Result
 
     learned = Result.load(folder)
@@ -245,8 +245,8 @@ def _observed(folder: Path, observation: Observation | None, scheduler: str | No
 
 
 def _lines(observed: Observed) -> list[str]:
-    from tatamu.observation import CorrectionRecord, ObservedFolder
-    from tatamu.observation.words import correction_lines, posterior_lines
+    from tatamu.after.feedback import CorrectionRecord, ObservedFolder
+    from tatamu.after.feedback.texts import correction_lines, posterior_lines
 
     folder = ObservedFolder(observed.learned.folder or Path())
     after = [] if observed.correction.is_none else [f"next: tatamu correct {folder.path}"]

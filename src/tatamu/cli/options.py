@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import typer
 from pydantic.fields import FieldInfo
 
-from tatamu.errors import InputError
-from tatamu.options import Options
-from tatamu.records import Record
+from tatamu.base.errors import InputError
+from tatamu.base.records import Record
+from tatamu.study.options import Options
 
 PLAIN = (bool, int, float)
 CONTEXT = "context"

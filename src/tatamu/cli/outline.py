@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -58,8 +58,8 @@ def outline(
     (docs/reference/garment-file.md). With `--garment`, the command writes this file too, here shirt.toml. Then run
     `tatamu show shirt.toml --fold shop`.
     """
+    from tatamu.base.files import check_targets, replacing, write_text
     from tatamu.cli.pixels import corners_of, drawn_over, to_metres
-    from tatamu.files import check_targets, replacing, write_text
     from tatamu.garments.landmarks import tshirt_openings
     from tatamu.garments.photo import find_outline, outline_svg, straightened
     from tatamu.garments.resolution import check_size

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
+from tatamu.base.size import parse_size
 from tatamu.garments.photo import Photo, homography
-from tatamu.size import parse_size
 
 FARTHEST = 1e6
 """Largest coordinate of a pixel that is accepted in an option."""

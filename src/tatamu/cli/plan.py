@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.errors import InputError
 
 
 @app.command()

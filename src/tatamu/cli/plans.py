@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
+from tatamu.base.size import parse_size
 from tatamu.cli.app import app
-from tatamu.errors import InputError
-from tatamu.size import parse_size
 
 if TYPE_CHECKING:
     from tatamu.folding.proposals import Proposal
@@ -63,7 +63,7 @@ def plans(
     """
     from tatamu.folding.advice import chosen
     from tatamu.garments import make_garment
-    from tatamu.material import load_material
+    from tatamu.simulation.material import load_material
 
     if out is not None and out.suffix and out.suffix.lower() not in SUFFIXES:
         raise InputError(f"out: must be an .html, .png or .toml file or a folder, given {out}")
@@ -94,7 +94,7 @@ def _print(proposal: Proposal, best: bool) -> None:
 
 def _write(garment: Garment, found: list[Proposal], out: Path) -> None:
     """Write the page, the picture or the plan file that `--out` names, or a folder with all of them."""
-    from tatamu.files import replacing, write_text
+    from tatamu.base.files import replacing, write_text
     from tatamu.report.candidates import page, picture
 
     kind = out.suffix.lower()

@@ -14,9 +14,9 @@ from typing import NoReturn
 
 import typer
 
+from tatamu.base.errors import InputError, TatamuError, one_line
+from tatamu.base.extras import missing
 from tatamu.cli.app import Interrupted
-from tatamu.errors import InputError, TatamuError, one_line
-from tatamu.extras import missing
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
 """Numbers of the errors that occur if standard output is full, broken or closed."""

@@ -70,7 +70,7 @@ def prepare(simulator: str, console: Console | None = None) -> None:
     Raises:
         InputError: If there is no simulator with this name.
     """
-    from tatamu.simulators import named
+    from tatamu.simulation.simulators import named
 
     chosen = named(simulator)
     console = console or Console(stderr=True)
@@ -152,7 +152,7 @@ class LearningDisplay:
             console: Console to print on; None for standard output.
             prepares: Whether this process simulates. If so, it loads or compiles the simulator first.
         """
-        from tatamu.simulators import named
+        from tatamu.simulation.simulators import named
 
         self.task = task
         self._simulator = named(task.simulator)

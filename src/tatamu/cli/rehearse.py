@@ -43,7 +43,7 @@ def rehearse(
     from tatamu.robots.refold import refold
     from tatamu.robots.rehearsal import rehearse as rehearsed
     from tatamu.robots.report import save, summary
-    from tatamu.simulators import require
+    from tatamu.simulation.simulators import require
 
     if simulator != "none":
         require(simulator)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tatamu.base.errors import InputError
+from tatamu.base.size import parse_size
 from tatamu.cli.app import app
-from tatamu.errors import InputError
-from tatamu.size import parse_size
 
 if TYPE_CHECKING:
     from tatamu.garments import Garment
@@ -53,10 +53,10 @@ def show(
 
     `tatamu show shirt.svg --out pictures`
     """
-    from tatamu.files import replacing, write_text
+    from tatamu.base.files import replacing, write_text
     from tatamu.garments import make_garment
-    from tatamu.material import load_material
     from tatamu.report.garment import diagram, facts, page
+    from tatamu.simulation.material import load_material
 
     sides = None if size is None else parse_size(size)
     made = make_garment(garment, sides, load_material(material) if material else None, spacing, scale)

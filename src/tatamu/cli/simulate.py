@@ -20,11 +20,11 @@ def simulate(
 
     Example: `tatamu simulate runs/towel/scene.json --out again.npz`
     """
+    from tatamu.base.files import check_targets
     from tatamu.cli.progress import prepare
-    from tatamu.files import check_targets
-    from tatamu.scene import Scene
-    from tatamu.simulators import require
-    from tatamu.simulators import simulate as run
+    from tatamu.simulation.scene import Scene
+    from tatamu.simulation.simulators import require
+    from tatamu.simulation.simulators import simulate as run
 
     check_targets([out], [scene])
     require(simulator)

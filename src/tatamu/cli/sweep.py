@@ -13,11 +13,11 @@ import typer
 from rich.console import Console
 from rich.live import Live
 
+from tatamu.base.errors import InputError
 from tatamu.cli.app import app
 from tatamu.cli.cluster import MOST_AT_A_TIME, SchedulerOption, StorageOption
 from tatamu.cli.cluster import at_a_time as most_at_a_time
-from tatamu.errors import InputError
-from tatamu.options import TaskRequest
+from tatamu.study.options import TaskRequest
 
 if TYPE_CHECKING:
     from tatamu.study import Progress
@@ -71,7 +71,7 @@ def sweep(
 def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
     """Raise an error if a task of a sweep is impossible. This is done before any task starts."""
     from tatamu.api import task_of
-    from tatamu.simulators import require
+    from tatamu.simulation.simulators import require
     from tatamu.study import check_pending
 
     made: set[str] = set()

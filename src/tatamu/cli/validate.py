@@ -27,10 +27,10 @@ def validate(
 
     Example: `tatamu validate --only hang --only cantilever --out runs/validation`
     """
+    from tatamu.base.files import write_json, write_text
     from tatamu.cli.progress import prepare
     from tatamu.cluster import executor_at
-    from tatamu.files import write_json, write_text
-    from tatamu.simulators import require
+    from tatamu.simulation.simulators import require
     from tatamu.validation import Subject
     from tatamu.validation import validate as run
     from tatamu.validation.report import select_cases

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 
 MOST_LOCAL = 1024
 """Largest number of worker processes that can be started on this machine."""

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
+from tatamu.base.errors import UnavailableError
 from tatamu.cluster.versions import Versions, difference, processor, versions
-from tatamu.errors import UnavailableError
 
 RESTART_SECONDS = 20.0
 """Time limit for the restart of a worker by its nanny, Dask's process that supervises the worker [s]."""

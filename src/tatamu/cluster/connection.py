@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tatamu.base.errors import InputError, UnavailableError
 from tatamu.cluster.address import SchedulerAddress, parse_address
-from tatamu.errors import InputError, UnavailableError
 
 if TYPE_CHECKING:
     import distributed

@@ -19,11 +19,11 @@ from uuid import uuid4
 
 import distributed
 
+from tatamu.base.errors import UnavailableError, WorkerKilledError
 from tatamu.cluster.arguments import SharedArguments, unbound
 from tatamu.cluster.call import checked_call
 from tatamu.cluster.versions import versions
 from tatamu.cluster.watch import Watch
-from tatamu.errors import UnavailableError, WorkerKilledError
 
 CALLS_PER_THREAD = 2
 """Number of calls that are sent to each thread of the workers: one call runs, and one waits."""

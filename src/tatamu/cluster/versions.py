@@ -12,7 +12,7 @@ from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from tatamu.version import __version__
+from tatamu.base.version import __version__
 
 COMPUTING = ("numpy", "numba", "scipy")
 """Packages whose versions may change results."""

@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.hand import leaves
@@ -25,9 +25,9 @@ from tatamu.folding.interpolation import interpolated
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Task
 from tatamu.garments import Garment, make_garment
-from tatamu.material import ORTHOTROPIC_MEMBRANE, Material
 from tatamu.search import HIGH, LOW, Parameters
-from tatamu.simulators import capabilities
+from tatamu.simulation.material import ORTHOTROPIC_MEMBRANE, Material
+from tatamu.simulation.simulators import capabilities
 
 
 @dataclass(frozen=True)

@@ -40,14 +40,14 @@ from itertools import repeat
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Stream, World, hand_failure, sample_sobol
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
+from tatamu.evaluation.disturbances import Disturbances, Stream, World, hand_failure, sample_sobol
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
 from tatamu.folding.parameters import arched_inwards, later_curves
 from tatamu.folding.score import ALPHA, Limits
 from tatamu.search import HIGH, LOW, Parameters
-from tatamu.simulators import capabilities
-from tatamu.simulators.many import processors
+from tatamu.simulation.side_by_side import processors
+from tatamu.simulation.simulators import capabilities
 
 RACING_THREADS = 4
 """Largest number of worlds (draws of the disturbances) in which a trial that may end early is simulated at a time.

@@ -26,12 +26,12 @@ from typing import Literal, Self
 
 import numpy as np
 
-from tatamu.disturbances import World
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
+from tatamu.evaluation.disturbances import World
 from tatamu.folding.score import Score, residuals, vertex_distances
 from tatamu.folding.task import Task
-from tatamu.rollout import Rollout
 from tatamu.search import HIGH, Parameters
+from tatamu.simulation.rollout import Rollout
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tatamu.disturbances import NOMINAL, World, disturbed_scene
-from tatamu.errors import SimulationError
+from tatamu.base.errors import SimulationError
+from tatamu.evaluation.disturbances import NOMINAL, World, disturbed_scene
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import ALPHA, score, shape_distance, vertex_distances
 from tatamu.folding.task import Task
 from tatamu.folding.trial_scene import scene_of
-from tatamu.scene import Scene
-from tatamu.simulators import simulate
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import simulate
 
 TABLE_MARGIN = 0.5
 """Width of the table around the initial position of the cloth [m]. Cloth that ends farther out has left the table."""

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from time import perf_counter
 
-from tatamu.errors import TatamuError
+from tatamu.base.errors import TatamuError
 from tatamu.folding.task import Task
 from tatamu.folding.trial_scene import scene_of
-from tatamu.simulators.native.simulation import Simulation
+from tatamu.simulation.native.simulation import Simulation
 
 BEFORE = 0.02
 """Simulated time before the pace of a simulation is measured [s].

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tatamu.curves import SAMPLES
+from tatamu.base.curves import SAMPLES
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, polyline_manipulation
 from tatamu.search.lm import LI_2015

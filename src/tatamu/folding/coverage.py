@@ -34,7 +34,7 @@ from scipy.spatial import cKDTree
 from tatamu.folding import layers
 from tatamu.folding.ideal import FoldLine
 from tatamu.garments import Garment
-from tatamu.topology import Topology, areas, lumped
+from tatamu.simulation.mesh.topology import Topology, areas, lumped
 
 OFF = 0.0125
 """Largest distance from its target at which cloth counts as folded [m] (BiFold 2025).

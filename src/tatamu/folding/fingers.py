@@ -20,8 +20,8 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from tatamu.material import Number
-from tatamu.records import Record
+from tatamu.base.records import Record
+from tatamu.simulation.material import Number
 
 PAD = 0.01
 """Length of the cloth between the finger pads of a hand, measured from the hem inwards [m].

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.fingers import PAD, Fingers
 from tatamu.folding.grasps import candidates
 from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
@@ -16,7 +16,7 @@ from tatamu.folding.plan import Plan, Step
 from tatamu.folding.plans import make_plan
 from tatamu.folding.press import Press
 from tatamu.garments import Garment
-from tatamu.topology import Topology
+from tatamu.simulation.mesh.topology import Topology
 
 
 @dataclass(frozen=True)

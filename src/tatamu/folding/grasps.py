@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.ideal import FoldLine
 from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment

@@ -14,10 +14,10 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tatamu import curves
-from tatamu.body import Body
+from tatamu.base import curves
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Hand
+from tatamu.simulation.body import Body
 
 AWAY = 0.05
 """Distance between the hem and a hand, before the hand comes to grasp and after it has drawn back [m]."""

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.coverage import Part, uncarried
 from tatamu.folding.grasps import NEAREST, candidates, distances, farthest_edge
 from tatamu.folding.ideal import FoldLine

@@ -2,9 +2,9 @@
 
 A fold lays one stack of cloth on another. Both stacks are treated as one stack of mean height H that is bent round the
 fold line. The mid-surface of this stack has the shape of minimum energy for a strip of thickness H (see
-`tatamu.heavy_strip.crease`). A layer that is at height z before the fold is parallel to this mid-surface. Its distance
-from the mid-surface is d = z - H/2. The layer is inside the loop if d > 0. Far from the line, the stack is thus turned
-over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
+`tatamu.simulation.heavy_strip.crease`). A layer that is at height z before the fold is parallel to this mid-surface.
+Its distance from the mid-surface is d = z - H/2. The layer is inside the loop if d > 0. Far from the line, the stack is
+thus turned over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
 
 There are two simplifications. First, the loops at earlier folds inside the stack are pressed: the part of their height
 above the height that all layers would have if they lay flat is multiplied by `KEPT`. Second, the slope of H along the
@@ -19,8 +19,8 @@ import numpy as np
 
 from tatamu.folding.layers import PIXEL, Surface
 from tatamu.garments import Garment
-from tatamu.heavy_strip.crease import Crease, crease
-from tatamu.topology import areas
+from tatamu.simulation.heavy_strip.crease import Crease, crease
+from tatamu.simulation.mesh.topology import areas
 
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
 """Heights of stacks of layers for which the shape of the crease is computed, in thicknesses of the cloth.

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import maximum_filter
 
-from tatamu.zbuffer import z_buffer
+from tatamu.simulation.mesh.zbuffer import z_buffer
 
 PIXEL = 0.001
 """Width of a pixel in the map of heights [m]."""

@@ -11,13 +11,13 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from tatamu import curves
-from tatamu.curves import Bezier
-from tatamu.errors import InputError
-from tatamu.files import read_json, validated, write_json
+from tatamu.base import curves
+from tatamu.base.curves import Bezier
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_json, validated, write_json
+from tatamu.base.records import OpenRecord
 from tatamu.folding.fold import Fold
-from tatamu.records import OpenRecord
-from tatamu.scene import Index, Points
+from tatamu.simulation.scene import Index, Points
 
 TOP_SPEED = 0.6
 """Top speed of a hand [m/s]. At twice this speed, the results of folds change (De Gusseme and wyffels 2022)."""

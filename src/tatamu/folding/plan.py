@@ -12,12 +12,12 @@ import numpy as np
 import tomli_w
 from pydantic import BeforeValidator, Field, model_validator
 
-from tatamu.errors import InputError
-from tatamu.files import read_toml, validated
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_toml, validated
+from tatamu.base.records import Record
 from tatamu.folding.ideal import FoldLine
 from tatamu.folding.press import Press
 from tatamu.garments import Garment
-from tatamu.records import Record
 
 AUTO = "auto"
 """Name in a fold plan that stands for the garment's edge farthest from the fold line."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.plan import Plan, load_plan
 from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
 from tatamu.garments import Garment

@@ -19,12 +19,12 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from tatamu.body import Body
-from tatamu.curves import minimum_jerk
-from tatamu.errors import InputError
+from tatamu.base.curves import minimum_jerk
+from tatamu.base.errors import InputError
+from tatamu.base.records import Record
 from tatamu.folding.ideal import FoldLine
-from tatamu.material import Material, Number
-from tatamu.records import Record
+from tatamu.simulation.body import Body
+from tatamu.simulation.material import Material, Number
 
 FLAT = 2.396
 """The constant c of the module's formula: twice the integral of sqrt(sin) over a quarter turn [-].

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouette
 from tatamu.folding.coverage import Part
 from tatamu.folding.grasps import farthest_edge
 from tatamu.folding.hold import covered, grasp_for
 from tatamu.folding.ideal import FoldLine, crease_of
-from tatamu.folding.laid import laid
+from tatamu.folding.mirrored import laid
 from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
@@ -31,7 +31,7 @@ Most of a short part belongs to the loop of cloth at the crease.
 AUTO_PLAN = "auto"
 """Name of the best fold plan that is proposed for a garment."""
 SIDES = ("bottom", "top", "left", "right")
-"""Names that `tatamu.garments.sides` gives to a garment's edges if the user has not named them."""
+"""Names that `tatamu.garments.outline_sides` gives to a garment's edges if the user has not named them."""
 
 
 @dataclass(frozen=True)

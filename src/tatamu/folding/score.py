@@ -16,9 +16,9 @@ from typing import Protocol
 
 import numpy as np
 
+from tatamu.base.records import OpenRecord
 from tatamu.folding.fold import Fold
-from tatamu.records import OpenRecord
-from tatamu.zbuffer import mask
+from tatamu.simulation.mesh.zbuffer import mask
 
 ALPHA = 0.01
 """Factor alpha of the shape distance D in the objective C = l_x + alpha D, Eq. (10). The value is the paper's."""

@@ -9,11 +9,11 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from tatamu.curves import sampled_bezier
-from tatamu.errors import InputError
+from tatamu.base.curves import sampled_bezier
+from tatamu.base.errors import InputError
+from tatamu.base.records import OpenRecord
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation
-from tatamu.records import OpenRecord
 
 Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 

@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
+from tatamu.base.records import OpenRecord
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.fold import Fold, fold_of, ideal_folds
 from tatamu.folding.manipulation import SETTLE, Manipulation, bezier_manipulation
@@ -21,10 +22,9 @@ from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
 from tatamu.folding.shift import HandShift, shifted
 from tatamu.garments import Garment, make_garment
-from tatamu.material import Material
-from tatamu.records import OpenRecord
 from tatamu.search.space import Space
-from tatamu.simulators import named
+from tatamu.simulation.material import Material
+from tatamu.simulation.simulators import named
 
 
 def _no_refusal(manipulation: Manipulation) -> None:

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu import curves
-from tatamu.body import Body
+from tatamu.base import curves
 from tatamu.folding.fold import Fold
 from tatamu.folding.hand import HandPath, finger_bodies, leaves
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, WAIT, Hand, Manipulation
 from tatamu.folding.pinch import pressed
 from tatamu.folding.press import press_body
-from tatamu.material import Material
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.body import Body
+from tatamu.simulation.material import Material
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
 _CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
 """Times of the frames in which the fingers close, before the hands move [s]."""

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.garment import Garment, GarmentSource
 from tatamu.garments.garmentfile import SUFFIXES, load_garment
 from tatamu.garments.towel import towel
 from tatamu.garments.trousers import trousers
 from tatamu.garments.tshirt import tshirt
-from tatamu.material import Material, load_material, measured_size
+from tatamu.simulation.material import Material, load_material, measured_size
 
 GARMENTS: dict[str, Callable[..., Garment]] = {"towel": towel, "tshirt": tshirt, "trousers": trousers}
 """Function that makes each built-in garment from its size, material and mesh spacing, by the garment's name."""

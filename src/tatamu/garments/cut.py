@@ -14,10 +14,10 @@ import numpy as np
 import shapely
 from shapely.validation import explain_validity
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.drawing import Piece, where
 from tatamu.garments.outline import Outline, counted
-from tatamu.garments.sides import lies_along, named_sides, with_ends
+from tatamu.garments.outline_sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
 """Largest distance by which an outline may change when points that it does not need are left out [m]."""

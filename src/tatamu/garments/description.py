@@ -6,10 +6,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from tatamu.errors import one_line
+from tatamu.base.errors import one_line
 from tatamu.garments.frame import Axis
 from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
-from tatamu.material import preset_names
+from tatamu.simulation.material import preset_names
 
 LARGEST_SCALE = 1e3
 """Largest allowed length of one unit of a garment's file [m]."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError, one_line
+from tatamu.base.errors import InputError, one_line
 from tatamu.garments.units import Unit
 
 FARTHEST = 1e9

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from tatamu.errors import InputError, one_line
-from tatamu.files import foreign, opened, read_bytes
+from tatamu.base.errors import InputError, one_line
+from tatamu.base.files import foreign, opened, read_bytes
 from tatamu.garments import apparel
 from tatamu.garments.drawing import FARTHEST, DrawnCurve, DrawnPieces, Piece, polyline
 from tatamu.garments.pieces import distinct, grouped

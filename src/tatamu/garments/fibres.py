@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tatamu.topology import facing_down
+from tatamu.simulation.mesh.topology import facing_down
 
 
 def along_v(uv: np.ndarray, corners: np.ndarray) -> np.ndarray:

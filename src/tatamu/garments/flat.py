@@ -10,15 +10,15 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import border_loops
 from tatamu.garments.openings import divided
 from tatamu.garments.outline import Outline
+from tatamu.garments.outline_sides import named_sides
 from tatamu.garments.sewing import front_and_back, one_layer
-from tatamu.garments.sides import named_sides
-from tatamu.material import Material
-from tatamu.topology import Topology, edge_lengths
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.topology import Topology, edge_lengths
 
 OVERLAP = 1.01
 """Largest ratio of two areas: the area of all triangles that face one way, and the area that they cover on the table.

@@ -18,9 +18,9 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, maximum_flow
 from scipy.sparse.linalg import splu
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.meshfile import border_loops, pieces
-from tatamu.topology import Topology
+from tatamu.simulation.mesh.topology import Topology
 
 ROUNDS = 400
 PASSES, TENSE = 3, 0.3

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 
 FRAME = 0.04
 """Width of the frame along a photo's border that shows only the table, as a fraction of the photo's extent."""

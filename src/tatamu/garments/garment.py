@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tatamu.material import Material
-from tatamu.scene import Cloth
-from tatamu.topology import facing_down
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.topology import facing_down
+from tatamu.simulation.scene import Cloth
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tatamu.errors import InputError
-from tatamu.files import read_toml, validated
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_toml, validated
 from tatamu.garments.description import LARGEST_SCALE, GarmentFile
 from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import FORMATS
 from tatamu.garments.pattern import READERS, from_outline
 from tatamu.garments.worn import from_mesh
-from tatamu.material import Material
-from tatamu.presets import load_preset
+from tatamu.simulation.material import Material
+from tatamu.simulation.presets import load_preset
 
 SUFFIXES = (".toml", *READERS, *FORMATS)
 """File name endings of files that describe a garment."""

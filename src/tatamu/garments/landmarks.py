@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 
 DEEP = 0.05
 """Least depth of the gap between a T-shirt's outline and its convex hull under a sleeve.

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from tatamu.errors import InputError, SimulationError
+from tatamu.base.errors import InputError, SimulationError
 from tatamu.garments.flat import typical_edge
 from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import border_loops
-from tatamu.garments.sides import named_sides
-from tatamu.material import Material
-from tatamu.scene import Cloth, Scene, Table
-from tatamu.simulators import simulate
+from tatamu.garments.outline_sides import named_sides
+from tatamu.simulation.material import Material
+from tatamu.simulation.scene import Cloth, Scene, Table
+from tatamu.simulation.simulators import simulate
 
 SECONDS = 2.0
 DRAG = 2.0

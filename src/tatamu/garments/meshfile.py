@@ -13,11 +13,11 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from tatamu.errors import InputError
-from tatamu.files import foreign, read_bytes
+from tatamu.base.errors import InputError
+from tatamu.base.files import foreign, read_bytes
 from tatamu.garments.objfile import LARGEST_MESH, MOST_TRIANGLES, MOST_VERTICES, TriangleMesh, read_obj
 from tatamu.garments.plyfile import parse_ply
-from tatamu.topology import Topology, areas, longest_sides
+from tatamu.simulation.mesh.topology import Topology, areas, longest_sides
 
 FARTHEST = 1e9
 """Largest allowed coordinate in a mesh file, in the file's unit."""

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import MIB, read_bytes
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB, read_bytes
 from tatamu.garments.polygons import triangulate
 
 LARGEST_MESH = 64 * MIB

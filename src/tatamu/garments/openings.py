@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tatamu.garments.sides import SHORTEST
+from tatamu.garments.outline_sides import SHORTEST
 
 
 @dataclass

@@ -15,11 +15,11 @@ import numpy as np
 import shapely
 from scipy import sparse
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.outline import Outline, resampled
 from tatamu.garments.resolution import MOST_VERTICES
-from tatamu.meshing import ROW, SLIVER, delaunay, twice_areas
-from tatamu.topology import Topology, edge_lengths
+from tatamu.simulation.mesh.meshing import ROW, SLIVER, delaunay, twice_areas
+from tatamu.simulation.mesh.topology import Topology, edge_lengths
 
 DROPPED = (0.56, 0.62, 0.68, 0.74)
 """Least distances of lattice points from the outline [spacings, the desired edge length of the mesh].

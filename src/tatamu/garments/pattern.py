@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.cut import cut
 from tatamu.garments.description import GarmentFile
 from tatamu.garments.dxf import read_dxf
@@ -19,7 +19,7 @@ from tatamu.garments.pieces import chosen
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.garments.svg import read_svg
 from tatamu.garments.units import check_size_of_file, doubts
-from tatamu.material import Material
+from tatamu.simulation.material import Material
 
 READERS = {".svg": read_svg, ".dxf": read_dxf}
 """Function that reads each drawing format, by the file name's ending."""

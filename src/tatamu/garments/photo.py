@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from tatamu.errors import InputError
-from tatamu.files import MIB, foreign, opened
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB, foreign, opened
 from tatamu.garments.foreground import SMALLEST, stand_out
 
 LARGEST_PICTURE = 256 * MIB

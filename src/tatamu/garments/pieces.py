@@ -7,7 +7,7 @@ from pathlib import Path
 
 import shapely
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
 from tatamu.garments.unpacking import MOST_CURVES
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.objfile import MOST_TRIANGLES, MOST_VERTICES, TriangleMesh
 from tatamu.garments.polygons import triangulate
 

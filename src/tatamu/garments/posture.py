@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.frame import direction
 from tatamu.garments.meshfile import border_loops
 

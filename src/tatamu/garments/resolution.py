@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.material import Material
+from tatamu.base.errors import InputError
+from tatamu.simulation.material import Material
 
 CELLS_PER_BENDING_LENGTH = 2.0
 """Ratio of a material's bending length to the default spacing.

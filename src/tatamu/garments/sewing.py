@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.garment import Garment
 from tatamu.garments.outline import Outline
 from tatamu.garments.panel import Panel, panel, without_chords
@@ -21,8 +21,8 @@ from tatamu.garments.resolution import (
     largest_spacing,
     spacing_is_possible,
 )
-from tatamu.material import Material
-from tatamu.topology import Topology
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.topology import Topology
 
 FINER, STEP = 4, 0.75
 """Largest number of default spacings (edge lengths) that are tried, and the ratio of each spacing to the previous one.

@@ -18,8 +18,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import MIB, foreign, read_text
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB, foreign, read_text
 from tatamu.garments.drawing import DrawnCurve, DrawnPieces, polyline, where
 from tatamu.garments.pieces import grouped
 from tatamu.garments.units import Unit

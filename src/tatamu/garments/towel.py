@@ -6,9 +6,9 @@ import numpy as np
 
 from tatamu.garments.garment import Garment
 from tatamu.garments.resolution import check_size, check_spacing, spacing_for
-from tatamu.material import Material
-from tatamu.meshing import staggered_rectangle
-from tatamu.presets import load_preset
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.simulation.presets import load_preset
 
 FABRIC = "terry"
 """Name of the material preset that a towel has by default."""

@@ -7,8 +7,8 @@ import numpy as np
 from tatamu.garments.garment import Garment
 from tatamu.garments.outline import Outline, mirrored
 from tatamu.garments.sewing import front_and_back
-from tatamu.material import Material
-from tatamu.presets import load_preset
+from tatamu.simulation.material import Material
+from tatamu.simulation.presets import load_preset
 
 FABRIC = "usual-trousers"
 """Name of the material preset that trousers have by default."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 
 NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}

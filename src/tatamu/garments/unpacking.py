@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable
 from typing import TypeVar
 
-from tatamu.errors import InputError
-from tatamu.files import MIB
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB
 
 LARGEST_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""

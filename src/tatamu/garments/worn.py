@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.garments.description import GarmentFile
 from tatamu.garments.fibres import along_v, carried
 from tatamu.garments.flat import flat_garment, meshed_anew
@@ -23,7 +23,7 @@ from tatamu.garments.objfile import TriangleMesh
 from tatamu.garments.posture import posture
 from tatamu.garments.resolution import PASSABLE
 from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, how_to_scale
-from tatamu.material import Material
+from tatamu.simulation.material import Material
 
 OFTEN_UNWELDED = (".stl", ".glb")
 """Endings of file formats that store a vertex once for each of its triangles, or once for each of its texture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from tatamu import extras
+from tatamu.base import extras
 
 needed = partial(extras.needed, extra="dataset")
 """Function that imports a package. The extra `dataset` installs the package."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 
 VIDEO = "video"
 """Type of pictures that are stored as a video."""

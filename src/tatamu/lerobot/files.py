@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.files import unwritable
+from tatamu.base.files import unwritable
 from tatamu.lerobot import layout
 from tatamu.lerobot.extras import needed
 from tatamu.lerobot.video import VideoWriter

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import foreign, read_json
+from tatamu.base.errors import InputError
+from tatamu.base.files import foreign, read_json
 from tatamu.lerobot import layout
 from tatamu.lerobot.extras import needed
 from tatamu.lerobot.video import read_video

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import foreign, unwritable
+from tatamu.base.errors import InputError
+from tatamu.base.files import foreign, unwritable
 from tatamu.lerobot.extras import needed
 
 CODEC = "libsvtav1"

@@ -13,8 +13,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import MIB, unwritable, write_json
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB, unwritable, write_json
 from tatamu.lerobot import layout
 from tatamu.lerobot.extras import needed
 from tatamu.lerobot.feature import Feature

@@ -14,10 +14,10 @@ from tatamu.folding.fold import ideal_folds
 from tatamu.folding.plan import Plan
 from tatamu.folding.proposals import Proposal
 from tatamu.garments import Garment
-from tatamu.presentation.drawing import Drawing
-from tatamu.presentation.page import render
-from tatamu.presentation.shapes import Polyline
 from tatamu.report.garment import FoldMark, diagram
+from tatamu.show.drawing import Drawing
+from tatamu.show.page import render
+from tatamu.show.shapes import Polyline
 
 COLUMNS = 3
 """Number of fold plans side by side in a picture of all plans."""

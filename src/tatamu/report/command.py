@@ -5,12 +5,12 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from tatamu.disturbances import default_disturbances
+from tatamu.evaluation.disturbances import default_disturbances
 from tatamu.folding.task import TaskOptions
-from tatamu.options import USUAL_QUANTILE, TaskRequest
 from tatamu.study import Result, ResultRecord
 from tatamu.study.folder import SCENE
 from tatamu.study.inputs import kept_input
+from tatamu.study.options import USUAL_QUANTILE, TaskRequest
 
 
 def learn(fold: Result) -> str:

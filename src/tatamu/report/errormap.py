@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.presentation.chart import Chart, Plot, axis, traces
-from tatamu.presentation.palette import SCALE
-from tatamu.presentation.raster import rasterise
 from tatamu.report.topview import Extent, extent
+from tatamu.show.chart import Chart, Plot, axis, traces
+from tatamu.show.palette import SCALE
+from tatamu.show.raster import rasterise
 from tatamu.study import Result
 
 CELLS = 45_000

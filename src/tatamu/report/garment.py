@@ -10,10 +10,10 @@ import shapely
 from markupsafe import Markup
 
 from tatamu.garments import Garment
-from tatamu.presentation.drawing import FROM_ABOVE, Drawing
-from tatamu.presentation.page import render
-from tatamu.presentation.shapes import Dot, Label, Polyline, Segments, Shape
-from tatamu.topology import Topology, areas
+from tatamu.show.drawing import FROM_ABOVE, Drawing
+from tatamu.show.page import render
+from tatamu.show.shapes import Dot, Label, Polyline, Segments, Shape
+from tatamu.simulation.mesh.topology import Topology, areas
 
 SEAM = "accent"
 OPENING = "warm"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.presentation.chart import Chart, Plot, axis, line, note, traces
+from tatamu.show.chart import Chart, Plot, axis, line, note, traces
 
 BINS = 40
 

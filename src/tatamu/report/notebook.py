@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from tatamu.presentation.image import data_uri
-from tatamu.presentation.page import render
-from tatamu.presentation.shading import shrink, to_pixels
 from tatamu.report import errormap, headline
 from tatamu.report.conclusion import of_fold
 from tatamu.report.measures import MEASURES
 from tatamu.report.replay import replay
 from tatamu.report.still import render as still
+from tatamu.show.image import data_uri
+from tatamu.show.page import render
+from tatamu.show.shading import shrink, to_pixels
 from tatamu.study import Result
 
 SMALLER = 4

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tatamu.errors import InputError
-from tatamu.files import write_text
-from tatamu.presentation.chart import Chart
-from tatamu.presentation.page import Charts, render
+from tatamu.base.errors import InputError
+from tatamu.base.files import write_text
+from tatamu.base.version import __version__
 from tatamu.report import command, errormap, headline, histogram, paths, search, tables, topview
 from tatamu.report.conclusion import of_fold
 from tatamu.report.measures import MEASURES, SUCCESS
 from tatamu.report.replay import replay
+from tatamu.show.chart import Chart
+from tatamu.show.page import Charts, render
 from tatamu.study import Result, ResultFolder
-from tatamu.version import __version__
 
 
 def write_report(fold: Result, file: Path | None = None) -> Path:

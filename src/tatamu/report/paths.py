@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.presentation.chart import LEGEND, Plot, axis, traces
+from tatamu.show.chart import LEGEND, Plot, axis, traces
 from tatamu.study import Result
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")

@@ -9,17 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import write_text
-from tatamu.presentation.page import render
-from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
+from tatamu.base.errors import InputError
+from tatamu.base.files import write_text
 from tatamu.report import command, topview
 from tatamu.report.conclusion import of_plan
 from tatamu.report.errormap import largest
 from tatamu.report.headline import spelled
 from tatamu.report.measures import grade
 from tatamu.report.replay import hands
-from tatamu.rollout import Rollout
+from tatamu.show.page import render
+from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
+from tatamu.simulation.rollout import Rollout
 from tatamu.study import PlanResult, Result, ResultFolder
 
 LIFT = 0.10

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
+from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.study import Result
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.presentation.chart import Plot, axis, line, note, traces
 from tatamu.report.measures import GRADES
+from tatamu.show.chart import Plot, axis, line, note, traces
 from tatamu.study import ResultRecord, Trial
 
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.presentation.image import save_png
-from tatamu.presentation.palette import LEFT, RIGHT, SOLID, TABLE, rgb
-from tatamu.presentation.raster import View
-from tatamu.presentation.shading import SUN, PaintedMesh, cloth, see, shade, shrink, to_pixels
-from tatamu.presentation.solids import moving
-from tatamu.presentation.tube import tube
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
+from tatamu.show.image import save_png
+from tatamu.show.palette import LEFT, RIGHT, SOLID, TABLE, rgb
+from tatamu.show.raster import View
+from tatamu.show.shading import SUN, PaintedMesh, cloth, see, shade, shrink, to_pixels
+from tatamu.show.solids import moving
+from tatamu.show.tube import tube
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
 from tatamu.study import Result
 
 SIZE = (720, 1280)

@@ -10,13 +10,13 @@ import numpy as np
 from markupsafe import Markup
 from scipy.ndimage import binary_dilation
 
-from tatamu.presentation.drawing import Drawing
-from tatamu.presentation.image import data_uri
-from tatamu.presentation.palette import TARGET, rgb
-from tatamu.presentation.raster import View, rasterise
-from tatamu.presentation.replay import HAND_COLOURS
-from tatamu.presentation.shading import cloth, occlusion, see, shade, shrink, to_pixels
-from tatamu.presentation.shapes import Dot, Picture
+from tatamu.show.drawing import Drawing
+from tatamu.show.image import data_uri
+from tatamu.show.palette import TARGET, rgb
+from tatamu.show.raster import View, rasterise
+from tatamu.show.replay import HAND_COLOURS
+from tatamu.show.shading import cloth, occlusion, see, shade, shrink, to_pixels
+from tatamu.show.shapes import Dot, Picture
 from tatamu.study import Result
 
 WIDE = 600

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.description import (
     ArmDescription,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.robots.assembly import described
 from tatamu.robots.kawada import kawada
 from tatamu.robots.model import Robot

@@ -9,7 +9,7 @@ from tatamu.robots.extras import needed
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import FINGERS, ON_TABLE, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
-from tatamu.rollout import Rollout
+from tatamu.simulation.rollout import Rollout
 from tatamu.study import ResultFolder
 
 AT_THE_JAW = 0.04

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from tatamu.files import read_bytes
+from tatamu.base.files import read_bytes
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Reach
 from tatamu.robots.catalog import load

@@ -11,10 +11,10 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from tatamu.disturbances import Disturbances, disturbances_in, read_disturbances
-from tatamu.errors import InputError
-from tatamu.files import read_toml, validated
-from tatamu.records import Record
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_toml, validated
+from tatamu.base.records import Record
+from tatamu.evaluation.disturbances import Disturbances, disturbances_in, read_disturbances
 from tatamu.robots import demand
 from tatamu.robots.interfaces import LeRobotNames, RosNames
 from tatamu.robots.jaw import Jaw

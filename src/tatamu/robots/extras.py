@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 
-from tatamu import extras
+from tatamu.base import extras
 
 needed = partial(extras.needed, extra="robot")
 """Function that imports a package. The extra `robot` installs the package."""

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.files import replacing
-from tatamu.presentation.palette import BACK, FRONT
+from tatamu.base.files import replacing
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
 from tatamu.robots.pose import into, pose
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.robots.stage import Poser, load_stage
-from tatamu.rollout import Rollout
+from tatamu.show.palette import BACK, FRONT
+from tatamu.simulation.rollout import Rollout
 
 RATE = 10
 """Frames per second."""

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import write_json, write_text
+from tatamu.base.errors import InputError
+from tatamu.base.files import write_json, write_text
+from tatamu.base.version import __version__
 from tatamu.robots.bags import write_ros1, write_ros2
 from tatamu.robots.chain import Chain
 from tatamu.robots.goals import write_goals
@@ -27,7 +28,6 @@ from tatamu.robots.pose import pose
 from tatamu.robots.stage import save_stage
 from tatamu.robots.tables import gripper_csv, joint_csv, pattern_json, trajectory_json
 from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
-from tatamu.version import __version__
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
 """Files of the learned fold that are copied into a plan's folder.

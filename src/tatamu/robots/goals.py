@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.files import write_json
+from tatamu.base.files import write_json
 from tatamu.robots.plan import RobotPlan
 from tatamu.robots.planfile import Segment
 from tatamu.robots.tables import DECIMALS, POINT_EVERY, Group, angles_at, groups

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.curves import Bezier, arc_lengths, minimum_jerk
-from tatamu.errors import InputError
+from tatamu.base.curves import Bezier, arc_lengths, minimum_jerk
+from tatamu.base.errors import InputError
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, VIA_EVERY, Manipulation, Timing
-from tatamu.scene import Gripper, Scene
+from tatamu.simulation.scene import Gripper, Scene
 from tatamu.study import ResultFolder
 
 Travel = Callable[[np.ndarray], np.ndarray]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.robots import hironx as facts
 from tatamu.robots.extras import needed
 from tatamu.robots.fingers import FingerShape, add_fingers, jaw_of

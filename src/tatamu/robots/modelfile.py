@@ -13,8 +13,8 @@ from xml.etree import ElementTree
 
 import trimesh
 
-from tatamu.errors import InputError
-from tatamu.files import MIB, foreign, read_bytes
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB, foreign, read_bytes
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.packages import located
 from tatamu.robots.urdf import read_urdf

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from urllib.parse import unquote
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 
 DEPTH = 3
 """Number of folder levels below the folders of ROS_PACKAGE_PATH in which a package is searched."""

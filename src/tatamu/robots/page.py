@@ -8,11 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.files import write_text
+from tatamu.base.files import write_text
 from tatamu.folding.score import Score
-from tatamu.presentation.chart import Chart, Plot, axis, line, traces
-from tatamu.presentation.page import render
-from tatamu.presentation.replay import FRAMES, HAND_COLOURS, HandTrack, replay_data
 from tatamu.report.errormap import largest, maps
 from tatamu.report.headline import title
 from tatamu.report.measures import MEASURES
@@ -24,7 +21,10 @@ from tatamu.robots.pose import into
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.robots.report import AS_FLOATING, as_planned, halved
-from tatamu.rollout import Rollout
+from tatamu.show.chart import Chart, Plot, axis, line, traces
+from tatamu.show.page import render
+from tatamu.show.replay import FRAMES, HAND_COLOURS, HandTrack, replay_data
+from tatamu.simulation.rollout import Rollout
 
 POINTS = 400
 """Largest number of points in a curve of the page."""

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tatamu.errors import TatamuError
+from tatamu.base.errors import TatamuError
 from tatamu.robots.chain import Chain
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.kinematics import Kinematics, Missed

@@ -16,10 +16,10 @@ import colorsys
 
 import numpy as np
 
-from tatamu.presentation.drawing import FROM_ABOVE, Drawing
-from tatamu.presentation.shapes import Box, Dot
 from tatamu.robots.chain import Chain
 from tatamu.robots.plan import RobotPlan
+from tatamu.show.drawing import FROM_ABOVE, Drawing
+from tatamu.show.shapes import Box, Dot
 
 SCALE = 900.0
 """Scale of the picture: pixels per metre."""

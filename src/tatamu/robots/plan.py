@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.robots.checks import Checks, failing
 from tatamu.robots.commands import gripper_commands, segments
 from tatamu.robots.hands import HandMotion

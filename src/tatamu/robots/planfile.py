@@ -10,9 +10,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from tatamu.records import OpenRecord
+from tatamu.base.records import OpenRecord
 from tatamu.robots.pose import pose, turn
-from tatamu.scene import Points
+from tatamu.simulation.scene import Points
 
 Place = Annotated[float, Field(ge=-100, le=100)]
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import read_json, read_text, validated
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_json, read_text, validated
 from tatamu.robots.planfile import PlanFile
 from tatamu.study import ResultFolder
 

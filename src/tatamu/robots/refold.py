@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.score import Score
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.robots.rehearsed_scene import rehearsed_scene
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import capabilities, named
+from tatamu.simulation.mesh.subdivision import on_coarse_mesh, subdivided
+from tatamu.simulation.mesh.topology import Topology, edge_lengths
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import capabilities, named
 from tatamu.study import Result, ResultFolder
-from tatamu.subdivision import on_coarse_mesh, subdivided
-from tatamu.topology import Topology, edge_lengths
 
 MOST_HALVINGS = 2
 """Largest number of times that the edges of a mesh are halved. Each halving divides a triangle into four triangles."""

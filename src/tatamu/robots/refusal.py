@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.errors import TatamuError
+from tatamu.base.errors import TatamuError
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.pairs import link_name
 from tatamu.robots.planned import Planned

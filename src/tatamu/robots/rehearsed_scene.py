@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.body import Body
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.fingers import Fingers, FingerSize
 from tatamu.folding.hand import HandPath, finger_bodies
 from tatamu.folding.manipulation import HANDS, WAIT, Hand
@@ -18,7 +17,8 @@ from tatamu.robots.hands import grippers_by_hand
 from tatamu.robots.planfile import JawFile
 from tatamu.robots.pose import into
 from tatamu.robots.rehearsal import Rehearsal
-from tatamu.scene import Gripper, Scene
+from tatamu.simulation.body import Body
+from tatamu.simulation.scene import Gripper, Scene
 
 
 def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.files import write_json, write_npz
+from tatamu.base.files import write_json, write_npz
 from tatamu.folding.score import Score
 from tatamu.report.measures import MEASURES
 from tatamu.robots.refold import Refold

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.robots import demand
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import replacing, write_text
+from tatamu.base.errors import InputError
+from tatamu.base.files import replacing, write_text
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools

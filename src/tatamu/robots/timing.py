@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tatamu.errors import TatamuError
+from tatamu.base.errors import TatamuError
 from tatamu.robots.extras import needed
 
 KEEP = 0.98

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Protocol
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.search.search import Search
 from tatamu.search.space import Parameters, Space
 

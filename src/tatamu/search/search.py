@@ -19,7 +19,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.search.space import Parameters, Space
 
 LOW, HIGH = 0, 1

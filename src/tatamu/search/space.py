@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 
 Parameters = dict[str, int | float]
 """A point of a search space, by the names of its parameters. Whole numbers have the type `int`."""

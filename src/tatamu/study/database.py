@@ -22,7 +22,7 @@ from sqlalchemy import text as sql
 from sqlalchemy.engine import URL, ExceptionContext, make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
-from tatamu.errors import InputError, UnavailableError
+from tatamu.base.errors import InputError, UnavailableError
 
 Value = TypeVar("Value")
 

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import read_json, validated, write_json
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_json, validated, write_json
+from tatamu.base.locks import lock_folder
+from tatamu.evaluation.robustness import MarginsResult
 from tatamu.folding.manipulation import Manipulation
-from tatamu.locks import lock_folder
-from tatamu.robustness import MarginsResult
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
 from tatamu.study.plan_record import PlanRecord
 from tatamu.study.record import ResultRecord, SharedStudyRecord
 

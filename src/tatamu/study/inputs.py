@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tatamu.errors import InputError
-from tatamu.files import MIB, read_bytes, read_json, replacing, write_json, write_text
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB, read_bytes, read_json, replacing, write_json, write_text
 
 INPUTS = "inputs"
 INDEX = "files.json"

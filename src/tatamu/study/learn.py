@@ -13,26 +13,26 @@ from typing import TYPE_CHECKING
 
 import tomli_w
 
-from tatamu.disturbances import NOMINAL, Disturbances, default_disturbances, disturbed_scene, mean_world
-from tatamu.errors import InputError, TatamuError
+from tatamu.base.errors import InputError, TatamuError
+from tatamu.base.version import __version__
 from tatamu.evaluation import Evaluator
+from tatamu.evaluation.disturbances import NOMINAL, Disturbances, default_disturbances, disturbed_scene, mean_world
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.parameters import first_curves, later_curves, robust_curves, search_space, transfer
 from tatamu.folding.task import Task, digest
 from tatamu.garments.garmentfile import files_of
-from tatamu.material import is_preset
-from tatamu.options import LearnOptions
 from tatamu.search import HIGH, Parameters, Schedule
-from tatamu.simulators.many import executor_of
+from tatamu.simulation.material import is_preset
+from tatamu.simulation.side_by_side import executor_of
 from tatamu.study.folder import ResultFolder, locked
 from tatamu.study.inputs import Sources, keep_inputs
 from tatamu.study.loop import Progress, Study
+from tatamu.study.options import LearnOptions
 from tatamu.study.plan import PlanResult
 from tatamu.study.reachable import check_reach
 from tatamu.study.record import Crossings, ResultRecord, StudyRecord
 from tatamu.study.result import Result
 from tatamu.study.setup import check_pending, make_evaluator, make_record, make_schedule, make_search, resolve
-from tatamu.version import __version__
 
 if TYPE_CHECKING:
     from tatamu.study.database import SharedDatabase

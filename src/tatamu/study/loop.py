@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Stream, mean_world, sample_worlds
-from tatamu.errors import InputError, WorkerKilledError
+from tatamu.base.errors import InputError, WorkerKilledError
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Nominal
+from tatamu.evaluation.disturbances import Disturbances, Stream, mean_world, sample_worlds
+from tatamu.evaluation.robustness import FoldOnMesh, Judge, SuccessRate, VerdictCache
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Limits
-from tatamu.robustness import FoldOnMesh, Judge, SuccessRate, VerdictCache
 from tatamu.search import HIGH, Proposal, Schedule, Search, Space
 from tatamu.study.record import StudyRecord
 from tatamu.study.result import MOMENTS

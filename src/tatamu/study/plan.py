@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
+from tatamu.base.version import __version__
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.score import intersection_over_union, top_views, vertex_distances
 from tatamu.folding.task import Task
-from tatamu.rollout import Rollout
+from tatamu.simulation.rollout import Rollout
 from tatamu.study.folder import ResultFolder, step_name
 from tatamu.study.plan_record import FromFlat, PlanRecord, StepRecord
 from tatamu.study.record import describe_plan
 from tatamu.study.result import Result
-from tatamu.version import __version__
 
 
 @dataclass(frozen=True, eq=False)

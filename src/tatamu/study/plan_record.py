@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from tatamu.records import OpenRecord
-from tatamu.scene import Index
+from tatamu.base.records import OpenRecord
+from tatamu.simulation.scene import Index
 from tatamu.study.record import Crossings, PlanDescription
 from tatamu.study.trial import Scored
 

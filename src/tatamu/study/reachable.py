@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Reach, Task
 

@@ -7,18 +7,18 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from tatamu.crossings import crossings_over_time
+from tatamu.base.records import OpenRecord
+from tatamu.evaluation.robustness import SuccessRate
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.parameters import Grasps
 from tatamu.folding.score import Score
 from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, TaskOptions, digest
-from tatamu.material import Material
-from tatamu.records import OpenRecord
-from tatamu.robustness import SuccessRate
-from tatamu.rollout import Rollout
-from tatamu.scene import Index
 from tatamu.search import Parameters
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.crossings import crossings_over_time
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Index
 from tatamu.study.trial import Baseline, Trial
 
 

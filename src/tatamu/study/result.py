@@ -9,18 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
+from tatamu.evaluation.robustness import SuccessRate
 from tatamu.folding.manipulation import ArmPath, Manipulation, ManipulationFile
 from tatamu.folding.score import MEASURES, Score, score, vertex_distances
 from tatamu.folding.task import Task, TaskOptions, make_task
-from tatamu.robustness import SuccessRate
-from tatamu.rollout import Rollout
-from tatamu.scene import Gripper, Scene
+from tatamu.simulation.mesh.topology import facing_down
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Gripper, Scene
 from tatamu.study.folder import ResultFolder
 from tatamu.study.inputs import kept_input
 from tatamu.study.record import ResultRecord, TaskDescription
 from tatamu.study.trial import Trial
-from tatamu.topology import facing_down
 
 MOMENTS = {
     "error_first": (1, "First trial"),

@@ -6,14 +6,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tatamu.disturbances import NOMINAL, Disturbances, disturbances_in, load_disturbances, mean_world, with_calibrated
-from tatamu.errors import InputError
+from tatamu.base.errors import InputError
 from tatamu.evaluation import CoarseFirst, Disturbed, Evaluator, Nominal, WithinReach, ends_early
+from tatamu.evaluation.disturbances import (
+    NOMINAL,
+    Disturbances,
+    disturbances_in,
+    load_disturbances,
+    mean_world,
+    with_calibrated,
+)
 from tatamu.folding.parameters import first_curves
 from tatamu.folding.task import Task
-from tatamu.options import USUAL_PENDING, LearnOptions
 from tatamu.search import Parameters, Schedule, Search, Space, TwoFidelitySearch, find_search
-from tatamu.simulators import SIMULATORS, capabilities
+from tatamu.simulation.simulators import SIMULATORS, capabilities
+from tatamu.study.options import USUAL_PENDING, LearnOptions
 from tatamu.study.record import StudyRecord, describe_task
 
 ROBUST_SHARE = 0.24

@@ -19,7 +19,7 @@ from optuna.storages import BaseStorage, InMemoryStorage, RDBStorage
 from optuna.trial import TrialState, create_trial
 from pydantic import ValidationError
 
-from tatamu.errors import InputError, UnavailableError, describe
+from tatamu.base.errors import InputError, UnavailableError, describe
 from tatamu.search import Space
 from tatamu.search.optuna_search import distributions
 from tatamu.study.database import SharedDatabase

@@ -12,13 +12,13 @@ from zlib import compress, decompress
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from tatamu.base.records import OpenRecord
 from tatamu.evaluation import Evaluation
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import MEASURES, Score
-from tatamu.records import OpenRecord
-from tatamu.scene import Index, Points
 from tatamu.search import HIGH, LOW, Parameters, Proposal
+from tatamu.simulation.scene import Index, Points
 
 OWN_VALUES = ("objective", "trajectory_length")
 """Names of the measures that exist even if a trial failed."""

@@ -18,9 +18,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
-from tatamu.errors import InputError
-from tatamu.files import read_toml, validated
-from tatamu.records import Record
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_toml, validated
+from tatamu.base.records import Record
 
 MOST_TASKS = 100_000
 """Largest number of tasks in a sweep."""

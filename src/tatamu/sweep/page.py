@@ -8,11 +8,11 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from tatamu.files import write_text
-from tatamu.presentation.chart import Chart, Plot, axis, line, log_axis, traces
-from tatamu.presentation.page import render
-from tatamu.presentation.palette import SERIES
+from tatamu.base.files import write_text
 from tatamu.report.measures import SUCCESS, grade
+from tatamu.show.chart import Chart, Plot, axis, line, log_axis, traces
+from tatamu.show.page import render
+from tatamu.show.palette import SERIES
 from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 

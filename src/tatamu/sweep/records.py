@@ -12,11 +12,11 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from tatamu.errors import InputError
-from tatamu.files import read_json, validated, write_json
-from tatamu.records import OpenRecord
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_json, validated, write_json
+from tatamu.base.records import OpenRecord
+from tatamu.base.version import __version__
 from tatamu.study import PlanRecord, ResultFolder, ResultRecord
-from tatamu.version import __version__
 
 State = Literal["waiting", "running", "complete", "failed"]
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from threading import Event, RLock
 from typing import Any
 
-from tatamu.errors import TatamuError, UnavailableError
-from tatamu.locks import lock_folder
+from tatamu.base.errors import TatamuError, UnavailableError
+from tatamu.base.locks import lock_folder
 from tatamu.sweep.description import SweepTask
 from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
 

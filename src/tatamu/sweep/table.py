@@ -11,8 +11,8 @@ from typing import Any
 
 from rich.table import Table
 
-from tatamu.errors import InputError
-from tatamu.files import replacing
+from tatamu.base.errors import InputError
+from tatamu.base.files import replacing
 from tatamu.sweep.records import TaskRecord
 
 MEASURES = (

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.linalg import solveh_banded
 from scipy.optimize import brentq
 
-from tatamu.errors import SimulationError
-from tatamu.material import Material
+from tatamu.base.errors import SimulationError
+from tatamu.simulation.material import Material
 
 LINKS = 400
 STEPS = 60

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.curves import bezier
-from tatamu.material import Material
-from tatamu.meshing import staggered
-from tatamu.scene import Gripper, Scene, Table
+from tatamu.base.curves import bezier
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.scene import Gripper, Scene, Table
 from tatamu.validation.scenes import flat
 
 LENGTH, WIDTH = 0.28, 0.20

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.meshing import SLIVER, delaunay, staggered, twice_areas
+from tatamu.simulation.mesh.meshing import SLIVER, delaunay, staggered, twice_areas
 
 Mesh = tuple[np.ndarray, np.ndarray]
 Layout = Callable[[float, float, float], Mesh]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from tatamu.presentation.chart import Chart, Plot, axis, traces
-from tatamu.presentation.page import render
-from tatamu.presentation.palette import SERIES
+from tatamu.show.chart import Chart, Plot, axis, traces
+from tatamu.show.page import render
+from tatamu.show.palette import SERIES
 from tatamu.validation.findings import Curve, Figure
 from tatamu.validation.report import CheckResult, Report
 from tatamu.validation.terminal import cells

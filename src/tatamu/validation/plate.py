@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.signal import find_peaks
 
-from tatamu.material import Material
+from tatamu.simulation.material import Material
 
 LEAST_TURN = 1e-9
 """Smallest angle that a plate has turned since its motion last reversed [rad]. It prevents a division by zero."""

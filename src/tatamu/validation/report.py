@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError, SimulationError, WorkerKilledError
+from tatamu.base.errors import InputError, SimulationError, WorkerKilledError
+from tatamu.base.version import __version__
 from tatamu.validation.check import Case, Check
 from tatamu.validation.checks import CHECKS
 from tatamu.validation.findings import Curve, Row
 from tatamu.validation.subject import Subject
-from tatamu.version import __version__
 
 
 @dataclass

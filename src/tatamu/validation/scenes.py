@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tatamu.scene import Cloth, Gripper
-from tatamu.topology import Topology, areas, lumped
+from tatamu.simulation.mesh.topology import Topology, areas, lumped
+from tatamu.simulation.scene import Cloth, Gripper
 from tatamu.validation.meshes import Mesh
 
 

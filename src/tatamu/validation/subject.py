@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tatamu.material import Material
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Scene
-from tatamu.simulators import named
+from tatamu.simulation.material import Material
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Scene
+from tatamu.simulation.simulators import named
 from tatamu.validation.limits import LIMITS
 from tatamu.validation.scenes import held
 
@@ -20,7 +20,7 @@ class Subject:
     """A simulator with the limits of its errors."""
 
     name: str
-    """Name of the simulator in `tatamu.simulators`. Other processes start it by this name."""
+    """Name of the simulator in `tatamu.simulation.simulators`. Other processes start it by this name."""
     simulate: Callable[[Scene], Rollout]
     simulate_many: Callable[[Sequence[Scene]], list[Rollout]]
     limits: dict[str, float] = field(default_factory=dict)

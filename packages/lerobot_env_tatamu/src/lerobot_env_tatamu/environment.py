@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from tatamu.envs.hands import HandsEnv
+from tatamu.policies.envs.hands import HandsEnv
 
 Observation = dict[str, Any]
 
@@ -31,7 +31,7 @@ class LeRobotHands(gymnasium.Env[Observation, np.ndarray]):
         Args:
             cameras: Cameras whose pictures are shown.
             render_mode: "rgb_array" to get pictures from `render`.
-            **arguments: Those of `tatamu.envs.HandsEnv`, but the observation.
+            **arguments: Those of `tatamu.policies.envs.HandsEnv`, but the observation.
         """
         self._cameras = tuple(cameras)
         names = ("key_points", "hands", *self._cameras)

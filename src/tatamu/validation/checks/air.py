@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import staggered
-from tatamu.scene import Cloth, Scene
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.scene import Cloth, Scene
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative
 from tatamu.validation.plate import falling, hanging, swing_of

@@ -16,11 +16,11 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.heavy_strip.cantilever import cantilever, chord, slowest_frequency
-from tatamu.heavy_strip.chain import FoldedStrip, start
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import staggered
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.heavy_strip.cantilever import cantilever, chord, slowest_frequency
+from tatamu.simulation.heavy_strip.chain import FoldedStrip, start
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative
 from tatamu.validation.meshes import LAYOUTS, Mesh, mirrored, right

@@ -16,13 +16,13 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.body import Body
-from tatamu.clearance import distances
-from tatamu.errors import SimulationError
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import staggered
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.base.errors import SimulationError
+from tatamu.simulation.body import Body
+from tatamu.simulation.clearance import distances
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tatamu.validation.check import Case, Check
 from tatamu.validation.checks.friction import threshold
 from tatamu.validation.checks.motion import masses, mechanical

@@ -9,10 +9,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tatamu.errors import SimulationError
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.simulators import SIMULATORS
+from tatamu.base.errors import SimulationError
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import SIMULATORS
 from tatamu.validation.check import Case, Check
 from tatamu.validation.checks.symmetry import carried, folded
 from tatamu.validation.findings import Findings, small

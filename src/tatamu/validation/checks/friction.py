@@ -12,9 +12,9 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import staggered
-from tatamu.scene import Cloth, Scene, Table
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.scene import Cloth, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative, small
 from tatamu.validation.meshes import right

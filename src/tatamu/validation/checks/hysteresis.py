@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.material import GRAVITY, Material
-from tatamu.meshing import ROW, staggered
-from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import ROW, staggered
+from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tatamu.validation.check import Case, Check
 from tatamu.validation.checks.bending import LENGTH, WIDTH, chord_of, strip_material, tip_of
 from tatamu.validation.checks.motion import rolled

@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.material import Material
-from tatamu.meshing import staggered
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Scene, Table
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, relative, small
 from tatamu.validation.meshes import right

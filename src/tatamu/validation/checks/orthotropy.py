@@ -10,9 +10,9 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.heavy_strip.cantilever import chord
-from tatamu.material import GRAVITY, Material
-from tatamu.scene import Cloth
+from tatamu.simulation.heavy_strip.cantilever import chord
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.scene import Cloth
 from tatamu.validation.check import Case, Check
 from tatamu.validation.checks.bending import DENSITY, chord_of, strip_material, tip_of
 from tatamu.validation.checks.bending import droop as hung_over

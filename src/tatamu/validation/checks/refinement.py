@@ -18,9 +18,9 @@ from functools import partial
 import numpy as np
 from scipy.stats import spearmanr
 
-from tatamu.errors import SimulationError
-from tatamu.material import Material
-from tatamu.scene import Scene
+from tatamu.base.errors import SimulationError
+from tatamu.simulation.material import Material
+from tatamu.simulation.scene import Scene
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, small
 from tatamu.validation.manipulations import EDGE, LENGTH, PATCH, RandomFold, half_fold_target, scene_of

@@ -10,9 +10,9 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.material import GRAVITY, Material
-from tatamu.scene import Cloth, Gripper, Scene
-from tatamu.settling import settling
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.scene import Cloth, Gripper, Scene
+from tatamu.simulation.settling import settling
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, relative, small
 from tatamu.validation.meshes import LAYOUTS, right

@@ -14,9 +14,9 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.material import Material
-from tatamu.meshing import staggered
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Findings, small
 from tatamu.validation.manipulations import RandomFold, scene_of

@@ -13,12 +13,12 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
-from tatamu.crossings import crossings_over_time
-from tatamu.errors import SimulationError
-from tatamu.material import Material
-from tatamu.meshing import staggered
-from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.base.errors import SimulationError
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.crossings import crossings_over_time
+from tatamu.simulation.mesh.meshing import staggered
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, small
 from tatamu.validation.manipulations import PATCH, RandomFold, scene_of

@@ -1,0 +1,1 @@
+"""What follows a learned fold: margins, a second opinion, and feedback from folds that a person measured."""

@@ -1,0 +1,177 @@
+"""The measurement of one real fold, by a ruler or from a photograph."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_json, read_toml, validated
+from tatamu.base.records import OpenRecord, Record
+from tatamu.folding.marks import MARKS
+from tatamu.simulation.material import Number
+
+RULER = 0.0015
+"""Standard deviation of a number that was read from a ruler [m]."""
+FARTHEST = 2.0
+"""Largest deviation that is accepted as a measurement [m]. A larger number probably has a wrong unit."""
+PLACES = ("left", "right", "slip")
+"""Places that a person measures. Each has two numbers: along the fold and across it."""
+RULER_SOURCE = "ruler"
+
+Side = Literal["left", "right"]
+Millimetres = Annotated[Number, Field(ge=-1e3 * FARTHEST, le=1e3 * FARTHEST)]
+
+
+class MeasuredNumber(OpenRecord):
+    """One measured number."""
+
+    name: str
+    """Name of the number, from `folding.marks.MARKS`."""
+    value: Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
+    """Deviation from the target [m]."""
+    deviation: Annotated[Number, Field(gt=0.0, le=FARTHEST)]
+    """Standard deviation of the measurement [m]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> MeasuredNumber:
+        if self.name not in MARKS:
+            raise ValueError(f"name must be one of {', '.join(MARKS)}, given {self.name!r}")
+        return self
+
+
+class Observation(OpenRecord):
+    """The contents of the file `observed/N.json`: the measurement of one real fold."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"turned_in"})
+
+    version: Literal[1] = 1
+    measured: list[MeasuredNumber]
+    held: bool
+    """Whether the fold succeeded."""
+    source: str
+    """"ruler", or the digest of the photograph from which the numbers were read."""
+    turned_in: list[Side] = Field(default_factory=list)
+    """Corners of the hem that are turned in. They are not measured."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Observation:
+        names = [number.name for number in self.measured]
+        if len(set(names)) < len(names):
+            raise ValueError("measured must name each number once")
+        for side in self.turned_in:
+            if any(name.startswith(side) for name in names):
+                raise ValueError(f"turned_in: the {side} corner is turned in, so it must not be measured as well")
+        if not names and self.held:
+            raise ValueError("measured must have a number, unless the fold failed")
+        return self
+
+    @classmethod
+    def load(cls, path: Path) -> Observation:
+        """Read `observed/N.json`.
+
+        Raises:
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
+        """
+        return validated(cls, read_json(path), path)
+
+
+class Template(Record):
+    """The form that a person fills in, as TOML. Lengths are in millimetres."""
+
+    left: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
+    """Deviation of the left corner of the moved hem, along the fold and across it [mm]."""
+    right: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
+    """Deviation of the right corner of the moved hem, along the fold and across it [mm]."""
+    slip: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
+    """Displacement of the lower hem, along the fold and across it [mm]."""
+    deviation: Annotated[Number, Field(gt=0.0, le=100.0)] = 1e3 * RULER
+    """Standard deviation of each measured number [mm]."""
+    turned_in: list[Side] = Field(default_factory=list)
+    """Corners of the hem that are turned in."""
+    failed: Annotated[bool, Field(strict=True)] = False
+    """Whether the fold failed."""
+
+
+FORM = """# After the fold: where did it end? Lengths in millimetres; delete what you did not measure.
+# Along: in the direction in which the hem was carried; too far is positive.
+# Across: positive to the left hand's side.
+
+left = [0.0, 0.0]      # left corner of the moved hem from its target: along, across
+right = [0.0, 0.0]     # right corner
+slip = [0.0, 0.0]      # how far the lower hem has moved from where it lay
+deviation = 1.5        # how far your numbers may be wrong (one standard deviation)
+turned_in = []         # corners that lie turned in: ["left"], ["right"]; delete their numbers above
+failed = false         # true if nothing can be measured
+"""
+"""The form that `tatamu observe --template` writes."""
+
+
+def read_template(path: Path) -> Observation:
+    """Read a form that was filled in.
+
+    Raises:
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
+    """
+    form = validated(Template, read_toml(path), path)
+    given = {place: getattr(form, place) for place in PLACES}
+    pairs = {place: (1e-3 * pair[0], 1e-3 * pair[1]) for place, pair in given.items() if pair is not None}
+    try:
+        return ruler(pairs, deviation=1e-3 * form.deviation, failed=form.failed, turned_in=form.turned_in)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def ruler(
+    pairs: Mapping[str, Sequence[float]],
+    *,
+    deviation: float = RULER,
+    failed: bool = False,
+    turned_in: Sequence[str] = (),
+) -> Observation:
+    """Return the observation of a fold that a person measured with a ruler.
+
+    Args:
+        pairs: For each name in `PLACES`, the deviations along the fold and across it [m].
+        deviation: Standard deviation of each number [m].
+        failed: Whether the fold failed.
+        turned_in: Corners of the hem that are turned in.
+
+    Raises:
+        InputError: If a number is out of range, or a fold did not fail and has no measured number.
+    """
+    for place, pair in pairs.items():
+        if len(pair) != 2:
+            raise InputError(f"{place}: must be two numbers, along the fold and across it, given {len(pair)}")
+    numbers = {
+        f"{place}_{axis}": (value, deviation)
+        for place, pair in pairs.items()
+        for axis, value in zip(("along", "across"), pair, strict=True)
+    }
+    return from_numbers(numbers, source=RULER_SOURCE, failed=failed, turned_in=turned_in)
+
+
+def from_numbers(
+    numbers: Mapping[str, tuple[float, float]], *, source: str, failed: bool = False, turned_in: Sequence[str] = ()
+) -> Observation:
+    """Return the observation that consists of measured numbers, for example from a photograph.
+
+    Args:
+        numbers: For each measured name in `folding.marks.MARKS`, the value and its standard deviation [m].
+        source: "ruler", or the digest of the photograph.
+        failed: Whether the fold failed.
+        turned_in: Corners of the hem that are turned in.
+
+    Raises:
+        InputError: If a name is unknown, or a number is out of range.
+    """
+    plain: dict[str, Any] = {
+        "measured": [{"name": name, "value": v, "deviation": d} for name, (v, d) in numbers.items()],
+        "held": not failed,
+        "source": source,
+        "turned_in": list(turned_in),
+    }
+    return validated(Observation, plain, "observation")

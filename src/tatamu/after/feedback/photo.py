@@ -1,0 +1,63 @@
+"""Observation of a fold by a photograph.
+
+It gives the same numbers as a ruler, with the deviations of the photograph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.after.feedback.measured import Observation, from_numbers
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB, read_bytes
+from tatamu.cameras.locate import locate
+from tatamu.cameras.pose import Pose
+from tatamu.cameras.reading import FoldReading, view_fold
+from tatamu.study import Result
+
+LARGEST = 256 * MIB
+"""Largest size of a photograph's file [bytes]."""
+
+
+def read_photo(
+    learned: Result,
+    photo: Path,
+    scale: Path | str,
+    *,
+    before: Path | None = None,
+    frame: Pose | None = None,
+    lens: Path | None = None,
+    corners: Mapping[str, np.ndarray] | None = None,
+    failed: bool = False,
+    turned_in: Sequence[str] = (),
+) -> tuple[Observation, FoldReading]:
+    """Return the observation of a real fold from a photograph, and the reading with its picture.
+
+    Args:
+        learned: The learned fold that was carried out.
+        photo: Photograph after the fold.
+        scale: File of the board in the photograph, or "a4" or "letter" for a sheet of paper. The board must not move
+            between both photographs.
+        before: Photograph of the cloth before the fold, with the same board; None if `frame` is given.
+        frame: Pose of the fold's frame on the board; None if it is found in `before`.
+        lens: File of the camera's lens; None if it is not known.
+        corners: Pixels of corners by their names, shape (2,). They replace the corners that were found.
+        failed: Whether the fold failed.
+        turned_in: Corners of the hem that are turned in. Their values are dropped.
+
+    Raises:
+        InputError: If a file or a corner is wrong, or no corner of the hem is visible.
+    """
+    if (before is None) == (frame is None):
+        given = 0 if before is None else 2
+        raise InputError(f"before, frame: must give one of them, to know where the cloth lay, given {given}")
+    place = frame if before is None else locate(before, scale, run=learned, lens=lens)
+    assert place is not None, "one of them is given"
+    reading = view_fold(photo, scale, place, learned, lens=lens, corners=corners)
+    seen = {name: pair for name, pair in reading.values.items() if not name.startswith(tuple(turned_in) or ("-",))}
+    source = f"sha256:{sha256(read_bytes(photo, LARGEST)).hexdigest()}"
+    return from_numbers(seen, source=source, failed=failed, turned_in=turned_in), reading

@@ -1,0 +1,259 @@
+"""The page of margins, which shows the disturbances that a fold tolerates.
+
+It has the range of each disturbance, the results of joint draws, and a replay of the worst draws. A joint draw is one
+random value of every disturbance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.after.margins.measurement import Draw, Measured
+from tatamu.after.margins.texts import TITLES, amount, reach, simulated
+from tatamu.base.errors import SimulationError
+from tatamu.base.files import write_text
+from tatamu.evaluation.disturbances import World, disturbed_scene
+from tatamu.evaluation.robustness import AloneMargin, FoldOnMesh, MarginsResult
+from tatamu.folding.manipulation import HANDS
+from tatamu.report.errormap import largest
+from tatamu.report.headline import title
+from tatamu.show.chart import Chart, Plot, axis, line, traces
+from tatamu.show.page import render
+from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Gripper, Scene
+from tatamu.simulation.side_by_side import executor_of
+from tatamu.simulation.simulators import capabilities, simulate
+
+REPLAYED = 3
+"""Number of the worst draws that the page replays."""
+NAMED = 3
+"""Number of disturbances that the page names for each draw: the largest ones."""
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A draw of the disturbances that the page replays."""
+
+    draw: Draw
+    scene: Scene
+    rollout: Rollout
+
+
+def write_page(measured: Measured, out: Path) -> Path:
+    """Write `margins.html` and return its path."""
+    path = out / "margins.html"
+    write_text(path, page(measured))
+    return path
+
+
+def page(measured: Measured) -> str:
+    """Return the page of margins as HTML. The content only depends on the margins."""
+    result = measured.result
+    shown = _replayed(measured)
+    return render(
+        "after/margins/page.html",
+        charts={"alone": [Chart("Each alone", _tornado(result), kind="tall broad")], "joint": [_histogram(measured)]},
+        replay=_replay(measured, shown) if shown else None,
+        events=_events(shown),
+        title=title(measured.learned),
+        result=result,
+        tone=result.joint.tone,
+        rows=[
+            (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m)) for m in _sorted(result)
+        ],
+        worst=[_described(measured, draw) for draw in measured.draws[: 2 * REPLAYED]],
+        fold=measured.learned,
+        simulated=simulated(result),
+    )
+
+
+def sureness(margin: AloneMargin) -> float:
+    """Return the smaller of the two ranges of a disturbance, below and above its mean, in standard deviations.
+
+    The result is infinite if the fold succeeds at all tried values.
+    """
+    return min(_deviations(margin, end) for end in (margin.low, margin.high))
+
+
+def _deviations(margin: AloneMargin, end: float | None) -> float:
+    if end is None:
+        return np.inf
+    value = np.log1p(end) if margin.unit == "1" else end
+    return float(abs(value - margin.mean) / margin.deviation)
+
+
+def _sorted(result: MarginsResult) -> list[AloneMargin]:
+    return sorted(result.alone, key=sureness)
+
+
+def _tornado(result: MarginsResult) -> Plot:
+    """Return a chart with one bar for each disturbance.
+
+    The bar goes from the lowest to the highest value at which the fold succeeds, in standard deviations.
+    """
+    rows = _sorted(result)[::-1]
+    most = 1.0 + max((_tried(margin) for margin in rows), default=1.0)
+    names = [TITLES.get(margin.name, margin.name) for margin in rows]
+    data = [_bars(rows, names, sign, most) for sign in (-1.0, 1.0)]
+    bounds = [line("x", at, colour="@line") for at in (-2.0, 2.0)]
+    return traces(
+        data,
+        barmode="overlay",
+        bargap=0.25,
+        margin={"l": 220, "r": 20, "t": 10, "b": 44},
+        xaxis=axis("standard deviations; pale: holds up to the largest value tried", range=[-most, most]),
+        yaxis={"automargin": True, "ticks": ""},
+        shapes=[*bounds, line("x", 0.0, dash="solid")],
+    )
+
+
+def _tried(margin: AloneMargin) -> float:
+    value = np.log1p(margin.tried[1]) if margin.unit == "1" else margin.tried[1]
+    return float((value - margin.mean) / margin.deviation)
+
+
+def _bars(rows: Sequence[AloneMargin], names: list[str], sign: float, most: float) -> dict[str, Any]:
+    ends = [margin.low if sign < 0 else margin.high for margin in rows]
+    lengths = [min(_deviations(margin, end), most) for margin, end in zip(rows, ends, strict=True)]
+    place = 0 if sign < 0 else 1
+    return {
+        "type": "bar",
+        "orientation": "h",
+        "y": names,
+        "x": [round(sign * length, 3) for length in lengths],
+        "text": [reach(margin)[place] for margin in rows],
+        "textposition": "inside",
+        "insidetextanchor": "end",
+        "textfont": {"size": 11},
+        "constraintext": "none",
+        "marker": {"color": ["@line" if end is None else "@plot" for end in ends]},
+        "hovertemplate": "%{y}: holds to %{text}<extra></extra>",
+    }
+
+
+def _histogram(measured: Measured) -> Chart:
+    distances = [1e3 * draw.distance for draw in measured.draws]
+    limit = 1e3 * measured.result.limits.mean_vertex_distance
+    width = max(0.5, round(limit / 12.0, 1))
+    beyond = min(max(distances), 6.0 * limit)
+    bins = {"start": 0.0, "end": beyond + width, "size": width}
+    shown = [round(min(value, beyond), 3) for value in distances]
+    plot = traces(
+        [{"type": "histogram", "x": shown, "xbins": bins, "marker": {"color": "@plot"}}],
+        xaxis=axis("mean vertex distance [mm]", range=[0.0, max(beyond, 1.2 * limit) + width]),
+        yaxis=axis("draws"),
+        bargap=0.06,
+        shapes=[line("x", limit, colour="@failed", dash="dash")],
+    )
+    return Chart("All at once", plot, caption=f"{len(distances)} draws; dashed: the limit.")
+
+
+def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
+    """Return a draw's number, a description of its result, and its largest disturbances, for the page."""
+    known = {margin.name: margin for margin in measured.result.alone}
+    ranked = sorted(known.values(), key=lambda margin: -abs(draw.world[margin.name] - margin.mean) / margin.deviation)
+    chief = [
+        f"{TITLES.get(margin.name, margin.name)}: {amount(_value(margin, draw.world), margin.unit)}"
+        for margin in ranked[:NAMED]
+    ]
+    about = "" if draw.own else "about "
+    end = draw.verdict.error or f"{about}{1e3 * draw.distance:.1f} mm, IoU {about}{draw.verdict.mask_iou:.2f}"
+    return draw.number, end, "; ".join(chief)
+
+
+def _value(margin: AloneMargin, world: World) -> float:
+    value = world[margin.name]
+    return float(np.expm1(value)) if margin.unit == "1" else value
+
+
+def _replayed(measured: Measured) -> list[Replayed]:
+    """Simulate the worst draws of the disturbances again, and return these simulations.
+
+    Draws whose simulation failed are omitted.
+    """
+    subject = measured.subject
+    worst = [draw for draw in measured.draws if draw.verdict.error is None][:REPLAYED]
+    with executor_of(None, REPLAYED if capabilities(subject.evaluator.task.simulator).parallel else 1) as workers:
+        found = list(workers.map(lambda draw: _simulated(subject, draw), worst))
+    return [each for each in found if each is not None]
+
+
+def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
+    """Simulate a draw of the disturbances again on the fine mesh.
+
+    Return None if this simulation fails, which can happen if the draw was only simulated on the coarse mesh before.
+    """
+    try:
+        task = subject.evaluator.task
+        scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.world)
+        return Replayed(draw, scene, simulate(scene, task.simulator))
+    except SimulationError:
+        return None
+
+
+def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:
+    """Return the data for the viewer, which replays the worst draws of the disturbances one after another."""
+    goal = measured.subject.evaluator.task.fold.target
+    scale = largest(np.linalg.norm(shown[0].rollout.positions[-1] - goal, axis=1))
+    return replay_data(_joined(measured, shown), shown[0].scene, _hands(shown), scale)
+
+
+def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
+    """Return one rollout (motion of the cloth) in which the worst draws of the disturbances follow one another."""
+    starts = _starts(shown)
+    times = [each.rollout.times + start for each, start in zip(shown, starts, strict=True)]
+    positions = np.concatenate([each.rollout.positions for each in shown])
+    target = {"target": measured.subject.evaluator.task.fold.target}
+    return Rollout(np.concatenate(times), positions, shown[0].rollout.faces, shown[0].rollout.info, target)
+
+
+def _starts(shown: Sequence[Replayed]) -> list[float]:
+    """Return the start of each replayed draw of the disturbances [s]. There is a gap of one frame between two draws."""
+    lengths = [each.rollout.times[-1] + 1.0 / each.scene.frame_rate for each in shown]
+    return [0.0, *np.cumsum(lengths)[:-1].tolist()]
+
+
+def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
+    """Return the paths of both hands through all replayed draws of the disturbances.
+
+    If a hand missed the cloth, the path of the other hand is returned in its place.
+    """
+    tracks = []
+    starts = _starts(shown)
+    for hand, colour in zip(HANDS, HAND_COLOURS, strict=True):
+        paths = []
+        holds: list[tuple[float, float | None]] = []
+        for each, start in zip(shown, starts, strict=True):
+            gripper = _leading(each.scene, hand)
+            if gripper is None:
+                paths.append(each.rollout.positions[:, 0])
+                continue
+            grasp = each.scene.cloth.vertices[gripper.vertices].mean(axis=0)
+            paths.append(grasp + gripper.path(each.rollout.times))
+            holds.append((start + gripper.closes, None if gripper.opens is None else start + gripper.opens))
+        tracks.append(HandTrack(colour, np.concatenate(paths), holds))
+    return tracks
+
+
+def _leading(scene: Scene, hand: str) -> Gripper | None:
+    """Return the first gripper of a hand. If this hand missed the cloth, return the first gripper of the other hand.
+
+    The result is None if both hands missed the cloth.
+    """
+    own = [gripper for gripper in scene.grippers if gripper.hand == hand]
+    return next(iter([*own, *scene.grippers]), None)
+
+
+def _events(shown: Sequence[Replayed]) -> list[tuple[float, str]]:
+    """Return marks for the time slider: the start of each draw as a fraction of the whole time, with a text."""
+    if not shown:
+        return []
+    starts = _starts(shown)
+    end = starts[-1] + float(shown[-1].rollout.times[-1])
+    return [(start / end, f"draw {each.draw.number}") for each, start in zip(shown, starts, strict=True)]

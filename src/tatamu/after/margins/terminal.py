@@ -1,0 +1,70 @@
+"""Margins on a terminal: a table with the range of each disturbance alone, and a summary of the joint draws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from tatamu.after.margins.page import sureness
+from tatamu.after.margins.texts import TITLES, amount, reach, simulated
+from tatamu.evaluation.robustness import MarginsResult, Spread
+
+EVERY = 50
+"""Number of simulations between two printed lines if the output is not a terminal."""
+
+
+def table(margins: MarginsResult) -> Table:
+    """Return a table with the range of each disturbance alone.
+
+    The smallest range, in standard deviations, comes first.
+    """
+    out = Table(title="Range tolerated, one disturbance at a time", title_justify="left", title_style="bold")
+    out.add_column("disturbance", ratio=1)
+    for name in ("σ", "from", "to"):
+        out.add_column(name, justify="right", no_wrap=True)
+    for margin in sorted(margins.alone, key=sureness):
+        low, high = reach(margin)
+        sigma = amount(margin.deviation, margin.unit).lstrip("+")
+        out.add_row(TITLES.get(margin.name, margin.name), sigma, low, high)
+    return out
+
+
+def summary(margins: MarginsResult) -> str:
+    """Return a summary in lines: the result of the joint draws, reasons of failures, and the simulated meshes.
+
+    In a joint draw, all disturbances have random values.
+    """
+    lines = [f"{margins.joint.headline}: mean distance {_spread(margins.joint.mean_vertex_distance)}"]
+    if margins.moving_vertex_distance is not None:
+        lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
+    if margins.failures:
+        lines.append(f"no fold: {margins.reasons}")
+    return "\n".join([*lines, simulated(margins)])
+
+
+def _spread(spread: Spread) -> str:
+    return (
+        f"{1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at 90 %, "
+        f"{1e3 * spread.worst:.1f} mm at worst"
+    )
+
+
+@contextmanager
+def reporting(console: Console, title: str, what: str = "simulations") -> Iterator[Callable[[int, int], None]]:
+    """Yield a callback that draws a progress bar. Without a terminal, it prints a line after every 50 simulations."""
+    if not console.is_terminal:
+        yield lambda done, total: _line(console, title, done, total, what)
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        line = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(line, completed=done, total=total)
+
+
+def _line(console: Console, title: str, done: int, total: int, what: str) -> None:
+    if done and done % EVERY == 0:
+        console.print(f"{title}: {done} of {total} {what}", soft_wrap=True, markup=False)

@@ -1,0 +1,1 @@
+"""What every room uses: errors, files, records, optional packages, curves and arrays."""

@@ -1,0 +1,52 @@
+"""Optional packages, and the extras that install them. An error names the extra that must be installed."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from tatamu.base.errors import InputError
+
+EXTRAS = {
+    "learn": (
+        *("jinja2", "markupsafe", "plotly", "PIL"),
+        *("shapely", "trimesh", "svgelements", "ezdxf"),
+        *("optuna", "cmaes", "sqlalchemy", "filelock", "tomli_w", "threadpoolctl"),
+    ),
+    "mujoco": ("mujoco",),
+    "photo": ("skimage", "cv2"),
+    "gym": ("gymnasium",),
+    "dataset": ("av", "zarr"),
+    "cluster": ("distributed", "dask", "cloudpickle", "psycopg", "pyarrow"),
+}
+"""Modules that each extra installs. The extras "report" and "garments" are parts of "learn"."""
+
+
+def missing(error: ModuleNotFoundError) -> InputError | None:
+    """Return the error for a missing module of an extra; None if the module belongs to no extra.
+
+    Args:
+        error: Error that was raised by an import.
+    """
+    module = (error.name or "").partition(".")[0]
+    return next((_lacking(module, extra) for extra, modules in EXTRAS.items() if module in modules), None)
+
+
+def needed(module: str, extra: str) -> Any:
+    """Import an optional package.
+
+    Args:
+        module: Name of the module.
+        extra: Name of the extra that installs the module for this use. Several extras may install one module.
+
+    Raises:
+        InputError: If the package is not installed. The message says how to install it.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        raise _lacking((error.name or module).partition(".")[0], extra) from None
+
+
+def _lacking(module: str, extra: str) -> InputError:
+    return InputError(f"this needs the package {module}, which is not installed: pip install 'tatamu[{extra}]'")

@@ -1,0 +1,337 @@
+"""Reading and writing of files. Files are validated when they are read, and never left half-written."""
+
+from __future__ import annotations
+
+import errno
+import json
+import logging
+import math
+import os
+import re
+import stat
+import tomllib
+import warnings
+import zipfile
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import IO, Any, TypeVar
+
+import numpy as np
+from numpy.lib import format as npy
+from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic_core import SchemaValidator
+
+from tatamu.base.errors import InputError, UnavailableError, describe
+
+Model = TypeVar("Model", bound=BaseModel)
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""Error numbers of the operating system that mean that a disk is full or cannot be written."""
+MIB = 1 << 20
+LARGEST_TEXT = 32 * MIB
+"""Largest size of text and JSON files [bytes]. It is three times the size of a large garment's mesh."""
+LARGEST_TOML = 2 * MIB
+"""Largest size of TOML files, which are written by people [bytes]."""
+LARGEST_NPZ = 1024 * MIB
+"""Largest memory of all arrays in a file [bytes].
+
+It is ten times the memory for a motion of the default towel that lasts ten minutes.
+"""
+MOST_FIELDS = 10_000
+"""Largest number of fields in a table of a file."""
+DEEPEST_KEY = re.compile(r"""(?:(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){100}""")
+"""Pattern of dotted TOML keys with too many parts.
+
+Such keys are refused because the memory for reading a key grows with the square of the number of its parts.
+"""
+MOST_DIGITS = 300
+"""Largest number of digits of an integer in a file."""
+NUMBERS = "fiub"
+"""Letters of numpy for the types of arrays that are read: floating point numbers, integers and booleans."""
+
+
+def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
+    """Check, before any work is done, that output files can be written and that none of them is an input file.
+
+    Raises:
+        InputError: If an output file is a folder, or one of the input files.
+    """
+    for target in targets:
+        if os.path.isdir(target):  # unlike Path.is_dir, no error for an impossible name; writing reports it
+            raise InputError(f"{target}: cannot be written (is a folder)")
+        if os.path.exists(target) and any(os.path.exists(source) and target.samefile(source) for source in sources):
+            raise InputError(f"{target}: is an input; choose another output name")
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield the path of a temporary file next to `path`, for use in a `with` statement.
+
+    If the statement succeeds, the temporary file is renamed to `path`. Otherwise it is removed.
+    """
+    if not path.name:
+        raise InputError(f"{path}: cannot be written (is a folder)")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        os.replace(temporary, path)
+    except OSError as error:
+        raise unwritable(path, error) from None
+    finally:
+        with suppress(OSError):  # if nothing could be written, there is no file to remove
+            temporary.unlink()
+
+
+def unwritable(path: Path, error: OSError) -> InputError:
+    """Return the error for a file or folder that cannot be written. It is an `UnavailableError` if the disk is full."""
+    kind = UnavailableError if error.errno in FULL else InputError
+    return kind(f"{path}: cannot be written ({error.strerror or error})")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file completely or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write JSON completely or not at all. NaN is refused, because other languages cannot read it."""
+    write_text(path, json.dumps(value, indent=1, allow_nan=False) + "\n")
+
+
+def write_npz(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write a compressed .npz file without pickles, completely or not at all."""
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
+                npy.write_array(entry, np.asanyarray(array), allow_pickle=False)
+
+
+@contextmanager
+def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
+    """Yield an open regular file of limited size. Pipes and devices are refused because their size is not known.
+
+    Args:
+        path: Path of the file.
+        largest: Largest allowed size of the file [bytes].
+
+    Raises:
+        InputError: If the file cannot be read, is not a regular file, or is too large.
+    """
+    try:
+        state = os.stat(path)
+        if not stat.S_ISREG(state.st_mode):
+            kind = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe or a device"
+            raise InputError(f"{path}: cannot be read (must be a regular file, given {kind})")
+        if state.st_size > largest:
+            raise InputError(f"{path}: must have at most {largest / MIB:.0f} MiB, given {state.st_size / MIB:.1f} MiB")
+        with open(path, "rb") as file:
+            yield file
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except ValueError as error:  # the name contains a null character
+        raise InputError(f"{str(path)!r}: cannot be read ({error})") from None
+
+
+def read_bytes(path: Path, largest: int = LARGEST_TEXT) -> bytes:
+    """Read a regular file of limited size.
+
+    Args:
+        path: Path of the file.
+        largest: Largest allowed size of the file [bytes].
+
+    Raises:
+        InputError: If the file cannot be read, is not a regular file, or is too large.
+    """
+    with opened(path, largest) as file:
+        data = file.read(largest + 1)  # some files of the system report no size
+    if len(data) > largest:
+        raise InputError(f"{path}: must have at most {largest / MIB:.0f} MiB")
+    return data
+
+
+def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
+    """Read a UTF-8 text file.
+
+    Raises:
+        InputError: If the file cannot be read. The message gives the reason in one line.
+    """
+    try:
+        return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a byte order mark at the start
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not a UTF-8 text file") from None
+
+
+@contextmanager
+def foreign(path: Path, what: str) -> Iterator[None]:
+    """Guard a `with` statement in which a library reads a file. Any error becomes one line, and output is suppressed.
+
+    Args:
+        path: Path of the file to read.
+        what: Expected kind of file for the message, such as "a DXF file".
+
+    Raises:
+        InputError: If the reader raises any error.
+    """
+    before = logging.root.manager.disable
+    logging.disable()
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except Exception as error:  # each library has its own errors, and damaged files can cause any other error
+        raise InputError(f"{path}: is not {what} ({str(error) or type(error).__name__})") from None
+    finally:
+        logging.disable(before)
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file.
+
+    Raises:
+        InputError: If the file is not valid JSON. The message names the line or field.
+    """
+    text = read_text(path)
+    try:
+        return json.loads(text, object_pairs_hook=_once, parse_int=_integer)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid JSON ({error})") from None
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    fields = dict(pairs)
+    _check_fields(fields)
+    if len(fields) < len(pairs):
+        counts = Counter(name for name, _ in pairs)
+        twice = next(name for name, count in counts.items() if count > 1)
+        raise InputError(f"{twice}: stands twice in one object")
+    return fields
+
+
+def _check_fields(fields: Mapping[str, Any]) -> None:
+    if len(fields) > MOST_FIELDS:
+        raise InputError(f"(whole file): must have tables of at most {MOST_FIELDS} fields, given {len(fields)}")
+
+
+def _integer(text: str) -> int:
+    """Return an integer, or refuse it if it is outside the range of floating point numbers."""
+    if len(text) > MOST_DIGITS:
+        raise InputError(f"(whole file): must have integers of at most {MOST_DIGITS} digits, given {len(text)}")
+    return int(text)
+
+
+def _check_parts(value: Any) -> None:
+    """Refuse plain data if a table has too many fields, or an integer has too many digits."""
+    if isinstance(value, dict):
+        _check_fields(value)
+    elif isinstance(value, int) and abs(value) >= 10**MOST_DIGITS:
+        raise InputError(f"(whole file): must have integers of at most {MOST_DIGITS} digits")
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        _check_parts(part)
+
+
+def read_toml(path: Path) -> Any:
+    """Read a TOML file.
+
+    Raises:
+        InputError: If the file is not valid TOML. The message names the line or field.
+    """
+    text = read_text(path, LARGEST_TOML)
+    if DEEPEST_KEY.search(text):
+        raise InputError(f"{path}: (whole file): must have dotted keys of at most 100 parts")
+    try:
+        value = tomllib.loads(text)
+        _check_parts(value)
+        return value
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid TOML ({error})") from None
+
+
+def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = LARGEST_NPZ) -> dict[str, np.ndarray]:
+    """Read the arrays of an .npz file. Each array contains numbers or a single text.
+
+    A small file may unpack to gigabytes. The sizes in the headers of all arrays are therefore added before any array is
+    read.
+
+    Args:
+        path: Path of the file.
+        what: Expected kind of file for the message.
+        largest: Largest allowed memory of all arrays [bytes].
+
+    Raises:
+        InputError: If the file cannot be read, is not an .npz file, is too large, or contains any other array.
+    """
+    with opened(path, largest) as file, foreign(path, what), zipfile.ZipFile(file) as archive:
+        names = [name for name in archive.namelist() if name.endswith(".npy")]
+        total = 0
+        for name in names:
+            with archive.open(name) as member:
+                total += _size(member, archive.getinfo(name).file_size, name)
+            if total > largest:
+                raise InputError(f"{path}: its arrays must take at most {largest / MIB:.0f} MiB in all")
+        return {name.removesuffix(".npy"): _array(archive, name) for name in names}
+
+
+def _size(member: IO[bytes], unpacked: int, name: str) -> int:
+    """Return the size of an array in an .npz file [bytes], according to its header.
+
+    Raises:
+        ValueError: If the array contains something other than numbers or a single text, or its header is wrong.
+    """
+    version = npy.read_magic(member)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"{name} has the format {version[0]}.{version[1]}")
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = read(member)
+    if dtype.kind not in NUMBERS and not (dtype.kind == "U" and shape == ()):
+        raise ValueError(f"{name} has the type {dtype}")
+    size = dtype.itemsize * math.prod(shape)
+    if min(shape, default=0) < 0 or member.tell() + size != unpacked:
+        raise ValueError(f"{name} has not the size that its header states")
+    return size
+
+
+def _array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+    with archive.open(name) as member:
+        return np.asarray(npy.read_array(member, allow_pickle=False))
+
+
+def validated(model: type[Model], value: Any, source: Path | str) -> Model:
+    """Make a record of the type `model` from plain data.
+
+    The first wrong field becomes an `InputError` that names the source.
+    """
+    try:
+        made: Model = _validator(model).validate_python(value)
+        return made
+    except ValidationError as error:
+        raise InputError(f"{source}: {describe(error)}") from None
+    except InputError as error:  # raised by a record that checks itself
+        raise InputError(f"{source}: {error}") from None
+
+
+@cache
+def _validator(model: type[BaseModel]) -> SchemaValidator:
+    """Return a validator that stops at the first wrong item of a list. A file may have millions of wrong items."""
+    return SchemaValidator(_failing_fast(TypeAdapter(model).core_schema))
+
+
+def _failing_fast(schema: Any) -> Any:
+    if isinstance(schema, list):
+        return [_failing_fast(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    changed = {key: _failing_fast(part) for key, part in schema.items()}
+    return {**changed, "fail_fast": True} if schema.get("type") in ("list", "tuple", "set") else changed

@@ -1,0 +1,72 @@
+"""Modules of version 0.2 under their former names, for one version."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from functools import partial
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+MOVED = {
+    **dict.fromkeys(("arrays", "curves", "errors", "extras", "files", "locks", "records", "size", "version"), "base"),
+    **dict.fromkeys(("body", "clearance", "heavy_strip", "material", "presets", "rollout", "scene"), "simulation"),
+    **dict.fromkeys(("settling", "simulators"), "simulation"),
+    **dict.fromkeys(("crossings", "meshing", "subdivision", "topology", "zbuffer"), "simulation.mesh"),
+    "dataset": "policies",
+    "disturbances": "evaluation",
+    "instruments": "calibration",
+    "options": "study",
+}
+"""Former name of a module to the room in which it is now, under the same name."""
+RENAMED = {
+    "crosscheck": "after.second_opinion",
+    "margins": "after.margins",
+    "observation": "after.feedback",
+    "photographs": "cameras",
+    "photographs.look": "cameras.pictures",
+    "presentation": "show",
+    **{f"simulators.{name}": f"simulation.{name}" for name in ("blender", "capabilities", "mujoco", "native")},
+}
+"""Former name to the present one."""
+
+
+def present_name(former: str) -> str | None:
+    """Return the present name of a module, or None if it has none but the given one."""
+    parts = former.split(".")[1:]
+    for length in range(len(parts), 0, -1):
+        head = ".".join(parts[:length])
+        found = RENAMED.get(head) or (f"{MOVED[head]}.{head}" if head in MOVED else None)
+        if found is not None:
+            return ".".join(("tatamu", found, *parts[length:]))
+    return None
+
+
+class _Moved(MetaPathFinder, Loader):
+    """Imports the present module for a former name, with a warning."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Claim the modules that have moved."""
+        if not fullname.startswith("tatamu.") or present_name(fullname) is None:
+            return None
+        return ModuleSpec(fullname, self, is_package=True)
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Let Python make an empty module, whose attributes are those of the present one."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Take all attributes from the present module."""
+        present = str(present_name(module.__name__))
+        warnings.warn(f"{module.__name__} is now {present}", FutureWarning, stacklevel=2)
+        module.__dict__["__getattr__"] = partial(getattr, import_module(present))
+
+
+def install() -> None:
+    """Let Python find modules under their former names."""
+    if not any(isinstance(finder, _Moved) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Moved())  # first, as a former package would load its modules a second time

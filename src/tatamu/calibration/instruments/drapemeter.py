@@ -1,0 +1,148 @@
+"""Makes the scene of a drapemeter, an instrument in which a disc of cloth hangs over a round plate.
+
+At first, the specimen lies flat. Its middle is on the plate, and the rest is on a table at the same height. Then the
+plate rises. The scene fixes the cloth on the plate. It also fixes half a row of the mesh outside the plate's rim, so
+the cloth is level where it leaves the plate.
+
+The mesh is a ring of concentric rows. A perfectly flat disc would not buckle. Therefore small random heights are added,
+which represent the unevenness of real fabric. To represent more unevenness, the unstrained shape of the cloth can be
+wavy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tatamu.base.curves import minimum_jerk
+from tatamu.calibration.instruments.outline import PlanOutline
+from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.mesh.meshing import ROW, delaunay
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+
+RISE = 0.1
+"""Height by which the plate rises [m]. This height is larger than the length of the cloth that hangs down."""
+RISING = 2.0
+"""Time in which the plate rises [s]."""
+SETTLING = 2.0
+"""Time from the end of the rise to the reading [s]."""
+FINENESS = 0.35
+"""Edge length ("spacing") of the mesh, in bending lengths."""
+UNEVENNESS = 0.02
+"""Standard deviation of the random heights of the flat cloth, in spacings of the mesh."""
+WAVE = 0.02
+"""Length of the waves of wavy cloth [m]. The heights of two points at the distance d have the correlation
+exp(-d² / (2 WAVE²))."""
+WAVES = 200
+"""Number of cosine waves whose sum is the height of wavy cloth."""
+KNOTS = 21
+
+
+@dataclass(frozen=True)
+class Drapemeter:
+    """A round specimen of cloth on a round plate."""
+
+    specimen: float
+    """Radius of the cloth [m]."""
+    plate: float
+    """Radius of the plate [m]."""
+    spacing: float
+    """Edge length of the mesh [m]."""
+    seed: int = 0
+    """Random seed of the unevenness, and of the angles at which the rows of the mesh begin."""
+    waviness: float = 0.0
+    """Standard deviation of the height of wavy unstrained cloth outside the plate [m]; 0 for flat cloth."""
+
+    @classmethod
+    def fine_enough(
+        cls, specimen: float, plate: float, material: Material, seed: int = 0, waviness: float = 0.0
+    ) -> Drapemeter:
+        """Return a drapemeter whose mesh is fine enough for the bending of the material."""
+        spacing = min(FINENESS * material.bending_length, 0.2 * (specimen - plate))
+        return cls(specimen, plate, spacing, seed, waviness)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of the mesh that are not fixed."""
+        return max(4, round((self.specimen - self.plate) / (self.spacing * ROW)))
+
+    @property
+    def row(self) -> float:
+        """Distance between two neighbouring rows of the mesh [m]."""
+        return (self.specimen - self.plate) / (self.rows + 0.5)
+
+    @cached_property
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the ring-shaped mesh [m], shape (n, 2), and its triangles. The points of fixed rows come first."""
+        random = np.random.default_rng(self.seed)
+        radii = self.plate + self.row * (np.arange(-1, self.rows + 1) + 0.5)
+        rings = [_ring(radius, self.spacing, random.uniform()) for radius in radii]
+        points = np.concatenate(rings)
+        faces = delaunay(points)
+        middle = np.hypot(*points[faces].mean(axis=1).T)
+        return points, faces[middle > radii[0]]
+
+    @cached_property
+    def held(self) -> np.ndarray:
+        """Numbers of the fixed vertices, which are on the plate and half a row outside its rim."""
+        return np.flatnonzero(np.hypot(*self.mesh[0].T) < self.plate + self.row)
+
+    @property
+    def unstrained(self) -> np.ndarray:
+        """Positions of the vertices in unstrained cloth [m], shape (n, 3).
+
+        The fixed part is level. Outside the fixed part, the waves of wavy cloth grow to their full height over the
+        length of one wave.
+        """
+        points, _ = self.mesh
+        if not self.waviness:
+            return np.column_stack([points, np.zeros(len(points))])
+        random = np.random.default_rng([self.seed, 2])
+        waves = random.standard_normal((2, WAVES)) / WAVE
+        phases = random.uniform(0.0, 2.0 * np.pi, WAVES)
+        height = self.waviness * np.sqrt(2.0 / WAVES) * np.cos(points @ waves + phases).sum(axis=1)
+        beyond = np.hypot(*points.T) - self.plate - self.row
+        return np.column_stack([points, np.clip(beyond / WAVE, 0.0, 1.0) * height])
+
+    def scene(self, material: Material) -> Scene:
+        """Return a scene in which the plate rises. The table has no friction, and the air's damping is critical."""
+        points, faces = self.mesh
+        random = np.random.default_rng([self.seed, 1])
+        height = UNEVENNESS * self.spacing * np.abs(random.standard_normal(len(points)))
+        height[self.held] = 0.0
+        flat = np.column_stack([points, 0.5 * material.thickness + height])
+        u = np.linspace(0.0, 1.0, KNOTS)
+        path = np.outer(minimum_jerk(u), [0.0, 0.0, RISE])
+        return Scene(
+            cloth=Cloth(vertices=flat, faces=faces, rest_vertices=self.unstrained),
+            material=material.model_copy(update={"friction_table": 0.0, "air_drag": self.damping(material)}),
+            table=Table(),
+            grippers=[Gripper(vertices=self.held.tolist(), times=(RISING * u).tolist(), displacements=path)],
+            duration=RISING + SETTLING,
+            frame_rate=10.0,
+        )
+
+    def damping(self, material: Material) -> float:
+        """Return the air drag that damps the hanging cloth critically [N s/m^3].
+
+        Such a large drag does no harm, because only the shape at rest is read.
+        """
+        free = self.specimen - self.plate
+        return float(2.0 * material.areal_density * np.sqrt(1.5 * GRAVITY / free))
+
+    def outline(self, rollout: Rollout, frame: int = -1) -> PlanOutline:
+        """Return the outline of the cloth from above, with the plate's axis at the origin."""
+        return PlanOutline.of(rollout.positions[frame], rollout.faces, np.zeros(2))
+
+
+def _ring(radius: float, spacing: float, turn: float) -> np.ndarray:
+    """Return points at equal distances on a circle [m], shape (k, 2).
+
+    The points are rotated by the fraction `turn` of the angle between two points.
+    """
+    count = max(6, round(2.0 * np.pi * radius / spacing))
+    angles = 2.0 * np.pi * (np.arange(count) + turn) / count
+    return radius * np.column_stack([np.cos(angles), np.sin(angles)])

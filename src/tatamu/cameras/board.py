@@ -1,0 +1,114 @@
+"""Defines the printed board that lies next to the cloth and gives a photograph its scale.
+
+The board shows a ChArUco pattern of known size: a chessboard with a coded marker in every white square (Garrido-Jurado
+et al. 2014). The corners of the squares are found to a fraction of a pixel. Each corner has a number, so it is
+identified even if other corners are covered.
+
+The board's frame has its origin at mark A, the lower left corner of the pattern. The x axis points to mark B on the
+right of A, y points to mark C above A, and z points out of the paper. A board may have several pages with different
+markers. The first page defines the frame. The other pages may lie anywhere flat on the table.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import tomli_w
+from pydantic import Field
+
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_toml, validated, write_text
+from tatamu.base.records import Record
+from tatamu.cameras.opencv import opencv
+
+PAPERS = {"a4": (0.210, 0.297), "letter": (0.2159, 0.2794)}
+"""Width and height of each paper size [m] (ISO 216, ANSI/ASME Y14.1)."""
+COLUMNS, ROWS = 6, 8
+"""Numbers of squares of the board's chessboard, across and along the page."""
+SQUARE = 0.030
+"""Intended side length of a square of the board's printed chessboard [m]."""
+MARKER = 0.024
+"""Intended side length of a coded marker, which is printed inside a white square of the chessboard [m]."""
+BAR = 0.150
+"""Intended length of the scale bar that is printed on the board [m]."""
+TOP = 0.012
+"""Distance between the board's chessboard and the upper edge of the paper [m]."""
+MARKERS = COLUMNS * ROWS // 2
+"""Number of coded markers on a page of the board."""
+Paper = Literal["a4", "letter"]
+
+HEAD = """\
+# The board printed from {pdf}.
+# Measure the scale bar under the pattern with a ruler, and correct `bar` [m] if the printer changed its length.
+
+"""
+
+
+class Board(Record):
+    """The description of a printed board, which gives a photograph its scale."""
+
+    paper: Paper = "a4"
+    bar: float = Field(BAR, gt=0.5 * BAR, lt=2.0 * BAR)
+    """Measured length of the scale bar that is printed on the board [m]."""
+    pages: int = Field(1, ge=1, le=8)
+
+    @property
+    def scale(self) -> float:
+        """Ratio of the board's printed size to its intended size."""
+        return self.bar / BAR
+
+    @property
+    def size(self) -> np.ndarray:
+        """Width and height of the board's chessboard as printed [m], shape (2,)."""
+        return self.scale * SQUARE * np.array([COLUMNS, ROWS])
+
+    @property
+    def marks(self) -> np.ndarray:
+        """Positions of the marks A, B and C at corners of the pattern, in the board's frame [m], shape (3, 2)."""
+        width, height = self.size
+        return np.array([[0.0, 0.0], [width, 0.0], [0.0, height]])
+
+    @property
+    def rim(self) -> np.ndarray:
+        """Corners of the paper of a page, in the frame of this page [m], in counter-clockwise order, shape (4, 2)."""
+        wide, tall = PAPERS[self.paper]
+        left = 0.5 * (wide - SQUARE * COLUMNS)
+        low = -(tall - TOP - SQUARE * ROWS)
+        corners = np.array([[-left, low], [wide - left, low], [wide - left, low + tall], [-left, low + tall]])
+        return self.scale * corners
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Positions of the inner corners of a page's chessboard in the frame of this page [m], shape (35, 2).
+
+        They have the order in which OpenCV numbers them.
+        """
+        across, down = np.meshgrid(np.arange(1, COLUMNS), np.arange(1, ROWS))
+        places = np.column_stack([across.ravel(), ROWS - down.ravel()])
+        return self.scale * SQUARE * places
+
+    def pattern(self, page: int) -> Any:
+        """Return OpenCV's description of a page of the board; the first page has number 0."""
+        aruco = opencv().aruco
+        dictionary = aruco.getPredefinedDictionary(aruco.DICT_4X4_250)
+        ids = MARKERS * page + np.arange(MARKERS)
+        return aruco.CharucoBoard((COLUMNS, ROWS), SQUARE, MARKER, dictionary, ids)
+
+
+def load_board(path: Path) -> Board:
+    """Read a board from its file.
+
+    Raises:
+        InputError: If the file cannot be read, or a field is wrong.
+    """
+    value = read_toml(path)
+    if list(value) != ["board"]:
+        raise InputError(f"{path}: must have one table [board], given {', '.join(map(str, value)) or 'none'}")
+    return validated(Board, value["board"], path)
+
+
+def write_board(board: Board, path: Path, pdf: Path) -> None:
+    """Write the file that describes a board; `pdf` is the PDF file from which the board is printed."""
+    write_text(path, HEAD.format(pdf=pdf.name) + tomli_w.dumps({"board": board.model_dump()}))

@@ -1,0 +1,303 @@
+"""Estimates the camera of a photograph, which converts positions on the table to pixels and back.
+
+The parameters are:
+
+- the focal length, the centre and two terms of distortion of the lens,
+- the pose of the board's first page relative to the camera,
+- the position of every further page on the table.
+
+The estimated parameters minimise
+
+    sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
+
+The first sum is over the corners of the board. For each corner, `seen` is its pixel in the photo, and `projected` is
+its pixel according to the estimated camera. The standard error of a pixel is sigma. The second sum is over the
+parameters of the lens, whose values are roughly known in advance (a prior). `expected` is the value that is known in
+advance, and `deviation` is its standard deviation.
+
+The board covers only a small part of the picture. Outside the board, the uncertainty of positions depends mostly on the
+prior. The covariance of the parameters describes the uncertainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+
+from tatamu.base.errors import InputError
+from tatamu.cameras.lens import (
+    BENT,
+    BENT_MORE,
+    CENTRE_SPREAD,
+    KNOWN_CENTRE,
+    KNOWN_SPREAD,
+    SPREAD,
+    STATED_SPREAD,
+    USUAL,
+    Lens,
+)
+from tatamu.cameras.opencv import opencv
+from tatamu.cameras.pose import Pose
+
+FINEST = 0.05
+"""Smallest error that is assumed for the position of a corner of the board in the photo [pixels]."""
+SQUARE = 0.6
+"""Difference between two heights at which a camera sees the rim of a cloth, as a fraction of the rim's height.
+
+The outline of the cloth in a photo shows a higher point of the rim on the far side than on the near side. The
+difference would be 1 for a rim with a square cross-section, and 0.3 for a round rim.
+"""
+SMOOTH = 2
+"""Number of points on each side of a point of an outline, from which the outline's direction is computed."""
+WORST = 5e-4
+"""Largest root mean square distance in a photo between the board's corners and the corners of a fitted flat board.
+
+It is a fraction of the picture's longer side.
+"""
+GRAZING = 75.0
+"""Largest allowed angle between the direction in which a camera looks and straight down [degrees]."""
+LENS = 5
+"""Number of those parameters of a camera that describe its lens."""
+GUESSES = (1.0, 0.6, 1.6)
+"""Focal lengths at which the search for the camera starts, as multiples of the expected focal length."""
+
+Seen = tuple[np.ndarray, np.ndarray]
+"""Positions of the k visible corners of a page of the board.
+
+The first array has the positions in the frame of the page [m], and the second has those in the photo [pixels]. Both
+have the shape (k, 2).
+"""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera above a table, which converts positions on the table to pixels and back."""
+
+    matrix: np.ndarray
+    """Camera matrix with the focal length and the centre [pixels], shape (3, 3)."""
+    distortion: np.ndarray
+    """OpenCV's distortion coefficients k1, k2, p1, p2, k3, shape (5,)."""
+    turn: np.ndarray
+    """Rotation vector from the board's frame to the camera's frame, shape (3,)."""
+    shift: np.ndarray
+    """Origin of the board's frame in the camera's frame [m], shape (3,)."""
+
+    @cached_property
+    def rotation(self) -> np.ndarray:
+        """Rotation matrix from the board's frame to the camera's frame, shape (3, 3)."""
+        return np.asarray(opencv().Rodrigues(self.turn)[0])
+
+    @property
+    def eye(self) -> np.ndarray:
+        """Position of the camera in the board's frame [m], shape (3,)."""
+        return np.asarray(-self.rotation.T @ self.shift)
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the camera's optical axis and straight down [rad]."""
+        return float(np.arccos(np.clip(-self.rotation[2, 2], -1.0, 1.0)))
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Return the pixels at which the camera sees points of the board's frame.
+
+        The points [m] have shape (n, 3), and the pixels have shape (n, 2).
+        """
+        pixels, _ = opencv().projectPoints(
+            np.ascontiguousarray(points, dtype=float), self.turn, self.shift, self.matrix, self.distortion
+        )
+        return np.asarray(pixels)[:, 0]
+
+    def on_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return the positions on the table [m] that the camera sees at n pixels, shape (n, 2).
+
+        Args:
+            pixels: Pixels of the photograph, shape (n, 2).
+            height: Height of the positions above the table [m]. It is one number for all pixels, or a number for each
+                pixel, shape (n,).
+
+        Raises:
+            InputError: If a pixel lies above the horizon of the table.
+        """
+        straight = opencv().undistortPoints(
+            np.ascontiguousarray(pixels, dtype=float)[:, None], self.matrix, self.distortion
+        )[:, 0]
+        rays = np.column_stack([straight, np.ones(len(straight))]) @ self.rotation
+        if not (rays[:, 2] < -1e-6).all():
+            raise InputError("photo: shows cloth beyond the horizon of the table on which the board lies")
+        eye = self.eye
+        down = (np.broadcast_to(height, len(rays)) - eye[2]) / rays[:, 2]
+        return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
+
+    def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
+        """Return the positions on the table [m] of n points of the outline of a cloth in a photo, shape (n, 2).
+
+        The rim of the cloth reaches from the table up to the height `top`. On the side of the cloth that is nearer to
+        the camera, the outline in the photo shows points near the rim's lower edge. On the far side, the outline shows
+        points near the upper edge. Because a hem is round, the points on both sides are not exactly at these edges, but
+        closer to the height `top` / 2.
+
+        Args:
+            outline: Outline as a closed curve [pixels], shape (n, 2).
+            top: Height of the rim's upper edge above the table [m].
+        """
+        middle = self.on_table(outline, 0.5 * top)
+        after, before = np.roll(middle, -SMOOTH, axis=0), np.roll(middle, SMOOTH, axis=0)
+        x, y = middle.T
+        outward = np.sign(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
+        normals = outward * np.column_stack([(after - before)[:, 1], -(after - before)[:, 0]])
+        nearer = self.eye[:2] - middle
+        lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(nearer, axis=1)
+        facing = (normals * nearer).sum(axis=1) / np.maximum(lengths, 1e-12)
+        return self.on_table(outline, 0.5 * top * (1.0 - SQUARE * facing))
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera that was estimated from one photograph, with its uncertainty."""
+
+    camera: Camera
+    parameters: np.ndarray
+    """The p estimated parameters of the lens, the camera's pose and the board's further pages, shape (p,)."""
+    covariance: np.ndarray
+    """Covariance matrix of the camera's p estimated parameters, shape (p, p)."""
+    rms: float
+    """Root mean square distance between the board's corners in the photo and in the estimated camera [pixels]."""
+    penalty: float
+    """Value of the sum of squared errors that the estimate minimises.
+
+    The smaller the value, the better the camera fits the photograph.
+    """
+    lens: Lens | None
+    size: tuple[int, int]
+    """Width and height of the photograph [pixels]."""
+
+    def varied(self) -> Iterator[Camera]:
+        """Yield cameras for the computation of uncertainties.
+
+        Each yielded camera differs from the estimated camera by one standard deviation, in one independent direction of
+        the parameters. To get the variance of a result, the squares of its changes with these cameras are added.
+        """
+        values, vectors = np.linalg.eigh(self.covariance)
+        for value, vector in zip(values, vectors.T, strict=True):
+            yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
+
+    def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
+        """Return the standard deviations of n positions [m], shape (n,), due to the uncertainty of the camera.
+
+        The camera sees the positions at n pixels, shape (n, 2). The positions have the height `height` above the table
+        [m].
+        """
+        middle = self.camera.on_table(pixels, height)
+        moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]
+        return np.sqrt(np.sum(np.square(moved), axis=(0, 2)))
+
+    @property
+    def pages(self) -> list[Pose]:
+        """Poses of all pages of the board on the table, in the frame of the first page."""
+        return _poses(self.parameters)
+
+
+def estimate(
+    pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None = None, focal: float | None = None
+) -> View:
+    """Find the camera of a photo from the corners of a board.
+
+    Args:
+        pages: Visible corners of each page; the first page defines the board's frame.
+        size: Width and height of the photo [pixels].
+        lens: Lens of the camera; None if the lens is not known.
+        focal: Focal length that the photo's file states [pixels]; None if the file states none.
+
+    Raises:
+        InputError: If the corners do not fit a flat board.
+    """
+    prior, spread = _expected(size, lens, focal)
+    fits = [_fit(pages, size, lens, prior, spread, FINEST, guess) for guess in (GUESSES if lens is None else (1.0,))]
+    best = min(fits, key=lambda fit: fit.cost)
+    count = sum(len(places) for places, _ in pages)
+    rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * FINEST
+    if rms > WORST * max(size):
+        raise InputError(f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay it flat")
+    if rms > FINEST:  # if the errors of corners are larger, the prior counts more
+        best = _fit(pages, size, lens, prior, spread, rms, 1.0, best.x)
+    camera = _camera(best.x, size, lens)
+    if camera.tilt > np.radians(GRAZING):
+        raise InputError(
+            f"photo: is taken {np.degrees(camera.tilt):.0f} degrees from straight above, "
+            f"must be below {GRAZING:.0f}: take it from higher up"
+        )
+    covariance = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
+    return View(camera, best.x, covariance, rms, float(best.cost), lens, size)
+
+
+def _expected(size: tuple[int, int], lens: Lens | None, focal: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the expected parameters of the lens and their standard deviations, shape (5,) each."""
+    longer = max(size)
+    if lens is not None:
+        k1, k2 = (*lens.distortion, 0.0, 0.0)[:2]
+        known = np.array([np.log(lens.focal / longer), lens.centre[0] / longer, lens.centre[1] / longer, k1, k2])
+        return known, np.array([KNOWN_SPREAD, KNOWN_CENTRE, KNOWN_CENTRE, 1e-4, 1e-4])
+    usual = USUAL if focal is None else focal / longer
+    middle = np.array([np.log(usual), 0.5 * size[0] / longer, 0.5 * size[1] / longer, 0.0, 0.0])
+    wide = SPREAD if focal is None else STATED_SPREAD
+    return middle, np.array([wide, CENTRE_SPREAD, CENTRE_SPREAD, BENT, BENT_MORE])
+
+
+def _fit(
+    pages: Sequence[Seen],
+    size: tuple[int, int],
+    lens: Lens | None,
+    prior: np.ndarray,
+    spread: np.ndarray,
+    sigma: float,
+    guess: float,
+    start: np.ndarray | None = None,
+) -> OptimizeResult:
+    """Fit the parameters of a camera by `least_squares`. Each residual is divided by its standard deviation."""
+
+    def residuals(parameters: np.ndarray) -> np.ndarray:
+        camera = _camera(parameters, size, lens)
+        wrong = [
+            (camera.project(_flat(pose.place(points))) - pixels).ravel() / sigma
+            for pose, (points, pixels) in zip(_poses(parameters), pages, strict=True)
+        ]
+        return np.concatenate([*wrong, (parameters[:LENS] - prior) / spread])
+
+    if start is None:
+        start = _start(pages, size, lens, prior + np.array([np.log(guess), 0, 0, 0, 0]))
+    return least_squares(residuals, start, x_scale="jac", max_nfev=200)
+
+
+def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, optics: np.ndarray) -> np.ndarray:
+    """Return start values for the parameters of the lens, the camera's pose and the positions of further pages."""
+    cv2 = opencv()
+    blank = _camera(np.concatenate([optics, np.zeros(6)]), size, lens)
+    points, pixels = pages[0]
+    found, turn, shift = cv2.solvePnP(_flat(points), pixels, blank.matrix, blank.distortion, flags=cv2.SOLVEPNP_IPPE)
+    if not found:
+        raise InputError("board: its corners cannot be those of a flat board")
+    first = np.concatenate([optics, turn.ravel(), shift.ravel()])
+    camera = _camera(first, size, lens)
+    others = [Pose.moving(points, camera.on_table(pixels)) for points, pixels in pages[1:]]
+    return np.concatenate([first, *([pose.x, pose.y, pose.yaw] for pose in others)])
+
+
+def _poses(parameters: np.ndarray) -> list[Pose]:
+    return [Pose(), *(Pose(*place) for place in parameters[LENS + 6 :].reshape(-1, 3).tolist())]
+
+
+def _camera(parameters: np.ndarray, size: tuple[int, int], lens: Lens | None) -> Camera:
+    longer = max(size)
+    logarithm, x, y, k1, k2 = parameters[:LENS]
+    focal = longer * np.exp(logarithm)
+    matrix = np.array([[focal, 0.0, longer * x], [0.0, focal, longer * y], [0.0, 0.0, 1.0]])
+    rest = (*lens.distortion, 0.0, 0.0, 0.0, 0.0, 0.0)[2:5] if lens is not None else (0.0, 0.0, 0.0)
+    return Camera(matrix, np.array([k1, k2, *rest]), parameters[LENS : LENS + 3], parameters[LENS + 3 : LENS + 6])
+
+
+def _flat(points: np.ndarray) -> np.ndarray:
+    return np.column_stack([points, np.zeros(len(points))])

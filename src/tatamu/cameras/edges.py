@@ -1,0 +1,85 @@
+"""Finds edges of cloth to a fraction of a pixel, from the photograph's colours along lines across these edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, median_filter
+
+from tatamu.cameras.opencv import opencv
+
+STEP = 0.5
+"""Distance between samples of the colour along a line that crosses an edge of cloth [pixels]."""
+FAINT = 4.0
+"""Smallest difference in colour between the two sides of a line that counts as an edge of cloth [8-bit levels]."""
+NEIGHBOURS = 9
+"""Number of neighbouring lines across an edge, over which the median of the difference in colour is computed."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The edge of cloth near each of n given points of a curve."""
+
+    points: np.ndarray
+    """Points on the edge [pixels], shape (n, 2). If no edge was found near a given point, the given point itself."""
+    found: np.ndarray
+    """Whether an edge was found near each given point, shape (n,)."""
+    width: np.ndarray
+    """Width over which the colour changes at the edge near each given point [pixels], shape (n,)."""
+
+
+def closed_normals(curve: np.ndarray) -> np.ndarray:
+    """Return the unit normals of a closed curve, shape (n, 2).
+
+    If y points up, the normals point out of a counter-clockwise curve. If y points down, as in pixels, they point out
+    of a curve that is clockwise on the screen.
+    """
+    smooth = gaussian_filter1d(curve, 2.0, axis=0, mode="wrap")
+    along = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
+    normals = np.column_stack([along[:, 1], -along[:, 0]])
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+
+
+def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reach: float) -> Edges:
+    """Find the edge of cloth near each of n points.
+
+    The edge is where the colour changes most along a line through the point.
+
+    Args:
+        pixels: Photograph as 8-bit RGB, shape (h, w, 3).
+        points: Points near the edge, in order along the edge [pixels], shape (n, 2).
+        normals: Direction of the line through each point, shape (n, 2).
+        reach: Largest distance between the edge and the points [pixels].
+    """
+    at = np.arange(-2.0 * reach, 2.0 * reach + 1e-9, STEP)
+    places = points[:, None] + at[:, None] * normals[:, None]
+    colours = sample(pixels, places)
+    before, after = colours[:, at < -0.5 * reach].mean(axis=1), colours[:, at > 0.5 * reach].mean(axis=1)
+    step = median_filter(after - before, size=(min(NEIGHBOURS, len(points)), 1), mode="nearest")
+    height = np.linalg.norm(step, axis=1)
+    found = height > FAINT
+    direction = step / np.maximum(height, 1e-9)[:, None]
+    shade = np.einsum("nsc,nc->ns", colours, direction)
+    slope = gaussian_filter1d(shade, 1.0 / STEP, axis=1, order=1)
+    weight = np.maximum(slope, 0.0) * np.exp(-0.5 * (at / reach) ** 2)
+    peak = weight.argmax(axis=1)
+    near = np.abs(at[None] - at[peak][:, None]) <= 2.5
+    mass = weight * near
+    total = np.maximum(mass.sum(axis=1), 1e-9)
+    offset = (mass * at).sum(axis=1) / total
+    found &= np.abs(offset) < reach
+    top = np.maximum(slope[np.arange(len(points)), peak], 1e-9)
+    return Edges(np.where(found[:, None], points + offset[:, None] * normals, points), found, height / top * STEP)
+
+
+def sample(pixels: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the colours of an 8-bit picture at s positions on each of n lines, shape (n, s, 3).
+
+    The positions [pixels] have the shape (n, s, 2).
+    """
+    cv2 = opencv()
+    maps = places.astype(np.float32)
+    return np.asarray(
+        cv2.remap(pixels, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), dtype=float
+    )

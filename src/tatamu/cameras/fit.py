@@ -1,0 +1,148 @@
+"""Fits the outline of a garment to an outline that was found in a photograph.
+
+The parameters are the position x and y, the angle yaw, and the scales along the garment and across it. The fit
+minimises a sum over the distances between the found points and the garment's outline. Small distances count with their
+squares. Large distances count less, because they may have other causes. For example, a corner of the cloth may be
+folded under.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.optimize import least_squares
+
+from tatamu.cameras.pose import Pose, wrapped
+from tatamu.cameras.shape import Shape
+
+TOLERANCE = 0.002
+"""Largest error that counts with its square in the fit of an outline [m]. Larger errors count less."""
+GIVEN = 0.001
+"""Assumed standard deviation of the position of a garment's corner that the user gives [m]."""
+LARGEST = 1.5
+"""Natural logarithm of the largest factor by which the fit may scale a garment."""
+TIE = 0.001
+"""Largest difference in score between two poses that count as equally good [m].
+
+The score of a pose is the error of the fit, plus the penalty `STRETCH` for changed proportions.
+"""
+STRETCH = 0.02
+"""Penalty for changed proportions [m], because a pose that keeps the proportions is more probable.
+
+This value is added to the score of a pose if the logarithm of length over width changes by 1.
+"""
+CORRELATED = 0.05
+"""Length along an outline within which the errors of points are correlated, so they do not average out [m]."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The pose and the size of a garment, fitted to an outline in a photograph."""
+
+    shape: Shape
+    parameters: np.ndarray
+    """Parameters of the fit, shape (5,): x, y [m], yaw [rad], and logarithms of two scales.
+
+    The scales are the factors along the garment and across it.
+    """
+    off: np.ndarray
+    """Distance of each point of the outline in the photograph from the fitted outline [m], shape (n,).
+
+    The distance is positive if the point is outside the fitted outline.
+    """
+    covariance: np.ndarray
+    """Covariance of the parameters that results from errors of the outline in the photograph, shape (5, 5)."""
+
+    @property
+    def pose(self) -> Pose:
+        """Fitted pose of the garment's frame on the table."""
+        x, y, yaw = self.parameters[:3].tolist()
+        return Pose(x, y, wrapped(yaw))
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Factors by which the fit scales the garment: along the garment (x) and across it (y), shape (2,)."""
+        return np.exp(self.parameters[3:])
+
+    def place(self, points: np.ndarray) -> np.ndarray:
+        """Convert points of the garment's frame, shape (n, 2), to positions on the table, shape (n, 2).
+
+        The points are scaled and moved.
+        """
+        return self.pose.place(points * self.scale)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the distances `off` from the fitted outline, without the largest tenth of them [m]."""
+        best = np.sort(np.abs(self.off))[: max(1, int(0.9 * len(self.off)))]
+        return float(np.sqrt(np.mean(best**2)))
+
+
+def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outward: Pose | None = None) -> Fit:
+    """Fit the outline of a garment to an outline that was found in a photograph.
+
+    A rectangle fits equally well in several poses. In such a case, the pose with the smallest yaw, positive or
+    negative, is chosen.
+
+    Args:
+        shape: Outline of the garment.
+        found: Points of the outline that was found [m], shape (n, 2).
+        given: Positions of corners that the user gives, by the name of the corner [m], shape (2,).
+        outward: Pose of the frame of `found` in the robot's frame. If it is given, poses are compared by their yaw in
+            the robot's frame. If it is None, they are compared by their yaw in the frame of `found`.
+    """
+    box = np.array(shapely.Polygon(found).minimum_rotated_rectangle.exterior.coords)
+    first, second = box[1] - box[0], box[2] - box[1]
+    turn = float(np.arctan2(first[1], first[0]))
+    middle = box[:4].mean(axis=0)
+    low_x, low_y, high_x, high_y = shape.polygon.bounds
+    fits = []
+    for quarter in range(4):
+        yaw = turn + 0.5 * np.pi * quarter
+        sides = np.array([np.linalg.norm(first), np.linalg.norm(second)])
+        scale = np.clip(np.log((sides if quarter % 2 == 0 else sides[::-1]) / shape.size), -LARGEST, LARGEST)
+        centre = np.array([low_x + high_x, low_y + high_y]) / 2 * np.exp(scale)
+        start = middle - Pose(yaw=yaw).place(centre[None])[0]
+        fits.append(again(shape, found, given, np.array([*start, yaw, *scale])))
+    best = min(map(_score, fits))
+    base = 0.0 if outward is None else outward.yaw
+    likely = [fit for fit in fits if _score(fit) < best + TIE]
+    return min(likely, key=lambda fit: abs(wrapped(fit.pose.yaw + base)))
+
+
+def _score(fit: Fit) -> float:
+    return fit.rms + STRETCH * abs(float(fit.parameters[3] - fit.parameters[4]))
+
+
+def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], start: np.ndarray) -> Fit:
+    """Fit the outline of a garment to an outline that was found in a photograph.
+
+    The search starts from the parameters `start`.
+    """
+    names = list(given)
+    own = np.array([shape.corners[name] for name in names]).reshape(-1, 2)
+    wanted = np.array([given[name] for name in names]).reshape(-1, 2)
+
+    def off(parameters: np.ndarray) -> np.ndarray:
+        x, y, yaw = parameters[:3].tolist()
+        scale = np.exp(parameters[3:])
+        flat = Pose(x, y, yaw).seen_from(found) / scale
+        _, nearest = shape.tree.query(flat)
+        return np.asarray((((flat - shape.points[nearest]) * scale) * shape.normals[nearest]).sum(axis=1))
+
+    def residuals(parameters: np.ndarray) -> np.ndarray:
+        x, y, yaw = parameters[:3].tolist()
+        wrong = Pose(x, y, yaw).place(own * np.exp(parameters[3:])) - wanted
+        return np.concatenate([off(parameters) / TOLERANCE, wrong.ravel() / GIVEN])
+
+    bound = np.array([np.inf, np.inf, np.inf, LARGEST + 0.1, LARGEST + 0.1])
+    solved = least_squares(residuals, start, loss="soft_l1", bounds=(-bound, bound), x_scale=0.01)
+    away = off(solved.x)
+    length = float(shapely.LinearRing(found).length)
+    few = max(1.0, len(found) * CORRELATED / length)
+    scale = float(np.median(np.abs(away))) * 1.4826 / TOLERANCE
+    covariance = np.linalg.pinv(solved.jac.T @ solved.jac, hermitian=True) * max(scale, 0.1) ** 2 * few
+    return Fit(shape, solved.x, away, covariance)

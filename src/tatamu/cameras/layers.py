@@ -1,0 +1,161 @@
+"""Finds edges of cloth that lies on cloth: faint straight lines inside an outline.
+
+The photo is resampled in a rectangular window around an expected edge, with one side of the window along the edge. For
+many lines through the window, the mean gradient of brightness across the line is computed. A line is the edge if its
+gradient is much larger than the gradients of the other lines. This works because the rim of a layer differs in
+brightness from the cloth around it, and casts a shadow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.ndimage import gaussian_filter1d
+
+from tatamu.cameras.edges import sample
+from tatamu.cameras.lines import Line
+from tatamu.cameras.photograph import Photograph
+from tatamu.cameras.pose import Pose
+
+FINEST = 0.0005
+"""Smallest distance between samples of the photo in the window in which an edge is searched [m]."""
+SOFT = 0.0012
+"""Standard deviation of the Gaussian filter that smooths brightness across an edge of cloth [m]."""
+TURN = 0.14
+"""Largest slope, relative to an expected edge, of the lines that are tried as this edge."""
+TURNS = 29
+"""Number of directions of lines that are tried in the search for an edge of cloth."""
+CLEAR = 6.0
+"""Least gradient of brightness across an edge of cloth, as a multiple of the usual gradient across other lines."""
+LEAST = 0.25
+"""Least gradient of brightness across an edge of cloth [8-bit levels per sample]."""
+RIM = 0.0045
+"""Width of the strip along the inside of a cloth's outline in which no inner edge is searched [m]."""
+WIDE = 0.006
+"""Largest width of the dark or bright band that the rim of a layer makes in the picture [m]."""
+SEEN = 0.7
+"""Standard deviation of the blur of the camera's picture [pixels]."""
+SECOND = 0.35
+"""Least gradient of brightness at the fainter side of the band that the rim of a layer makes in the picture.
+
+It is a fraction of the gradient at the other side.
+"""
+
+
+@dataclass(frozen=True)
+class Window:
+    """The rectangular area in which an edge of a layer of cloth is expected, in the fold's frame."""
+
+    corner: np.ndarray
+    """Point at which the window and the expected edge start [m], shape (2,)."""
+    along: np.ndarray
+    """Unit vector along the expected edge, shape (2,)."""
+    outward: np.ndarray
+    """Unit vector across the expected edge, which points out of the layer of cloth, shape (2,)."""
+    length: float
+    """Length of the window along the expected edge [m]."""
+    reach: float
+    """Distance from the expected edge, to either side, within which the edge is searched [m]."""
+
+    def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return two coordinates of each of n points: along the window, and across the window."""
+        away = points - self.corner
+        return away @ self.along, away @ self.outward
+
+    def line(self, middle: float, turn: float, rms: float) -> Line:
+        """Return the line that has a given position and slope in the window.
+
+        Args:
+            middle: Distance of the line from the expected edge at half the length of the window [m].
+            turn: Slope of the line relative to the expected edge.
+            rms: Error of the line [m].
+        """
+        direction = self.along + turn * self.outward
+        origin = self.corner + 0.5 * self.length * self.along + middle * self.outward
+        return Line(origin, direction / np.linalg.norm(direction), rms, self.length / np.sqrt(12.0), 1)
+
+
+def inner_edge(
+    photograph: Photograph, frame: Pose, window: Window, height: float, cloth: shapely.Polygon
+) -> Line | None:
+    """Return the edge of a layer that lies on other cloth; None if no line is clearly an edge.
+
+    Args:
+        photograph: The photograph.
+        frame: Pose of the fold's frame on the board.
+        window: Area in which the edge is expected.
+        height: Height of the edge above the table [m].
+        cloth: Area inside the outline of the cloth, in the fold's frame.
+    """
+    step = max(FINEST, 0.7 * photograph.resolution(frame.place(window.corner[None])))
+    along = np.arange(0.008, window.length, step)
+    across = np.arange(-window.reach, window.reach, step)
+    places = window.corner + along[:, None, None] * window.along + across[None, :, None] * window.outward
+    flat = places.reshape(-1, 2)
+    pixels = photograph.in_pixels(frame.place(flat), height).reshape(*places.shape)
+    bright = sample(photograph.pixels, pixels).mean(axis=2)
+    inside = shapely.contains_xy(cloth.buffer(-RIM), flat[:, 0], flat[:, 1]).reshape(bright.shape)
+    slope = gaussian_filter1d(bright, SOFT / step, axis=1, order=1)
+    slope -= np.median(slope[inside]) if inside.any() else 0.0
+    centre = np.interp(along, along[[0, -1]], [-0.5, 0.5])
+    turns = np.linspace(-TURN, TURN, TURNS)
+    scores = np.full((TURNS, len(across)), np.nan)
+    rows = np.arange(len(along))[:, None]
+    for number, turn in enumerate(turns):
+        shift = np.round(turn * centre * window.length / step).astype(int)[:, None] + np.arange(len(across))
+        there = (shift >= 0) & (shift < len(across))
+        column = np.clip(shift, 0, len(across) - 1)
+        usable = inside[rows, column] & there
+        enough = usable.mean(axis=0) > 0.7
+        mean = (slope[rows, column] * usable).sum(axis=0) / np.maximum(usable.sum(axis=0), 1)
+        scores[number, enough] = mean[enough]
+    known = np.isfinite(scores)
+    if known.sum() < 50:
+        return None
+    noise = 1.4826 * float(np.median(np.abs(scores[known]))) + 1e-9
+    strength = np.where(known, np.abs(scores), 0.0)
+    row, best = np.unravel_index(int(strength.argmax()), strength.shape)
+    if strength[row, best] < max(CLEAR * noise, LEAST):
+        return None
+    soft = np.hypot(SOFT, SEEN * photograph.resolution(frame.place(window.corner[None])))
+    middle = _rim(across, np.where(known[row], scores[row], 0.0), int(best), float(soft))
+    return window.line(middle, float(turns[row]), max(step, 0.3 * SOFT))
+
+
+def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> float:
+    """Return the coordinate at which a layer of cloth ends, from the gradients of brightness across its edge.
+
+    The rim of a layer may be a dark or bright band, which has a strong gradient at each end. The stronger of the two
+    gradients has the index `best`. The band has a width w and is blurred by `soft`. On both sides of the band, the
+    gradient is largest at the distance sqrt(soft^2 + w^2/4) from the band's middle.
+    """
+    reach = round(WIDE / float(across[1] - across[0]))
+    strength = np.abs(slopes)
+    peaks = np.flatnonzero((strength[1:-1] >= strength[:-2]) & (strength[1:-1] >= strength[2:])) + 1
+    opposite = slopes[peaks] * slopes[best] < 0
+    other = peaks[opposite & (np.abs(peaks - best) <= reach) & (strength[peaks] > SECOND * strength[best])]
+    if not len(other):
+        return float(across[best])
+    ends = across[[best, other[strength[other].argmax()]]]
+    half = 0.5 * float(np.ptp(ends))
+    return float(ends.mean()) - float(np.sqrt(max(half**2 - soft**2, 0.0)))
+
+
+def outer_edge(points: np.ndarray, window: Window) -> Line | None:
+    """Fit a line to the part of a cloth's outline that lies in a window.
+
+    The result is None if no part of the outline runs along the window.
+
+    Args:
+        points: Points of the outline in the fold's frame [m], shape (n, 2).
+        window: Area in which the edge is expected.
+    """
+    along, across = window.coordinates(points)
+    near = (along > 0.01) & (along < window.length) & (np.abs(across) < window.reach)
+    if near.sum() < 8 or np.ptp(along[near]) < 0.6 * window.length:
+        return None
+    line = Line.through(points[near])
+    turn = abs(float(line.direction @ window.outward))
+    return line if turn < 1.5 * TURN and line.rms < 0.004 else None

@@ -1,0 +1,142 @@
+"""Describes the lens of a camera by its focal length, centre and distortion.
+
+These values are assumed, or are measured from several photographs of a board. The distortion has OpenCV's coefficients
+k1, k2, p1, p2, k3. In its formulas, distances from the centre are divided by the focal length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tomli_w
+from pydantic import Field
+
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_toml, validated, write_text
+from tatamu.base.records import Record
+from tatamu.cameras.opencv import opencv
+
+DIAGONAL = 0.04327
+"""Diagonal of 35 mm film [m]. The focal length that a photo's file states refers to this film."""
+USUAL, SPREAD = 0.85, 0.35
+"""Usual focal length of a phone's camera, and its relative standard deviation.
+
+The focal length is a fraction of the picture's longer side.
+"""
+STATED_SPREAD = 0.05
+"""Relative standard deviation of a focal length that a photo's file states."""
+KNOWN_SPREAD = 0.005
+"""Relative standard deviation of a focal length from a lens file. It is not zero because focusing changes the focal
+length."""
+CENTRE_SPREAD, KNOWN_CENTRE = 0.01, 0.001
+"""Standard deviation of the lens's centre in the picture, as a fraction of the picture's longer side.
+
+The first value is used without a lens file, the second with a lens file.
+"""
+BENT, BENT_MORE = 0.03, 0.01
+"""Standard deviations of the distortion coefficients k1 and k2 without a lens file. They are small because phones
+correct most of the distortion themselves."""
+APART = 20.0
+"""Smallest angle by which the board must turn between two of the photos that determine a lens [degrees].
+
+At least one pair of the photos must differ by this angle.
+"""
+FEWEST = 4
+"""Smallest number of photos of a board from which a lens can be determined."""
+
+Distortion = Annotated[tuple[Annotated[float, Field(ge=-5.0, le=5.0)], ...], Field(max_length=5)]
+
+
+class Lens(Record):
+    """The description of a camera's lens: focal length, centre and distortion."""
+
+    width: int = Field(ge=16, le=100_000)
+    """Width of the camera's pictures [pixels]."""
+    height: int = Field(ge=16, le=100_000)
+    focal: float = Field(gt=0.0, le=1e6)
+    """Focal length of the lens [pixels]."""
+    centre: tuple[float, float]
+    """Position at which the optical axis meets the picture [pixels]."""
+    distortion: Distortion = ()
+
+
+def load_lens(path: Path) -> Lens:
+    """Read a lens from its file.
+
+    Raises:
+        InputError: If the file cannot be read, or a field is wrong.
+    """
+    value = read_toml(path)
+    if list(value) != ["lens"]:
+        raise InputError(f"{path}: must have one table [lens], given {', '.join(map(str, value)) or 'none'}")
+    return validated(Lens, value["lens"], path)
+
+
+def write_lens(lens: Lens, path: Path) -> None:
+    """Write a lens to a file."""
+    write_text(path, tomli_w.dumps({"lens": lens.model_dump(mode="json")}))
+
+
+def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
+    """Convert a focal length `film`, which is stated for 35 mm film [mm], to pixels; None if `film` is None."""
+    return None if film is None else 1e-3 * film / DIAGONAL * float(np.hypot(*size))
+
+
+def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
+    """Return the lens for pictures of another width and height [pixels].
+
+    A lens that was described for wide pictures can also be used for upright pictures, and the other way round. Its
+    width and height are then exchanged.
+
+    Raises:
+        InputError: If the ratio of the sides is different.
+    """
+    if size[0] / size[1] < 1.0 < lens.width / lens.height or size[0] / size[1] > 1.0 > lens.width / lens.height:
+        centre = (lens.centre[1], lens.centre[0])
+        lens = lens.model_copy(update={"width": lens.height, "height": lens.width, "centre": centre})
+    factor = size[0] / lens.width
+    if abs(size[1] / lens.height - factor) > 0.01 * factor:
+        raise InputError(
+            f"lens: its pictures have {lens.width} x {lens.height} pixels, the photo {size[0]} x {size[1]}: "
+            "give a photo that was not cut, or the file of its own lens"
+        )
+    centre = (factor * lens.centre[0], factor * lens.centre[1])
+    return lens.model_copy(update={"width": size[0], "height": size[1], "focal": factor * lens.focal, "centre": centre})
+
+
+def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[int, int]) -> tuple[Lens, float]:
+    """Find the lens from several photos of one page of a board.
+
+    Args:
+        seen: Two arrays for each photo: the positions of k corners in the page's frame [m], and in the photo [pixels].
+            Both have the shape (k, 2).
+        size: Width and height of the photos [pixels].
+
+    Returns:
+        The lens, and the root mean square error of the corners with this lens [pixels].
+
+    Raises:
+        InputError: If there are fewer than `FEWEST` photos, or the photos are too similar.
+    """
+    if len(seen) < FEWEST:
+        raise InputError(f"photos: must be at least {FEWEST}, from different sides and angles, given {len(seen)}")
+    cv2 = opencv()
+    objects = [np.column_stack([places, np.zeros(len(places))]).astype(np.float32) for places, _ in seen]
+    pixels = [found.astype(np.float32) for _, found in seen]
+    start = np.array([[USUAL * max(size), 0, size[0] / 2], [0, USUAL * max(size), size[1] / 2], [0, 0, 1]])
+    flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+    rms, matrix, distortion, turns, _ = cv2.calibrateCamera(objects, pixels, size, start, np.zeros(5), flags=flags)
+    normals = np.array([cv2.Rodrigues(turn)[0][:, 2] for turn in turns])
+    apart = float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
+    if apart < APART:
+        raise InputError(
+            f"photos: must show the board at angles that differ by {APART:.0f} degrees, given {apart:.0f}: take them "
+            "from straight above, and tilted to every side"
+        )
+    k1, k2 = (float(value) for value in distortion.ravel()[:2])
+    centre = (float(matrix[0, 2]), float(matrix[1, 2]))
+    lens = Lens(width=size[0], height=size[1], focal=float(matrix[0, 0]), centre=centre, distortion=(k1, k2))
+    return lens, float(rms)

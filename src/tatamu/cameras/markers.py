@@ -1,0 +1,162 @@
+"""Finds a printed board in a photograph: the corners of the chessboards on all visible pages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.cameras.board import MARKERS, Board
+from tatamu.cameras.camera import Seen
+from tatamu.cameras.opencv import opencv
+
+FEWEST = 8
+"""Smallest number of corners of a chessboard from which the pose of a page of the board is determined."""
+WINDOW = 0.13
+"""Half the side of the window of pixels around a corner of a chessboard, from which its position is computed.
+
+It is a fraction of the side of a square of the chessboard. The window must be so small that it does not contain the
+markers inside the squares.
+"""
+WINDOWS = (2, 10)
+"""Smallest and largest value of half the side of the window from which a corner's position is computed [pixels]."""
+LOST = 2.0
+"""Largest distance by which the more exact computation may move a corner of a chessboard [pixels].
+
+A corner that moves farther is dropped.
+"""
+ROUNDS = 8
+"""Number of rounds in which a corner of a chessboard is located.
+
+In each round, the window around the corner is moved to the position that the last round found.
+"""
+BLURRED = 9.0
+"""Largest width of the sharpest edges of a photograph, in thousandths of its longer side.
+
+If the edges are wider, the photograph counts as blurred.
+"""
+
+
+@dataclass(frozen=True)
+class FoundPage:
+    """A page of a printed board that was found in a photograph."""
+
+    number: int
+    """Number of the page of the board; the first page has number 0."""
+    corners: Seen
+
+
+def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
+    """Find the pages of a board in a photograph. The first page of the board comes first in the result.
+
+    Further pages are found even if the board's file states fewer pages.
+
+    Args:
+        grey: Grey photograph, uint8, shape (h, w).
+        board: Description of the board.
+
+    Raises:
+        InputError: If too little of the first page is visible.
+    """
+    aruco = opencv().aruco
+    dictionary = board.pattern(0).getDictionary()
+    quads, ids, _ = aruco.ArucoDetector(dictionary, aruco.DetectorParameters()).detectMarkers(grey)
+    seen = np.empty(0, dtype=int) if ids is None else ids.ravel()
+    _check(seen, grey)
+    pages = []
+    for number in np.unique(seen // MARKERS).tolist():
+        own = np.flatnonzero(seen // MARKERS == number)
+        detector = aruco.CharucoDetector(board.pattern(number))
+        pixels, corners, _, _ = detector.detectBoard(
+            grey, markerCorners=[quads[k] for k in own], markerIds=seen[own][:, None]
+        )
+        count = 0 if corners is None else len(corners)
+        if count >= FEWEST:
+            pages.append(FoundPage(number, _refined(grey, board.corners[corners.ravel()], np.asarray(pixels, float))))
+        elif number == 0:
+            raise InputError(
+                f"board: only {count} of {len(board.corners)} corners of its first page are seen, at least {FEWEST} "
+                "are needed: show all of it, sharp and without glare"
+            )
+    return pages
+
+
+def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
+    """Compute the pixels of a chessboard's corners more exactly.
+
+    Return the corners' positions on the page, and their new pixels. Corners that move too far are dropped.
+    """
+    first = pixels.reshape(-1, 2)
+    found = saddles(grey, first)
+    kept = np.linalg.norm(found - first, axis=1) < LOST
+    return (places[kept], found[kept]) if kept.sum() >= FEWEST else (places, first)
+
+
+def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the positions of a chessboard's corners with an error of a few hundredths of a pixel, shape (n, 2).
+
+    At a corner, the brightness has a saddle point. A quadratic function is fitted to the brightness around each corner,
+    and the saddle point of this function is the result. The method is by Lucchese and Mitra (2002, Asia-Pacific
+    Conference on Circuits and Systems). OpenCV's own refinement is not used, because edges of markers next to the
+    corner disturb it. They cause an error of a quarter of a pixel.
+
+    Args:
+        grey: Grey photograph, uint8, shape (h, w).
+        corners: Positions of the corners with an error of about a pixel [pixels], shape (n, 2).
+    """
+    apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    reach = int(np.clip(np.round(WINDOW * np.median(apart.min(axis=0))), *WINDOWS))
+    side = np.arange(-reach, reach + 1.0)
+    x, y = (each.ravel() for each in np.meshgrid(side, side))
+    terms = np.column_stack([x**2, x * y, y**2, x, y, np.ones_like(x)])
+    weighted = terms.T * np.exp(-2.0 * (x**2 + y**2) / reach**2)
+    solve = np.linalg.solve(weighted @ terms, weighted)
+    found = corners.copy()
+    for _ in range(ROUNDS):
+        places = (found[:, None] + np.column_stack([x, y])).astype(np.float32)
+        bright = opencv().remap(grey.astype(np.float32), places[..., 0], places[..., 1], opencv().INTER_CUBIC)
+        a, b, c, d, e, _ = solve @ bright.T
+        bend = np.minimum(4.0 * a * c - b * b, -1e-9)  # negative at a saddle
+        found += np.clip(np.column_stack([b * e - 2.0 * c * d, b * d - 2.0 * a * e]) / bend[:, None], -1.0, 1.0)
+    return found
+
+
+def _check(seen: np.ndarray, grey: np.ndarray) -> None:
+    """Refuse a photo that shows no marker of the board's first page."""
+    if (seen < MARKERS).any():
+        return
+    if len(seen):
+        raise InputError(
+            f"board: the photo shows markers {seen.min()} to {seen.max()}, which are not those of the first page "
+            f"(0 to {MARKERS - 1}): lay the page that tatamu printed for this board file beside the cloth"
+        )
+    other = _other_dictionary(grey)
+    if other:
+        raise InputError(f"board: the photo shows markers of another board ({other}); print one with `tatamu board`")
+    if edge_width(grey) > BLURRED:
+        raise InputError("photo: is blurred, so that no board is found: hold the camera still and focus on the board")
+    raise InputError("board: is not seen in the photo: show all of it beside the cloth, in even light, or give --sheet")
+
+
+def _other_dictionary(grey: np.ndarray) -> str:
+    """Return the name of a set of markers ("dictionary") that the photo shows, but that this board does not use.
+
+    The name is empty if there is none.
+    """
+    aruco = opencv().aruco
+    for name in ("DICT_5X5_250", "DICT_6X6_250", "DICT_APRILTAG_36h11"):
+        dictionary = aruco.getPredefinedDictionary(getattr(aruco, name))
+        _, ids, _ = aruco.ArucoDetector(dictionary, aruco.DetectorParameters()).detectMarkers(grey)
+        if ids is not None and len(ids) >= 3:
+            return name
+    return ""
+
+
+def edge_width(grey: np.ndarray) -> float:
+    """Return the width of the sharpest edges of a photograph, in thousandths of the photograph's longer side."""
+    smooth = opencv().GaussianBlur(grey, (0, 0), 1.0).astype(float)
+    steepest = np.percentile(np.hypot(*np.gradient(smooth)), 99.9)
+    low, high = np.percentile(smooth, [1.0, 99.0])
+    return float(1e3 * (high - low) / max(steepest, 1e-9) / max(grey.shape))

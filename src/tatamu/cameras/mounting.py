@@ -1,0 +1,87 @@
+"""Determines the pose of a board in the robot's base frame.
+
+The user gives the pose, or lets the robot touch the board's marks.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.cameras.pose import Pose
+
+FARTHEST = 10.0
+"""Largest allowed coordinate of a board or a touched mark in the robot's base frame [m]."""
+TOUCHED = 0.005
+"""Largest distance between the place at which the robot touched a mark and the mark's place on the board [m].
+
+If the distance is larger, the touched places are refused.
+"""
+LEVEL = 0.01
+"""Largest difference in height between the touched marks [m]. If it is larger, the table is not level."""
+
+
+def parse_pose(text: str, option: str) -> Pose:
+    """Read the pose of a board from a text "x,y,yaw" [m, m, rad].
+
+    Raises:
+        InputError: If the text is not a pose. The message names the command line option `option`.
+    """
+    values = _numbers(text, option, "x,y,yaw in metres and radians", (3,))
+    if max(abs(values[0]), abs(values[1])) > FARTHEST or abs(values[2]) > 6.3:
+        raise InputError(f"{option}: x and y must be within {FARTHEST:g} m and yaw within 6.3 rad, given {text!r}")
+    return Pose(*values)
+
+
+def parse_touched(text: str) -> np.ndarray:
+    """Read the positions of three touched marks [m] from a text "x,y[,z] x,y[,z] x,y[,z]", shape (3, 2) or (3, 3).
+
+    Raises:
+        InputError: If the text does not contain three positions.
+    """
+    parts = text.split()
+    if len(parts) != 3:
+        raise InputError(f"touch: must be the three marks A, B and C, each as x,y or x,y,z in metres, given {text!r}")
+    places = [_numbers(part, "touch", "x,y or x,y,z in metres", (2, 3)) for part in parts]
+    if len({len(place) for place in places}) != 1:
+        raise InputError(f"touch: must give x,y of all marks or x,y,z of all, given {text!r}")
+    found = np.array(places)
+    if np.abs(found).max() > FARTHEST:
+        raise InputError(f"touch: must be within {FARTHEST:g} m, given {text!r}")
+    return found
+
+
+def touched_pose(marks: np.ndarray, touched: np.ndarray) -> Pose:
+    """Return the pose of a board in the robot's base frame.
+
+    Args:
+        marks: Positions of the marks A, B and C in the board's frame [m], shape (3, 2).
+        touched: Positions of the marks in the robot's frame, where the robot touched them [m], shape (3, 2) or (3, 3).
+
+    Raises:
+        InputError: If the touched positions do not fit the board, or the table is not level.
+    """
+    pose = Pose.moving(marks, touched[:, :2])
+    off = np.linalg.norm(pose.place(marks) - touched[:, :2], axis=1)
+    if off.max() > TOUCHED:
+        worst = "ABC"[int(off.argmax())]
+        raise InputError(
+            f"touch: the marks must lie as on the board, within {1e3 * TOUCHED:.0f} mm; mark {worst} is off by "
+            f"{1e3 * off.max():.0f} mm: touch A, B, C in this order, and check `bar` in the board's file"
+        )
+    if touched.shape[1] == 3 and np.ptp(touched[:, 2]) > LEVEL:
+        raise InputError(
+            f"touch: the marks must be at the same height within {1e3 * LEVEL:.0f} mm, "
+            f"given {1e3 * np.ptp(touched[:, 2]):.0f} mm of difference"
+        )
+    return pose
+
+
+def _numbers(text: str, option: str, what: str, counts: tuple[int, ...]) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) not in counts or not np.isfinite(values).all():
+        raise InputError(f"{option}: must be {what}, given {text!r}")
+    return values

@@ -1,0 +1,190 @@
+"""Reads a photograph, finds its scale and its camera, and finds the outline of the cloth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.cameras.board import Board, load_board
+from tatamu.cameras.camera import Seen, View, estimate
+from tatamu.cameras.edges import Edges, closed_normals, step_edges
+from tatamu.cameras.lens import Lens, scaled, stated_focal
+from tatamu.cameras.markers import find_pages
+from tatamu.cameras.opencv import opencv
+from tatamu.cameras.sheet import SHEETS, Sheet, find_sheet
+from tatamu.garments.foreground import stand_out
+from tatamu.garments.photo import Picture, blocks, contour, read_picture, reduction, softened
+
+ROOM = 0.004
+"""Width of the margin around a sheet of paper that is ignored in the search for cloth [m]."""
+SMALLEST = 400
+"""Smallest allowed number of pixels along the shorter side of a photo."""
+WIDEST, WIDEST_PIXELS = 0.006, 10.0
+"""Largest width over which the colour changes at the outline of the cloth, in metres and in pixels.
+
+If the width exceeds both limits, the photograph counts as blurred. The limit in pixels is so large because JPEG files
+blur colours over 4 pixels.
+"""
+SPACING = 2.0
+"""Distance between points along the outline of a cloth, in pixels of a reduced copy of the photograph."""
+
+Scale = Board | Sheet
+"""The object of known size that gives a photograph its scale: a printed board or a sheet of paper."""
+
+
+def load_scale(name: Path | str) -> Scale:
+    """Return the object that gives a photograph its scale: a plain sheet of paper, or the board of a file.
+
+    Raises:
+        InputError: If `name` is neither the name of a sheet nor the file of a board.
+    """
+    return SHEETS[str(name)] if str(name) in SHEETS else load_board(Path(name))
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """A photograph whose camera is known."""
+
+    path: Path
+    picture: Picture
+    view: View
+    papers: tuple[np.ndarray, ...]
+    """Corners of each sheet of paper in the photograph, in the board's frame [m], shape (4, 2) each."""
+
+    @property
+    def pixels(self) -> np.ndarray:
+        """Pixels of the photograph as 8-bit RGB, shape (h, w, 3)."""
+        return self.picture.pixels
+
+    def in_pixels(self, table: np.ndarray, height: float = 0.0) -> np.ndarray:
+        """Return the pixels at which the camera sees n positions, shape (n, 2).
+
+        The positions on the table have shape (n, 2), and are raised by `height` [m].
+        """
+        return self.view.camera.project(np.column_stack([table, np.full(len(table), height)]))
+
+    def resolution(self, table: np.ndarray) -> float:
+        """Return the length on the table that a pixel shows [m], near the middle of the given positions (n, 2)."""
+        middle = table.mean(axis=0)
+        around = self.in_pixels(middle + 0.01 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]))
+        lengths = np.linalg.norm(around[[0, 2]] - around[[1, 3]], axis=1)
+        return float(0.02 / lengths.min())
+
+
+def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photograph:
+    """Read a photograph and find its camera.
+
+    Args:
+        path: Path of the photograph.
+        scale: Board or sheet of paper that the photograph shows.
+        lens: Lens of the camera; None if the lens is not known.
+
+    Raises:
+        InputError: If the file is not a picture, or the board or sheet is not found.
+    """
+    picture = read_picture(path)
+    tall, wide = picture.pixels.shape[:2]
+    if min(tall, wide) < SMALLEST:
+        raise InputError(f"{path}: photo: must have at least {SMALLEST} pixels on each side, given {wide} x {tall}")
+    focal = stated_focal(picture.film, (wide, tall))
+    try:
+        known = None if lens is None else scaled(lens, (wide, tall))
+        if isinstance(scale, Board):
+            pages = find_pages(_grey(picture.pixels), scale)
+            view = estimate([page.corners for page in pages], (wide, tall), known, focal)
+            papers = tuple(pose.place(scale.rim) for pose in view.pages)
+        else:
+            view = find_sheet(picture.pixels, scale, known, focal)
+            papers = (scale.corners,)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return Photograph(path, picture, view, papers)
+
+
+def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
+    """Find the outline of the cloth in a photograph [pixels].
+
+    On the screen, the points of the outline are in clockwise order.
+
+    Raises:
+        InputError: If no cloth differs from the table, the cloth is cut off, or the photograph is blurred.
+    """
+    pixels = photograph.pixels
+    reduced = reduction(pixels)
+    image = blocks(pixels, reduced)
+    ignored = _drawn(photograph, reduced, image.shape[:2])
+    found = stand_out(image, photograph.path, join, np.empty((0, 2)), ignored)
+    curve = (contour(softened(found.mask)) + 0.5) * reduced - 0.5
+    curve = even(curve if _signed_area(curve) > 0 else curve[::-1], SPACING * reduced)
+    edges = step_edges(pixels, curve, closed_normals(curve), 2.5 * reduced + 3.0)
+    wide = float(np.median(edges.width[edges.found])) if edges.found.any() else 0.0
+    width = wide * photograph.resolution(photograph.view.camera.on_table(edges.points))
+    if width > WIDEST and wide > WIDEST_PIXELS:
+        raise InputError(
+            f"{photograph.path}: photo: is blurred: edges of the cloth are {1e3 * width:.0f} mm wide, "
+            f"at most {1e3 * WIDEST:.0f} mm are needed"
+        )
+    return edges
+
+
+def even(curve: np.ndarray, spacing: float) -> np.ndarray:
+    """Return points at equal distances of about `spacing` along a closed curve, shape (n, 2)."""
+    closed = np.vstack([curve, curve[:1]])
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
+    at = np.linspace(0.0, arc[-1], max(8, round(arc[-1] / spacing)), endpoint=False)
+    return np.column_stack([np.interp(at, arc, closed[:, k]) for k in (0, 1)])
+
+
+def _grey(pixels: np.ndarray) -> np.ndarray:
+    cv2 = opencv()
+    return np.asarray(cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2GRAY))
+
+
+def _signed_area(curve: np.ndarray) -> float:
+    """Return the area inside a curve.
+
+    The area is positive if the curve is clockwise on the screen, where y points down.
+    """
+    after = np.roll(curve, -1, axis=0)
+    return float(0.5 * (curve[:, 0] * after[:, 1] - curve[:, 1] * after[:, 0]).sum())
+
+
+def _drawn(photograph: Photograph, reduced: int, shape: tuple[int, int]) -> np.ndarray:
+    """Return a mask of the photograph, which is True where a pixel shows a sheet of paper, shape (h, w).
+
+    The photograph is a reduced copy with h x w pixels.
+    """
+    covered = np.zeros(shape, dtype=np.uint8)
+    for corners in photograph.papers:
+        middle = corners.mean(axis=0)
+        out = corners + ROOM * np.sign(corners - middle)
+        pixels = (photograph.in_pixels(out) + 0.5) / reduced - 0.5
+        opencv().fillPoly(covered, [np.round(pixels).astype(np.int32)], 1)
+    return covered.astype(bool)
+
+
+def board_corners(photos: Sequence[Path], board: Board) -> tuple[list[Seen], tuple[int, int]]:
+    """Return the corners of a board's first page in several photos, and the common size of the photos [pixels].
+
+    Raises:
+        InputError: If a photo does not show the first page, or the photos have different sizes.
+    """
+    seen: list[Seen] = []
+    sizes: dict[tuple[int, int], Path] = {}
+    for path in photos:
+        pixels = read_picture(path).pixels
+        sizes.setdefault((pixels.shape[1], pixels.shape[0]), path)
+        if len(sizes) > 1:
+            first, other = (f"{wide} x {tall}" for wide, tall in sizes)
+            raise InputError(f"{path}: photo: must have {first} pixels as the others have, given {other}")
+        try:
+            seen.append(find_pages(_grey(pixels), board)[0].corners)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    if not sizes:
+        raise InputError("photos: must be at least one")
+    return seen, next(iter(sizes))

@@ -1,0 +1,358 @@
+"""Reads a finished fold from a photograph: where the moved hem lies, and how far the lower hem has slipped.
+
+The fold moves a hem of the cloth onto the opposite hem, which is called the lower hem. The moved hem lies on top. Two
+cases are possible:
+
+- An edge is seen inside the outline. Then this edge is the moved hem, and the outline shows the lower hem.
+- No edge is seen inside the outline. Then the outline shows the moved hem, and the lower hem is hidden under the moved
+  hem. The position of the crease shows how far the hidden hem may be from the outline.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from tatamu.base.errors import InputError
+from tatamu.cameras.layers import Window, inner_edge, outer_edge
+from tatamu.cameras.lens import load_lens
+from tatamu.cameras.lines import Line
+from tatamu.cameras.located import Located
+from tatamu.cameras.photograph import Photograph, find_cloth, load_scale, read_photograph
+from tatamu.cameras.pose import Pose
+from tatamu.folding.fold import Fold
+from tatamu.folding.marks import lower_hem
+from tatamu.study.result import Result
+
+REACH = 0.06
+"""Largest distance between an edge of the folded cloth and its target position [m].
+
+The photograph is not searched for edges that are farther away.
+"""
+LENGTH = 0.12
+"""Length of the part of a cloth's edge that is searched, measured from a corner of the cloth [m]."""
+UNSEEN = 0.012
+"""Largest distance at which a hidden hem may lie from the visible outline of the folded cloth [m].
+
+If the hem may lie farther away, the result contains no value for this hem.
+"""
+WIDER = 0.006
+"""Largest difference between the visible width of a hem and the width that it should have [m].
+
+If the visible hem is even wider, its two corners probably belong to different layers.
+"""
+GIVEN = 1.5
+"""Assumed standard deviation of a corner of the cloth that the user gives [pixels]."""
+ROUND = 0.3
+"""Distance between the rim of the cloth in the photo and the real edge, as a fraction of the cloth's thickness."""
+CORNERS = ("left", "right", "lower-left", "lower-right")
+"""Names of corners that the user can give: two of the moved hem, and two of the opposite, lower hem."""
+
+Measured = dict[str, tuple[float, float]]
+"""Value and standard deviation of each quantity that was measured after a fold [m], by name."""
+
+
+@dataclass(frozen=True)
+class FoldReading:
+    """The result of reading a finished fold from a photograph."""
+
+    values: Measured
+    """Deviations of the finished fold from its target, as read from the photograph.
+
+    The keys are the names of `folding.marks.MARKS`."""
+    corners: Mapping[str, np.ndarray]
+    """Pixels of the corners that were found, shape (2,), by the names of `CORNERS`."""
+    outline: np.ndarray
+    """Outline of the cloth in the photograph [pixels], shape (n, 2)."""
+    targets: Mapping[str, np.ndarray]
+    """Pixels at which the corners of the moved hem should be, shape (2,), by the names "left" and "right"."""
+    frame: Pose
+    """Pose of the fold's frame on the board."""
+    photograph: Photograph = field(repr=False)
+
+    def pixels_of(self, points: np.ndarray) -> np.ndarray:
+        """Return the pixels at which the camera sees n points, shape (n, 2).
+
+        The points are given in the fold's frame [m], shape (n, 3).
+        """
+        placed = np.column_stack([self.frame.place(points[:, :2]), points[:, 2]])
+        return self.photograph.view.camera.project(placed)
+
+
+@dataclass(frozen=True)
+class _Corner:
+    """A corner of a hem that was found in a photograph, in the fold's frame."""
+
+    place: np.ndarray
+    """Position of the corner [m], shape (2,)."""
+    deviation: np.ndarray
+    """Standard deviations of the position [m], shape (2,): along the direction of the fold, and across it."""
+    height: float
+    """Height of the corner above the table [m]."""
+
+
+def read_fold(
+    photo: Path | str,
+    board: Path | str,
+    frame: Located | Pose,
+    result: Result,
+    *,
+    lens: Path | str | None = None,
+    corners: Mapping[str, np.ndarray] | None = None,
+) -> Measured:
+    """Measure in a photograph how a fold ended.
+
+    The result is the field `values` of the result of `view_fold`. The arguments and the errors are explained at
+    `view_fold`.
+    """
+    return view_fold(photo, board, frame, result, lens=lens, corners=corners).values
+
+
+def view_fold(
+    photo: Path | str,
+    board: Path | str,
+    frame: Located | Pose,
+    result: Result,
+    *,
+    lens: Path | str | None = None,
+    corners: Mapping[str, np.ndarray] | None = None,
+) -> FoldReading:
+    """Find the hems of a finished fold in a photograph, and measure how they deviate from their targets.
+
+    Args:
+        photo: File of a photo that was taken after the fold.
+        board: File of the board in the photo, or "a4" or "letter" for a plain sheet. The board must not have moved
+            since `frame` was determined.
+        frame: The cloth as it was located before the fold, or the pose of the cloth's frame on the board.
+        result: The learned fold that the robot executed.
+        lens: File of the camera's lens; None if the lens is not known.
+        corners: Pixels of corners that the user gives, by the names of `CORNERS`, shape (2,). They replace the corners
+            that are found.
+
+    Raises:
+        InputError: If a file or a corner's name is wrong, or no corner of the hem is found.
+    """
+    known = None if lens is None else load_lens(Path(lens))
+    photograph = read_photograph(Path(photo), load_scale(board), known)
+    pose, spread = (frame, (0.0, 0.0, 0.0)) if isinstance(frame, Pose) else (frame.pose, frame.deviation)
+    return FoldReader(photograph, pose, spread, result.task.fold).read({} if corners is None else corners)
+
+
+class FoldReader:
+    """Finds the edges of a finished fold in a photograph."""
+
+    def __init__(self, photograph: Photograph, frame: Pose, spread: tuple[float, float, float], fold: Fold) -> None:
+        """Find the outline of the folded cloth in a photograph.
+
+        Args:
+            photograph: The photograph.
+            frame: Pose of the fold's frame on the board.
+            spread: Standard deviations of x, y [m] and yaw [rad] of the frame.
+            fold: The planned fold, with its target.
+
+        Raises:
+            InputError: If the fold uses a single hand, or no cloth is found.
+        """
+        if fold.hands != 2:
+            raise InputError("fold: must be one of two hands, whose hem has two corners, given one of a single hand")
+        self._photograph, self._frame, self._spread, self._fold = photograph, frame, spread, fold
+        self._edge = find_cloth(photograph).points
+        self._axes = np.array([fold.normal, fold.crease.along])
+        thickness = fold.garment.material.thickness
+        self._rim = ROUND * thickness
+        self._heights = {"upper": float(fold.target[self._hem, 2].mean()), "lower": 0.5 * thickness}
+        camera = photograph.view.camera
+        self._outlines = {
+            name: frame.seen_from(camera.on_rim(self._edge, height + 0.5 * thickness))
+            for name, height in self._heights.items()
+        }
+        self._starts = dict(zip(("left", "right"), fold.start[lower_hem(fold, self._hem), :2], strict=True))
+        self._cloth = shapely.Polygon(self._outlines["upper"]).buffer(0)
+
+    @property
+    def _hem(self) -> list[int]:
+        """Numbers of the mesh's vertices at the left and the right corner of the moved hem."""
+        return [int(self._fold.left[0]), int(self._fold.right[0])]
+
+    def read(self, given: Mapping[str, np.ndarray]) -> FoldReading:
+        """Return what was measured of the fold.
+
+        `given` has the pixels of corners that the user gives, by their names.
+
+        Raises:
+            InputError: If a given corner has an unknown name, or no corner of the hem is found.
+        """
+        for name in given:
+            if name not in CORNERS:
+                raise InputError(f"corner: must be one of {', '.join(CORNERS)}, given {name!r}")
+        found: dict[str, _Corner] = {}
+        for side, vertex in zip(("left", "right"), self._hem, strict=True):
+            upper, lower = self._corner(side, vertex)
+            found |= {side: upper} if upper else {}
+            found |= {f"lower-{side}": lower} if lower else {}
+        self._drop_doubtful(found)
+        found |= {name: self._given(name, pixel) for name, pixel in given.items()}
+        values = self._values(found)
+        if not values:
+            raise InputError(
+                f"{self._photograph.path}: photo: no corner of the moved hem is seen within {1e3 * REACH:.0f} mm of "
+                "its target: show them with --corner left=X,Y and --corner right=X,Y, or observe the fold as failed"
+            )
+        ends = dict(zip(("left", "right"), self._hem, strict=True))
+        targets = {side: self._pixel(self._fold.target[vertex, :2], "upper") for side, vertex in ends.items()}
+        pixels = {
+            name: self._pixel(corner.place, "lower" if name.startswith("lower") else "upper")
+            for name, corner in found.items()
+        }
+        return FoldReading(values, pixels, self._edge, targets, self._frame, self._photograph)
+
+    def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
+        """Drop the coordinates of the moved hem's corners across the fold if this hem appears too wide.
+
+        One of these corners then probably belongs to the lower layer.
+        """
+        if "left" not in found or "right" not in found:
+            return
+        left, right = (self._fold.target[vertex, :2] for vertex in self._hem)
+        seen = float(self._axes[1] @ (found["left"].place - found["right"].place))
+        if seen - float(self._axes[1] @ (left - right)) > WIDER:
+            for side in ("left", "right"):
+                deviation = np.array([found[side].deviation[0], np.inf])
+                found[side] = _Corner(found[side].place, deviation, found[side].height)
+
+    def _values(self, found: Mapping[str, _Corner]) -> Measured:
+        """Return the deviations of the hems' corners from their targets, along the fold and across the fold."""
+        values: Measured = {}
+        for side, vertex in zip(("left", "right"), self._hem, strict=True):
+            if side in found:
+                off = self._axes @ (found[side].place - self._fold.target[vertex, :2])
+                spread = self._total(found[side])
+                for k, axis in enumerate(("along", "across")):
+                    if np.isfinite(spread[k]):
+                        values[f"{side}_{axis}"] = (float(off[k]), float(spread[k]))
+        for k, axis in enumerate(("along", "across")):
+            seen = []
+            for side in ("left", "right"):
+                lower = found.get(f"lower-{side}")
+                if lower is not None and np.isfinite(lower.deviation[k]):
+                    off = self._axes @ (lower.place - self._starts[side])
+                    seen.append((off[k], self._total(lower)[k]))
+            if seen:
+                offs, spreads = np.array(seen).T
+                values[f"slip_{axis}"] = (float(offs.mean()), float(np.sqrt((spreads**2).mean())))
+        return values
+
+    def _corner(self, side: str, vertex: int) -> tuple[_Corner | None, _Corner | None]:
+        """Return a corner of the moved hem, and the corner of the lower hem below it.
+
+        A corner that is not found is None.
+        """
+        hem, flank = self._windows(side, vertex)
+        upper_hem, lower_hem = self._edges(hem)
+        upper_flank, lower_flank = self._edges(flank)
+        upper = lower = None
+        doubt = 0.0 if upper_hem is None or lower_hem is not None else self._unseen(upper_hem, hem)
+        if upper_hem and upper_flank and doubt < UNSEEN:
+            upper = self._met(upper_hem, upper_flank, "upper", 0.5 * doubt)
+        if lower_hem or lower_flank:
+            lower = self._lower(side, lower_hem, lower_flank)
+        return upper, lower
+
+    def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
+        """Return two areas near a corner of the moved hem.
+
+        The hem is expected in the first area, and the side edge of the cloth in the second.
+        """
+        target = self._fold.target[:, :2]
+        corner = target[vertex]
+        other = target[self._hem[1] if side == "left" else self._hem[0]]
+        inwards = (other - corner) / np.linalg.norm(other - corner)
+        normal = self._axes[0]
+        out = normal - (normal @ inwards) * inwards
+        length = min(LENGTH, 0.4 * float(np.linalg.norm(other - corner)))
+        sideways = self._axes[1] if side == "left" else -self._axes[1]
+        deep = min(LENGTH, 0.6 * abs(float(self._fold.crease.split(self._fold.target[[vertex]])[0][0])))
+        reach = min(REACH, 0.6 * deep)
+        return (
+            Window(corner, inwards, out / np.linalg.norm(out), length, reach),
+            Window(corner, -normal, sideways, deep, min(REACH, 0.45 * float(np.linalg.norm(other - corner)))),
+        )
+
+    def _edges(self, window: Window) -> tuple[Line | None, Line | None]:
+        """Return the edges of the upper layer and of the lower layer of folded cloth in a window of the photograph.
+
+        An edge that is not found is None.
+        """
+        top = self._heights["upper"] + self._rim  # inner end of the visible rim
+        inner = inner_edge(self._photograph, self._frame, window, top, self._cloth)
+        if inner is not None:
+            return inner, outer_edge(self._outlines["lower"], window)
+        return outer_edge(self._outlines["upper"], window), None
+
+    def _unseen(self, edge: Line, hem: Window) -> float:
+        """Return the largest possible distance of a hidden hem from the visible hem [m].
+
+        It is infinite if no crease is visible.
+        """
+        crease = self._crease()
+        if crease is None:
+            return np.inf
+        return abs(2.0 * crease - float((edge.origin - hem.corner) @ self._axes[0]))
+
+    def _crease(self) -> float | None:
+        """Return the distance of the crease from its target, along the fold [m]; None if the crease is not visible."""
+        across = self._fold.crease.split(self._fold.target)[0]
+        place = self._fold.target[int(across.argmin()), :2] @ self._axes[0]
+        middle = self._fold.target[self._hem, :2].mean(axis=0) @ self._axes[1]
+        half = 0.35 * float(np.linalg.norm(np.diff(self._fold.target[self._hem, :2], axis=0)))
+        begin = place * self._axes[0] + (middle - half) * self._axes[1]
+        line = outer_edge(self._outlines["upper"], Window(begin, self._axes[1], -self._axes[0], 2 * half, REACH))
+        return None if line is None else float(line.origin @ self._axes[0] - place)
+
+    def _met(self, hem: Line, flank: Line, layer: str, doubt: float = 0.0) -> _Corner:
+        place = hem.meets(flank)
+        spread = [line.deviation_at(place, max(1.0, line.count / 10.0)) for line in (hem, flank)]
+        deviation = np.hypot(np.hypot(spread, [doubt, 0.0]), self._rim)
+        return _Corner(place, deviation, self._heights[layer])
+
+    def _lower(self, side: str, hem: Line | None, flank: Line | None) -> _Corner:
+        """Return a corner of the lower hem from its visible edges.
+
+        If only one edge is visible, the coordinate along this edge has an infinite standard deviation.
+        """
+        if hem is not None and flank is not None:
+            return self._met(hem, flank, "lower")
+        seen, k = (hem, 0) if hem is not None else (flank, 1)
+        assert seen is not None
+        foot = Line(self._starts[side], self._axes[k], 0.0, 1.0, 1).meets(seen)
+        deviation = np.full(2, np.inf)
+        deviation[k] = np.hypot(seen.deviation_at(foot, max(1.0, seen.count / 10.0)), self._rim)
+        return _Corner(foot, deviation, self._heights["lower"])
+
+    def _given(self, name: str, pixel: np.ndarray) -> _Corner:
+        layer = "lower" if name.startswith("lower") else "upper"
+        place = self._in_frame(np.asarray(pixel, dtype=float)[None], self._heights[layer])[0]
+        size = GIVEN * self._photograph.resolution(self._frame.place(place[None]))
+        return _Corner(place, np.full(2, np.hypot(size, self._rim)), self._heights[layer])
+
+    def _total(self, corner: _Corner) -> np.ndarray:
+        """Return the standard deviations of a corner's position along and across the fold, shape (2,).
+
+        They include the uncertainties of the camera and of the fold's frame.
+        """
+        pixel = self._photograph.in_pixels(self._frame.place(corner.place[None]), corner.height)
+        camera = float(self._photograph.view.deviation(pixel, corner.height)[0]) / np.sqrt(2.0)
+        x, y, yaw = self._spread
+        lever = np.abs(self._axes @ np.array([-corner.place[1], corner.place[0]])) * yaw
+        frame = np.hypot(max(x, y), lever)
+        return np.sqrt(corner.deviation**2 + camera**2 + frame**2)
+
+    def _in_frame(self, pixels: np.ndarray, height: float) -> np.ndarray:
+        return self._frame.seen_from(self._photograph.view.camera.on_table(pixels, height))
+
+    def _pixel(self, place: np.ndarray, layer: str) -> np.ndarray:
+        return self._photograph.in_pixels(self._frame.place(place[None]), self._heights[layer])[0]

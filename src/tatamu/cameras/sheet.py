@@ -1,0 +1,157 @@
+"""Finds a plain white sheet of paper that lies next to the cloth and gives the scale of a photo.
+
+The origin of the sheet's frame is the middle of the sheet. The x axis is parallel to the long side, and points to the
+right in the photo. The z axis points up from the table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.cameras.board import PAPERS
+from tatamu.cameras.camera import View, estimate
+from tatamu.cameras.edges import step_edges
+from tatamu.cameras.lens import Lens
+from tatamu.cameras.lines import Line
+from tatamu.cameras.opencv import opencv
+
+LONGEST = 1400
+"""Number of pixels along the longer side to which photos are reduced for the search for a sheet of paper."""
+SMALLEST, LARGEST = 0.002, 0.4
+"""Smallest and largest fraction of the photo's area that a sheet of paper may cover."""
+PLAIN, SPOTS = 0.75, 0.02
+"""Two limits for the brightness of a plain sheet of paper.
+
+A pixel counts as dark if its brightness is less than the first number times the median brightness. The second number is
+the largest fraction of dark pixels.
+"""
+LEVELS = (0.6, 0.7, 0.8, 0.88)
+"""Thresholds that separate a sheet of paper from darker areas, as fractions of the largest brightness.
+
+Each threshold is tried.
+"""
+RESIDUAL = 3.0
+"""Largest root mean square distance between the corners of a bright area and the corners of a sheet [pixels].
+
+If the distance is larger, the area is not the sheet.
+"""
+SIDE = 60
+"""Number of positions along each side of a sheet of paper at which the edge is located."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A plain sheet of paper, which gives a photograph its scale."""
+
+    name: str
+    size: tuple[float, float]
+    """Lengths of the sheet's long side and of its short side [m]."""
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Corners of the sheet in its frame [m], shape (4, 2), in counter-clockwise order from the corner at -x, -y."""
+        long, short = self.size
+        return 0.5 * np.array([[-long, -short], [long, -short], [long, short], [-long, short]])
+
+    @property
+    def marks(self) -> np.ndarray:
+        """Positions of three corners of the sheet in its frame [m], shape (3, 2).
+
+        They are the corners at (-x, -y), (+x, -y) and (-x, +y).
+        """
+        return self.corners[[0, 1, 3]]
+
+
+SHEETS = {name: Sheet(name, (size[1], size[0])) for name, size in PAPERS.items()}
+
+
+def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float | None) -> View:
+    """Find the camera of a photo from a sheet of paper in the photo.
+
+    Raises:
+        InputError: If no quadrangle in the photo can be this sheet.
+    """
+    size = (pixels.shape[1], pixels.shape[0])
+    views = []
+    for quad in _quadrangles(pixels):
+        corners = _sharp(pixels, quad)
+        if corners is None:
+            continue
+        for shift in (0, 1):
+            ordered = np.roll(corners, shift, axis=0)
+            along = 0.5 * (ordered[1] + ordered[2] - ordered[0] - ordered[3])
+            ordered = ordered if along[0] > 0 else np.roll(ordered, 2, axis=0)
+            try:
+                views.append((ordered, estimate([(sheet.corners, ordered)], size, lens, focal)))
+            except InputError:
+                continue
+    good = [view for _, view in views if view.rms < RESIDUAL]
+    if not good:
+        raise InputError(
+            f"sheet: no white sheet of size {sheet.name} is seen: lay all of it flat on a darker table, apart from the "
+            "cloth"
+        )
+    return min(good, key=lambda view: view.penalty)
+
+
+def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
+    """Return the corners of bright convex quadrangles in a photo [pixels], shape (4, 2) each.
+
+    The corners are counter-clockwise as seen from above the table.
+    """
+    cv2 = opencv()
+    factor = max(1.0, max(pixels.shape[:2]) / LONGEST)
+    small = cv2.resize(pixels, None, fx=1 / factor, fy=1 / factor, interpolation=cv2.INTER_AREA)
+    dark = cv2.GaussianBlur(small.min(axis=2), (0, 0), 1.5)
+    top = float(np.percentile(dark, 99.5))
+    found: list[np.ndarray] = []
+    for level in LEVELS:
+        outlines, _ = cv2.findContours((dark > level * top).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        for outline in outlines:
+            share = cv2.contourArea(outline) / dark.size
+            quad = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True)[:, 0]
+            if not SMALLEST < share < LARGEST or len(quad) != 4 or not cv2.isContourConvex(quad):
+                continue
+            if not _is_plain(dark, quad):
+                continue
+            corners = (quad.astype(float) + 0.5) * factor - 0.5
+            after = np.roll(corners, -1, axis=0)
+            turn = (corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).sum()
+            corners = corners if turn < 0 else corners[::-1]  # y points down in pixels
+            if not any(np.abs(corners.mean(axis=0) - other.mean(axis=0)).max() < 5 * factor for other in found):
+                found.append(corners)
+    return found
+
+
+def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
+    """Return whether a quadrangle in a photo has the same brightness everywhere.
+
+    If not, it may be a printed page.
+    """
+    middle = quad.mean(axis=0)
+    inner = np.round(middle + 0.85 * (quad - middle)).astype(np.int32)
+    there = np.zeros(dark.shape, dtype=np.uint8)
+    opencv().fillPoly(there, [inner], 1)
+    inside = dark[there > 0]
+    return len(inside) > 0 and float((inside < PLAIN * np.median(inside)).mean()) < SPOTS
+
+
+def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
+    """Return more exact corners of a quadrangle in a photo [pixels], shape (4, 2); None if a side has no clear edge.
+
+    A line is fitted to the edge of each side. The corners are the points at which neighbouring lines meet.
+    """
+    reach = 3.0 + max(pixels.shape[:2]) / LONGEST * 2.0
+    lines = []
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        at = np.linspace(0.08, 0.92, SIDE)[:, None]
+        points = start + at * (end - start)
+        across = np.array([-(end - start)[1], (end - start)[0]]) / np.linalg.norm(end - start)
+        edges = step_edges(pixels, points, np.tile(across, (SIDE, 1)), reach)
+        if edges.found.mean() < 0.5:
+            return None
+        lines.append(Line.through(edges.points[edges.found]))
+    return np.array([lines[k - 1].meets(lines[k]) for k in range(4)])

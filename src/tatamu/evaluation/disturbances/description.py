@@ -1,0 +1,287 @@
+"""The file of disturbances: possible errors of hands, grasps, cloth, table and material in a simulation.
+
+Numbers are standard deviations. Every field is explained in docs/reference/disturbances.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_toml, validated
+from tatamu.base.records import Record
+from tatamu.evaluation.disturbances.channels import CHANNELS, FIELDS, PLACES, prefix_in
+from tatamu.folding.fingers import Fingers
+from tatamu.simulation.material import Material, Number
+
+DEFAULT = "default"
+NONE = "none"
+OWN = Path(__file__).parent
+"""Folder that contains `default.toml`, the file of the default disturbances."""
+
+Length = Annotated[Number, Field(ge=0.0, le=0.5)]
+"""Standard deviation of a position [m]."""
+Angle = Annotated[Number, Field(ge=0.0, le=1.0)]
+"""Standard deviation of an angle [rad]."""
+Time = Annotated[Number, Field(ge=0.0, le=2.0)]
+"""Standard deviation of a time [s]."""
+MOST_RELATIVE = 2.0
+"""Largest standard deviation of the logarithm of a factor. It corresponds to a factor of seven."""
+Relative = Annotated[Number, Field(ge=0.0, le=MOST_RELATIVE)]
+"""Standard deviation of the logarithm of a factor by which a quantity deviates."""
+ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
+"""Standard deviations along the fold, across it, and up [m]."""
+TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
+"""Standard deviations along the fold and across it [m]."""
+FARTHEST_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MOST_RELATIVE}
+"""Largest absolute value of the mean of a disturbance, by the unit of the disturbance."""
+Share = Annotated[Number, Field(ge=0.0, le=1.0)]
+"""A fraction of a variance, from 0 to 1."""
+
+
+def _flat(value: Any) -> Any:
+    """Return nested tables as one table. Names are joined by dots, as in "hands.offset.along"."""
+    if not isinstance(value, Mapping):
+        return value
+    found: dict[str, Any] = {}
+    for name, inner in value.items():
+        part = _flat(inner)
+        if isinstance(part, dict):
+            found |= {f"{name}.{rest}": number for rest, number in part.items()}
+        else:
+            found[str(name)] = part
+    return found
+
+
+def _one_or_two(value: Any) -> Any:
+    """Check that a value is one standard deviation for both hands, or two standard deviations, one for each hand."""
+    each = value if isinstance(value, list) and len(value) == 2 else [value]
+    if any(isinstance(one, bool) or not isinstance(one, int | float) or not 0.0 <= one <= 0.5 for one in each):
+        raise ValueError(f"must be a number from 0 to 0.5, or two, of the left and the right hand, given {value!r}")
+    return value
+
+
+LengthOfHands = Annotated[float | list[float], BeforeValidator(_one_or_two)]
+"""Standard deviation of a position [m]: one number for both hands, or the left hand's and the right hand's number."""
+
+LEAST_EIGENVALUE = -0.01
+"""Lowest accepted eigenvalue of a correlation matrix. Entries rounded to three digits cause small negative values."""
+
+
+class HandErrors(Record):
+    """Standard deviations of the errors of the hands. The errors stay constant during one fold."""
+
+    offset: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
+    """Common offset of both hands along the fold, across it, and up [m]."""
+    difference: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
+    """Error of the left hand's position relative to the right hand, along the fold, across it, and up [m].
+
+    The left hand has half of this error, and the right hand has the opposite half."""
+    yaw: Angle = 0.0
+    """Error in the rotation of both hands about the middle between them [rad]."""
+    opening_delay: Time = 0.0
+    """Delay between the opening of one hand and the opening of the other hand [s]."""
+    speed: Relative = 0.0
+    """Relative deviation of the speed of both hands."""
+
+
+class GraspErrors(Record):
+    """Standard deviations of the errors of the grasps.
+
+    The errors of the two hands are independent. They do not change the place where the hands lay the cloth down.
+    """
+
+    along: LengthOfHands = 0.0
+    """Error of a grasp along the edge of the cloth [m]."""
+    into: LengthOfHands = 0.0
+    """Error of a grasp towards the inside of the cloth [m]."""
+
+
+class PlaceErrors(Record):
+    """Standard deviations of the errors of the assumed position of the cloth."""
+
+    place: TwoLengths = Field(default_factory=lambda: [0.0] * 2)
+    """Displacement of the cloth along the fold and across it [m]."""
+    yaw: Angle = 0.0
+    """Error in the rotation of the cloth about its middle [rad]."""
+
+
+class TableErrors(Record):
+    """Standard deviations of the errors of the table."""
+
+    height: Length = 0.0
+    """Error in the height of the table's top [m]."""
+
+
+class Correlation(Record):
+    """Correlations between disturbances.
+
+    For fields of the material, these are correlations of the logarithms, as in the file of a calibrated material.
+    """
+
+    parameters: list[str]
+    matrix: list[list[Annotated[Number, Field(ge=-1.0, le=1.0)]]]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        count = len(self.parameters)
+        if unknown := [name for name in self.parameters if name not in FIELDS and name not in PLACES]:
+            raise ValueError(f"parameters must be of {', '.join(FIELDS)}, given {unknown[0]!r}")
+        if len(set(self.parameters)) < count:
+            raise ValueError("parameters must differ")
+        if [len(row) for row in self.matrix] != [count] * count:
+            raise ValueError(f"matrix must have {count} rows of {count} numbers, as many as parameters")
+        matrix = np.array(self.matrix).reshape(count, count)
+        if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
+            raise ValueError("matrix must be symmetric with ones on its diagonal")
+        if count and np.linalg.eigvalsh(matrix)[0] < LEAST_EIGENVALUE:
+            raise ValueError("matrix is no correlation matrix: it has a negative eigenvalue")
+        return self
+
+
+class Disturbances(Record):
+    """Uncertainties of hands, cloth and table. A quantity without an entry is exact."""
+
+    hands: HandErrors = HandErrors()
+    grasp: GraspErrors = GraspErrors()
+    cloth: PlaceErrors = PlaceErrors()
+    table: TableErrors = TableErrors()
+    material: dict[str, Relative] = Field(default_factory=dict)
+    """Relative deviations of the material, by the names of its fields."""
+    correlation: Correlation | None = None
+    """Correlations between fields of `material`, or between disturbances by the names of `CHANNELS`.
+
+    None if all disturbances are independent."""
+    mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
+    """Means of the disturbances whose mean is not zero, by the names of `CHANNELS`.
+
+    The mean of a relative disturbance is the mean of its logarithm."""
+    systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
+    """Fraction of each disturbance's variance that is systematic: equal in every fold of a set-up.
+
+    A set-up is one robot, garment and table.
+
+    The keys are names of `CHANNELS` or their beginnings. The file `systematic.toml` contains the defaults.
+    """
+    fingers: Fingers = Fingers()
+    """Fingers of the hands. They are not disturbed."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if unknown := [name for name in self.material if name not in FIELDS]:
+            raise ValueError(f"material.{unknown[0]} must be one of {', '.join(FIELDS)}")
+        given = self.correlation.parameters if self.correlation else []
+        if missing := [name for name in given if name in FIELDS and name not in self.material]:
+            raise ValueError(f"correlation.parameters: {missing[0]} has no deviation in [material]")
+        self._check_names()
+        return self
+
+    def _check_names(self) -> None:
+        """Check the tables [mean] and [systematic].
+
+        Every name must belong to a disturbance, and no mean may be too large.
+        """
+        for name, value in self.mean.items():
+            if name not in PLACES:
+                raise ValueError(f"mean.{name} must be the name of a disturbance, such as hands.offset.along")
+            most = FARTHEST_MEAN[CHANNELS[PLACES[name]].unit]
+            if abs(value) > most:
+                raise ValueError(f"mean.{name} must be from -{most:g} to {most:g}, given {value:g}")
+        for name in self.systematic:
+            if not any(prefix_in(channel.name, (name,)) for channel in CHANNELS):
+                raise ValueError(
+                    f"systematic.{name} must be the name of a disturbance or its beginning, such as hands.offset"
+                )
+
+    def describe(self) -> dict[str, Any]:
+        """Return plain data for `result.json` and `margins.json`. Fields with default values are omitted."""
+        return self.model_dump(exclude_defaults=True)
+
+
+def load_disturbances(name: str) -> Disturbances | None:
+    """Return the disturbances of a file, the default disturbances, or None.
+
+    Args:
+        name: `default`, `none`, or the path of a TOML file.
+
+    Raises:
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
+    """
+    if name == NONE:
+        return None
+    if name != DEFAULT and not name.endswith(".toml"):
+        raise InputError(f"disturbances: must be default, none or a file .toml, given {name!r}")
+    return default_disturbances() if name == DEFAULT else read_disturbances(Path(name))
+
+
+def default_disturbances() -> Disturbances:
+    """Return the disturbances that are used if the user gives none."""
+    return read_disturbances(OWN / "default.toml")
+
+
+def read_disturbances(path: Path) -> Disturbances:
+    """Return the disturbances of a file.
+
+    Raises:
+        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
+    """
+    return disturbances_in(read_toml(path), path)
+
+
+def disturbances_in(value: Mapping[str, Any], source: Path | str) -> Disturbances:
+    """Return disturbances from dictionaries with the same tables as a file of disturbances.
+
+    Args:
+        value: The tables of the file. The table [source] is ignored.
+        source: Origin of the data, for the error message.
+
+    Raises:
+        InputError: If a field is wrong. The message names the field and the source.
+    """
+    return validated(Disturbances, {name: table for name, table in value.items() if name != "source"}, source)
+
+
+def with_calibrated(disturbances: Disturbances, path: Path, material: Material) -> Disturbances:
+    """Return disturbances whose material uncertainties come from a calibrated material instead of the defaults.
+
+    Args:
+        disturbances: The disturbances to change.
+        path: Path of the material's file.
+        material: Material in this file.
+
+    Raises:
+        InputError: If the table [uncertainty] or [correlation] of the file is wrong.
+    """
+    value = read_toml(path) if path.is_file() else {}
+    uncertainty = value.get("uncertainty")
+    if uncertainty is None:
+        return disturbances
+    relative = {name: _relative(path, name, given, material) for name, given in _table(path, uncertainty)}
+    own = {name: deviation for name, deviation in disturbances.material.items() if name not in relative}
+    plain = disturbances.model_dump()
+    plain["material"] = {**own, **relative}
+    plain["correlation"] = value.get("correlation")
+    return validated(Disturbances, plain, path)
+
+
+def _table(path: Path, value: Any) -> list[tuple[str, Any]]:
+    if not isinstance(value, dict):
+        raise InputError(f"{path}: uncertainty: must be a table [uncertainty], given {value!r}")
+    return list(value.items())
+
+
+def _relative(path: Path, name: str, given: Any, material: Material) -> float:
+    """Return a standard uncertainty divided by the value of its field [-], but at most `MOST_RELATIVE`."""
+    if name not in FIELDS:
+        raise InputError(f"{path}: uncertainty.{name}: must be one of {', '.join(FIELDS)}")
+    if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 <= given < np.inf:
+        raise InputError(f"{path}: uncertainty.{name}: must be a number of 0 or more, given {given!r}")
+    value = getattr(material, name)
+    if value is None:
+        raise InputError(f"{path}: uncertainty.{name}: there is no material.{name} that is uncertain")
+    return min(float(given) / value, MOST_RELATIVE) if value else 0.0

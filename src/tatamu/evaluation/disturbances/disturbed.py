@@ -1,0 +1,327 @@
+"""The scene of a manipulation in a world, which is one random draw of all disturbances.
+
+Positions are relative to the cloth. A table that is too high is therefore simulated as hands that are too low. In the
+same way, displaced cloth is simulated as displaced hands. The target shape is thus the same in all worlds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import ValidationError
+
+from tatamu.base import curves
+from tatamu.base.errors import SimulationError
+from tatamu.evaluation.disturbances.channels import FIELDS
+from tatamu.evaluation.disturbances.world import World
+from tatamu.folding.fingers import PAD
+from tatamu.folding.fold import Fold
+from tatamu.folding.manipulation import HANDS, Manipulation
+from tatamu.folding.trial_scene import Carry, carries_of, scene_of, scene_with
+from tatamu.simulation.material import Material
+from tatamu.simulation.scene import Scene
+
+BASES = ("stretch_stiffness", "bending_rigidity")
+"""Stiffnesses along the warp. Their error factors also apply to the stiffnesses in other directions."""
+NEAR = 0.02
+"""Horizontal distance over which layers of cloth below a finger begin to carry the finger [m].
+
+The limit that the layers set to the finger's height grows over this distance from zero to its full value. For layers of
+the side that stays, it grows behind the fold line. For layers that the hand carries, it grows shortly before the
+release."""
+PRESSES = 0.25
+"""Depth to which a finger presses into layers before its arm yields, in thicknesses of the cloth.
+
+A finger that presses into layers drags them along.
+"""
+LEAST_HELD = 0.2
+"""Least fraction of the planned cloth area that must be under a hand's pad, the surface that holds the cloth [-].
+
+With less cloth, the hand holds nothing."""
+PAD_POINTS = (12, 8)
+"""Numbers of points of a pad, along and across the edge of the cloth, at which it is checked whether there is cloth.
+
+A pad is the surface with which a hand holds cloth.
+"""
+SIDES = (("left", 1.0), ("right", -1.0))
+"""Names of the hands, each with a sign. Half of `hands.difference` times this sign is added to the hand's position."""
+
+
+def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
+    """Return the scene of a manipulation in a world, which is one draw of the disturbances.
+
+    In the world without disturbances, this is the scene of `scene_of`.
+
+    A corrected manipulation may send a hand to a point next to its vertex. The hand then closes at this point.
+
+    Raises:
+        SimulationError: If both hands would grasp the same point.
+    """
+    if world.is_nominal and not _aims_beside(fold, manipulation).any():
+        return scene_of(fold, manipulation)
+    hands = [_hand(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
+    held = [hand.carry for hand in hands if hand.carry is not None]
+    slower = manipulation.timing.opens + manipulation.move_seconds * (1.0 / world.factor("hands.speed") - 1.0)
+    ends = max([slower, *(carry.opens for carry in held)]) + manipulation.settle
+    try:
+        return scene_with(fold, held, ends, _material(fold.garment.material, world))
+    except ValidationError:
+        raise SimulationError("both hands grasp the same place") from None
+
+
+def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
+    """Return why a hand fails in a world, if this is known without a simulation; None if no hand fails.
+
+    A world is one draw of the disturbances.
+
+    A hand that grasps next to the cloth holds nothing. A hand that is commanded too far below the table must stop.
+    """
+    if world.is_nominal and not _aims_beside(fold, manipulation).any():
+        return None
+    for number, name in enumerate(HANDS[: len(manipulation.grasps)]):
+        hand = _hand(fold, manipulation, world, number)
+        if hand.carry is None:
+            return f"the {name} hand grasps beside the cloth"
+        if hand.too_low > fold.fingers.compliance:
+            return (
+                f"the {name} hand meets the table: it is {1e3 * hand.too_low:.1f} mm too low, and yields by "
+                f"{1e3 * fold.fingers.compliance:.1f} mm"
+            )
+    return None
+
+
+def _material(usual: Material, world: World) -> Material:
+    """Return the material of the cloth with its random errors. Each of its fields is kept within its bounds."""
+    known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
+    changed = {name: float(np.clip(known[name] * _factor(name, world), *_bounds(name))) for name in known}
+    return _possible(usual.model_copy(update=changed))
+
+
+def _possible(material: Material) -> Material:
+    """Return the nearest material whose fields are consistent with each other.
+
+    Each field of the given material must already be within its bounds.
+    """
+    changed: dict[str, float] = {}
+    if material.orthotropic_membrane:
+        changed["compression"] = 1.0
+    if material.bending_rigidity_initial is not None:
+        above = np.nextafter(material.bending_rigidity, np.inf)
+        changed["bending_rigidity_initial"] = max(material.bending_rigidity_initial, float(above))
+    if material.bending_rigidity_bias is not None:
+        least = 0.25 * (material.bending_rigidity + material.weft_rigidity)
+        changed["bending_rigidity_bias"] = max(material.bending_rigidity_bias, least)
+    return material.model_copy(update=changed)
+
+
+def _factor(name: str, world: World) -> float:
+    """Return the random factor by which a field of the material deviates.
+
+    The factor of a warp stiffness also applies to the other directions.
+    """
+    own = world.factor(f"material.{name}")
+    base = next((field for field in BASES if name.startswith(f"{field}_")), None)
+    return own if base is None else own * world.factor(f"material.{base}")
+
+
+def _bounds(name: str) -> tuple[float, float]:
+    """Return the lowest and the highest value of a field of a material."""
+    limits = Material.model_fields[name].metadata
+    least = next(limit.ge for limit in limits if hasattr(limit, "ge"))
+    return float(least), float(next(limit.le for limit in limits if hasattr(limit, "le")))
+
+
+@dataclass(frozen=True)
+class _Grasp:
+    """The actual grasp of a hand, seen from above."""
+
+    vertex: int
+    """The vertex nearest to the point of the grasp. It represents the point in the simulation."""
+    place: np.ndarray
+    """The point of the grasp in the scene [m], shape (2,)."""
+    slip: np.ndarray
+    """Displacement from the intended to the actual point of the grasp, along the fold and across it [m], shape (2,)."""
+    rest: float
+    """Distance along the fold from the actual point of the grasp to the vertex [m]."""
+    misses: bool
+    """Whether the fingers close next to the cloth and hold nothing."""
+
+
+@dataclass(frozen=True)
+class _DisturbedHand:
+    """The motion of a hand in a world, which is one draw of the disturbances."""
+
+    carry: Carry | None
+    """Motion of the hand; None if the hand holds nothing."""
+    too_low: float
+    """Commanded depth of the hand below the table, or below the layers that stop it [m].
+
+    The depth is zero or negative if nothing stops the hand."""
+
+
+def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
+    """Return the disturbed motion of a hand. It contains no motion if the hand misses the cloth."""
+    usual = carries_of(fold, manipulation)[number]
+    aim = _aims_beside(fold, manipulation)[number]
+    grasp = _grasp(fold, usual.vertex, aim, world, number)
+    if grasp.misses:
+        return _DisturbedHand(None, 0.0)
+    speed = world.factor("hands.speed")
+    times = usual.times[0] + (usual.times - usual.times[0]) / speed
+    share = curves.minimum_jerk(np.linspace(0.0, 1.0, len(times)))[:, None]
+    back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
+    off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0])) + [0.0, 0.0, aim[2]]
+    moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
+    floor = _floor(fold, grasp.vertex, moved)
+    too_low = float((floor - moved[:, 2]).max())
+    moved[:, 2] = np.maximum(moved[:, 2], floor)
+    opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
+    turning = _in_scene(fold, np.array([2.0 * grasp.rest, 0.0, 0.0]))
+    beside = share * turning - [*(fold.start[grasp.vertex, :2] - grasp.place), 0.0]
+    return _DisturbedHand(Carry(HANDS[number], grasp.vertex, times, moved, opens, beside), too_low)
+
+
+def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return those errors of each hand that a correction can undo, along the fold, across it and up [m].
+
+    The result contains two arrays for each hand. The first is the error of its grasp, shape (2,). The second is the
+    error of its position, shape (3,). A displacement of the cloth counts as a displacement of the hands.
+    """
+    lies = np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0])
+    found = []
+    for number, side in enumerate(HANDS[: len(manipulation.grasps)]):
+        off = _off(fold, manipulation, world, number)
+        hand = np.array([off[:2] @ fold.normal, off[:2] @ fold.crease.along, off[2]]) - lies
+        grasp = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]]) - lies[:2]
+        found.append((grasp, hand))
+    return found
+
+
+def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
+    """Return the commanded offset of each hand from the vertex that it grasps [m], shape (hands, 3).
+
+    The offset is 0 if the manipulation was not corrected.
+    """
+    return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
+
+
+def _delay(world: World, number: int) -> float:
+    """Return the delay of a hand's opening [s].
+
+    If the disturbance is positive, the left hand opens later. If it is negative, the right hand opens later.
+    """
+    return max(0.0, SIDES[number][1] * world["hands.opening_delay"])
+
+
+def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> np.ndarray:
+    """Return the error of a hand's position [m], shape (3,).
+
+    The horizontal part of this error does not act at the grasp, because the grasp has an error of its own. It acts
+    while the hand carries the cloth and lays it down.
+    """
+    error = world.vector("hands.offset") - [0.0, 0.0, world["table.height"]]
+    if len(manipulation.grasps) > 1:
+        part = SIDES[number][1]
+        middle = np.mean(manipulation.positions, axis=0)
+        arm = (manipulation.positions[number] - middle)[:2]
+        turned = _turned(np.array([[*arm, 0.0]]), world["hands.yaw"])[0] - [*arm, 0.0]
+        return _in_scene(fold, error + 0.5 * part * world.vector("hands.difference")) + turned
+    return _in_scene(fold, error)
+
+
+def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) -> _Grasp:
+    """Return the actual grasp of a hand that is sent to a vertex plus the offset `aim` [m], shape (3,)."""
+    side = SIDES[number][0]
+    place = fold.start[vertex, :2]
+    wrong = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]])
+    middle = 0.5 * (fold.start[:, :2].min(axis=0) + fold.start[:, :2].max(axis=0))
+    seen = np.array([[*(place - middle), 0.0]])
+    turned = _turned(seen, -world["cloth.yaw"])[0, :2] + middle - place
+    lies = _in_scene(fold, np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0]))[:2]
+    held = place + aim[:2] + _in_scene(fold, np.array([*wrong, 0.0]))[:2] + turned - lies
+    chosen = _nearest(fold, vertex, held)
+    rest = float((fold.start[chosen, :2] - held) @ fold.normal)
+    misses = _covered(fold, held) < LEAST_HELD * _covered(fold, place)
+    return _Grasp(chosen, held, wrong, rest, misses)
+
+
+def _covered(fold: Fold, place: np.ndarray) -> float:
+    """Return the fraction of a pad's area that is over cloth, seen from above.
+
+    The middle of the pad's outer edge is at `place` [m].
+    """
+    along, into = (np.arange(count) + 0.5 for count in PAD_POINTS)
+    along = (along / PAD_POINTS[0] - 0.5) * fold.fingers.width
+    into = into / PAD_POINTS[1] * PAD
+    points = place + (into[:, None, None] * fold.normal + along[None, :, None] * fold.crease.along).reshape(-1, 2)
+    corners = fold.start[fold.garment.faces, :2]
+    far = fold.fingers.width + PAD
+    near = ((corners.min(axis=1) < place + far) & (corners.max(axis=1) > place - far)).all(axis=1)
+    a, b, c = np.moveaxis(corners[near], 1, 0)
+    turns = [_side_of(p, q, points) for p, q in ((a, b), (b, c), (c, a))]
+    inside = np.all([turn >= -1e-12 for turn in turns], axis=0) | np.all([turn <= 1e-12 for turn in turns], axis=0)
+    return float(inside.any(axis=1).mean())
+
+
+def _side_of(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return, for each of k points and m edges, on which side of the edge the point lies, shape (k, m).
+
+    Values are positive on the left side.
+
+    Args:
+        start: Starts of the m edges, shape (m, 2).
+        end: Ends of the m edges, shape (m, 2).
+        points: The k points, shape (k, 2).
+    """
+    edge = end - start
+    away = points[:, None] - start[None]
+    return np.asarray(edge[:, 0] * away[..., 1] - edge[:, 1] * away[..., 0])
+
+
+def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
+    """Return the vertex of the cloth's moving side that is nearest to a point.
+
+    The result is `vertex` if no other vertex is nearer.
+    """
+    across, _ = fold.crease.split(fold.start)
+    level = np.abs(fold.start[:, 2] - fold.start[vertex, 2]) < 0.5 * fold.garment.material.thickness
+    near = np.flatnonzero((across < 0) & level)
+    distance = np.linalg.norm(fold.start[near, :2] - place, axis=1)
+    best = int(near[distance.argmin()])
+    own = float(np.linalg.norm(fold.start[vertex, :2] - place))
+    return vertex if own <= distance.min() + 1e-9 else best
+
+
+def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
+    """Return the lowest possible vertical displacement of a hand at each of k instants [m], shape (k,).
+
+    A hand that is commanded to be lower stops at this displacement. Every hand is stopped by the table.
+
+    If the fingers of a hand are not described, cloth below the hand does not stop it. If the fingers are described,
+    they are rigid bodies. Layers of cloth then stop them too, because the arm yields before its fingers crush the
+    cloth.
+    """
+    thickness = fold.garment.material.thickness
+    table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))
+    if not fold.fingers.stated:
+        return table
+    across, _ = fold.crease.split(fold.start[vertex] + moved)
+    beyond = np.clip(across / NEAR, 0.0, 1.0)
+    released = np.clip(1.0 - (across[-1] - across) / NEAR, 0.0, 1.0)
+    layers = fold.stacks.under[vertex] + released * fold.held_thickness(vertex) - PRESSES * thickness
+    return fold.fingers.lift + table + beyond * np.maximum(layers, 0.0)
+
+
+def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:
+    """Return a vector, given along the fold, across it and up, in the coordinates of the scene, shape (3,)."""
+    along, across, up = vector
+    return np.array([*(along * fold.normal + across * fold.crease.along), up])
+
+
+def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
+    """Return k vectors, shape (k, 3), after a rotation about the vertical by `angle` [rad]."""
+    if not angle:
+        return vectors
+    cos, sin = np.cos(angle), np.sin(angle)
+    return vectors @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])

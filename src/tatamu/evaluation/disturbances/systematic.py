@@ -1,0 +1,135 @@
+"""Systematic and random parts of disturbances.
+
+The systematic part is equal in every fold of a set-up. The random part is new in each fold.
+
+Let a disturbance have the variance v, and let a be the systematic share, the fraction of v that is systematic. The
+disturbance is the sum of two independent normal numbers. The first number has the variance a v, and is constant for a
+set-up (one robot, garment and table). The second number has the variance (1 - a) v, and is drawn for each fold. The
+second numbers of different disturbances are independent. Therefore all correlations in a file are correlations of the
+systematic parts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from tatamu.evaluation.disturbances.channels import CHANNELS, DIRECTIONS, PLACES, prefix_in
+from tatamu.evaluation.disturbances.description import OWN, Correlation, Disturbances, read_disturbances
+from tatamu.evaluation.disturbances.world import correlations_root, deviations
+
+
+@dataclass(frozen=True)
+class Split:
+    """The systematic and the random parts of k disturbances, in the order of `names`."""
+
+    names: tuple[str, ...]
+    """Names of the disturbances, from `CHANNELS`. Each has a standard deviation above 0 or a mean that is not 0."""
+    mean: np.ndarray
+    """Means of the disturbances, shape (k,)."""
+    systematic: np.ndarray
+    """Covariance of the systematic parts, shape (k, k)."""
+    random: np.ndarray
+    """Variances of the random parts, shape (k,)."""
+
+    @property
+    def root(self) -> np.ndarray:
+        """A matrix B with B B' = `systematic`, shape (k, k). B' is the transpose of B."""
+        values, vectors = np.linalg.eigh(self.systematic)
+        return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations of the k disturbances, each the sum of its systematic and its random part, shape (k,)."""
+        return np.asarray(np.sqrt(np.diag(self.systematic) + self.random))
+
+
+@cache
+def _usual() -> Disturbances:
+    return read_disturbances(OWN / "systematic.toml")
+
+
+def share(disturbances: Disturbances, name: str) -> float:
+    """Return the systematic share of a disturbance's variance.
+
+    Systematic errors are equal in every fold of a set-up.
+
+    Args:
+        disturbances: The disturbances. Shares that they do not contain come from `systematic.toml`.
+        name: Name of the disturbance, from `CHANNELS`.
+    """
+    for shares in (disturbances.systematic, _usual().systematic):
+        known = prefix_in(name, shares)
+        if known is not None:
+            return shares[known]
+    return 0.0
+
+
+def split(disturbances: Disturbances) -> Split:
+    """Return the systematic and the random parts of disturbances."""
+    scales = deviations(disturbances)
+    names = tuple(channel.name for channel in CHANNELS if channel.name in scales or disturbances.mean.get(channel.name))
+    places = [PLACES[name] for name in names]
+    scale = np.array([scales.get(name, 0.0) for name in names])
+    root = correlations_root(disturbances)[places]
+    whole = root @ root.T * np.outer(scale, scale)
+    random = np.array([1.0 - share(disturbances, name) for name in names]) * scale**2
+    mean = np.array([disturbances.mean.get(name, 0.0) for name in names])
+    return Split(names, mean, whole - np.diag(random), random)
+
+
+def join(parts: Split, others: Disturbances) -> Disturbances:
+    """Return disturbances from their systematic and random parts. This function is the inverse of `split`.
+
+    Args:
+        parts: Both parts of the disturbances. Numbers are rounded to six digits.
+        others: Disturbances from which the fingers are copied.
+    """
+    deviation = dict(zip(parts.names, map(_rounded, parts.deviations), strict=True))
+
+    def of(*names: str) -> list[float]:
+        return [deviation.get(name, 0.0) for name in names]
+
+    plain: dict[str, Any] = {
+        "hands": {
+            **{
+                each: of(*(f"hands.{each}.{direction}" for direction in DIRECTIONS))
+                for each in ("offset", "difference")
+            },
+            **{each: deviation.get(f"hands.{each}", 0.0) for each in ("yaw", "opening_delay", "speed")},
+        },
+        "grasp": {each: of(f"grasp.{each}.left", f"grasp.{each}.right") for each in ("along", "into")},
+        "cloth": {"place": of("cloth.place.along", "cloth.place.across"), "yaw": deviation.get("cloth.yaw", 0.0)},
+        "table": {"height": deviation.get("table.height", 0.0)},
+        "material": {
+            name.removeprefix("material."): value for name, value in deviation.items() if name.startswith("material.")
+        },
+        "mean": {name: _rounded(value) for name, value in zip(parts.names, parts.mean, strict=True) if value},
+        "systematic": {
+            name: _rounded(variance / value**2)
+            for name, variance, value in zip(parts.names, np.diag(parts.systematic), parts.deviations, strict=True)
+            if value
+        },
+        "fingers": others.fingers.model_dump(exclude_defaults=True),
+    }
+    return Disturbances.model_validate({**plain, "correlation": _correlation(parts)})
+
+
+def _correlation(parts: Split) -> Correlation | None:
+    """Return the correlations of the disturbances; None if they are not correlated."""
+    whole = parts.systematic + np.diag(parts.random)
+    scale = np.sqrt(np.diag(whole))
+    used = np.flatnonzero(scale)
+    matrix = whole[np.ix_(used, used)] / np.outer(scale[used], scale[used])
+    np.fill_diagonal(matrix, 1.0)
+    if not len(used) or np.abs(matrix - np.eye(len(used))).max() < 1e-9:
+        return None
+    rows = [[round(float(value), 6) for value in row] for row in 0.5 * (matrix + matrix.T)]
+    return Correlation(parameters=[parts.names[place] for place in used], matrix=rows)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.6g}")

@@ -1,0 +1,168 @@
+"""A world: one random draw of all disturbances.
+
+The nominal world has no disturbances. Folds that are compared are simulated in the same worlds, drawn with the same
+seed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from scipy.special import ndtri
+
+from tatamu.evaluation.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
+from tatamu.evaluation.disturbances.description import Disturbances, LengthOfHands
+
+DIMENSIONS = 64
+"""Number of dimensions of the Sobol sequence. It must be at least the number of disturbances.
+
+Another number would change all worlds (random draws of the disturbances)."""
+
+
+class Stream(IntEnum):
+    """Purposes of worlds (random draws of the disturbances).
+
+    Each purpose has its own random numbers. Therefore the worlds of validation differ from the worlds of learning.
+    """
+
+    LEARNING = 0
+    JUDGING = 1
+    """Validation of the best fold at the end of a study.
+
+    The fold was not learned in these worlds."""
+    MARGINS = 2
+    OBSERVATION = 3
+
+
+@dataclass(frozen=True)
+class World:
+    """The value of every disturbance in one draw."""
+
+    values: Mapping[str, float]
+    """Values by the names of `CHANNELS`. Relative values are logarithms of factors, and missing values are 0."""
+
+    def __getitem__(self, name: str) -> float:
+        return self.values.get(name, 0.0)
+
+    def factor(self, name: str) -> float:
+        """Return the factor by which a relative disturbance, whose value is a logarithm, changes a quantity."""
+        return float(np.exp(self[name]))
+
+    @property
+    def is_nominal(self) -> bool:
+        """Whether the world has no disturbances."""
+        return not any(self.values.values())
+
+    def vector(self, prefix: str) -> np.ndarray:
+        """Return three disturbances as one displacement [m], shape (3,).
+
+        The components are along the fold, across the fold and up. They are the disturbances with the names
+        `prefix.along`, `prefix.across` and `prefix.up`.
+
+        Args:
+            prefix: First part of the three names, for example "hands.offset".
+        """
+        return np.array([self[f"{prefix}.{direction}"] for direction in DIRECTIONS])
+
+
+NOMINAL = World({})
+"""The world without disturbances."""
+
+
+def deviations(disturbances: Disturbances) -> dict[str, float]:
+    """Return the standard deviations of disturbances that are above 0, by the names of `CHANNELS`."""
+    hands = disturbances.hands
+    found = {
+        **dict(zip((f"hands.offset.{d}" for d in DIRECTIONS), hands.offset, strict=True)),
+        **dict(zip((f"hands.difference.{d}" for d in DIRECTIONS), hands.difference, strict=True)),
+        "hands.yaw": hands.yaw,
+        "hands.opening_delay": hands.opening_delay,
+        "hands.speed": hands.speed,
+        **_of_hands("grasp.along", disturbances.grasp.along),
+        **_of_hands("grasp.into", disturbances.grasp.into),
+        **dict(zip(("cloth.place.along", "cloth.place.across"), disturbances.cloth.place, strict=True)),
+        "cloth.yaw": disturbances.cloth.yaw,
+        "table.height": disturbances.table.height,
+        **{f"material.{name}": deviation for name, deviation in disturbances.material.items()},
+    }
+    return {channel.name: found[channel.name] for channel in CHANNELS if found.get(channel.name, 0.0) > 0.0}
+
+
+def _of_hands(name: str, value: LengthOfHands) -> dict[str, float]:
+    """Return the standard deviations of one error of the left and of the right hand, by the names of `CHANNELS`."""
+    left, right = value if isinstance(value, list) else (value, value)
+    return {f"{name}.left": left, f"{name}.right": right}
+
+
+def mean_world(disturbances: Disturbances) -> World:
+    """Return the world (value of every disturbance) in which every disturbance has its mean.
+
+    If all means are zero, this is the nominal world, which has no disturbances.
+    """
+    means = disturbances.mean
+    return World({channel.name: means[channel.name] for channel in CHANNELS if means.get(channel.name)})
+
+
+def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
+    """Draw independent worlds, which are values of all disturbances.
+
+    Each world has its own random numbers. Therefore the first worlds stay the same for a larger `count`.
+
+    Args:
+        disturbances: Standard deviations and correlations of the disturbances.
+        count: Number of worlds.
+        seed: Random seed.
+        stream: Purpose of the worlds. Worlds with different purposes are independent.
+    """
+    rows = [
+        np.random.default_rng(np.random.SeedSequence([seed, stream, number])).standard_normal(len(CHANNELS))
+        for number in range(count)
+    ]
+    return worlds_of(disturbances, rows)
+
+
+def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
+    """Draw worlds, which are values of all disturbances, from a scrambled Sobol sequence.
+
+    The sequence is more even than random numbers. Therefore fewer worlds suffice for a mean or a quantile.
+
+    The first worlds stay the same for a larger `count`. The arguments are explained in `sample_worlds`.
+    """
+    from scipy.stats import qmc  # this import takes half a second
+
+    generator = np.random.default_rng(np.random.SeedSequence([seed, stream]))
+    engine = qmc.Sobol(DIMENSIONS, scramble=True, rng=generator)
+    even = engine.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count, : len(CHANNELS)]
+    return worlds_of(disturbances, ndtri(np.clip(even, 1e-9, 1.0 - 1e-9)))
+
+
+def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
+    """Return n worlds (values of all disturbances) from standard normal numbers, shape (n, k).
+
+    Each of the k disturbances has a column.
+    """
+    scales = deviations(disturbances)
+    means = mean_world(disturbances).values
+    mixing = correlations_root(disturbances)
+    return [
+        World({**means, **{name: means.get(name, 0.0) + float(scales[name] * row[PLACES[name]]) for name in scales}})
+        for row in (mixing @ row for row in rows)
+    ]
+
+
+def correlations_root(disturbances: Disturbances) -> np.ndarray:
+    """Return a matrix B for the k disturbances, shape (k, k), so that B B' is their correlation matrix.
+
+    B' is the transpose of B.
+    """
+    mixing = np.eye(len(CHANNELS))
+    correlation = disturbances.correlation
+    if correlation is not None and correlation.parameters:
+        rows = [PLACES[name if name in PLACES else f"material.{name}"] for name in correlation.parameters]
+        values, vectors = np.linalg.eigh(np.array(correlation.matrix))
+        root = vectors * np.sqrt(np.clip(values, 0.0, None)) @ vectors.T
+        mixing[np.ix_(rows, rows)] = root / np.linalg.norm(root, axis=1, keepdims=True)
+    return mixing

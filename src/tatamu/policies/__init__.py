@@ -1,0 +1,1 @@
+"""Folds for policies: environments of Gymnasium and datasets."""

@@ -1,0 +1,224 @@
+"""The two arms of a robot that carries out the folds of a dataset.
+
+States and actions are joint angles, under LeRobot's names. F is the frame of the fold, B is the frame of the robot's
+base, and T is the frame of the tool. An action contains a target for every joint [rad] and every gripper (1 is open, 0
+is closed). The positions of the hands are computed from the joint angles, by forward kinematics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tatamu.base.errors import InputError, TatamuError
+from tatamu.base.records import OpenRecord
+from tatamu.folding.manipulation import Manipulation
+from tatamu.policies.dataset.specification import RobotDraw
+from tatamu.policies.envs.demonstration import Led
+from tatamu.robots import load
+from tatamu.robots.chain import Chain
+from tatamu.robots.clearance import Clearance
+from tatamu.robots.hands import HandMotion
+from tatamu.robots.keys import state_names
+from tatamu.robots.model import Robot
+from tatamu.robots.paths import tool_poses
+from tatamu.robots.placement import Grip, Hold, Placement
+from tatamu.robots.pose import pose
+from tatamu.robots.reach import DISTANCES, best_placements, search, table_heights
+
+REACHED = 1e-5
+"""Largest error of a tool's pose at which the pose counts as reached [m].
+
+Rotation errors [rad] are converted to metres by the factor `chain.LENGTH` [m per rad].
+"""
+ROUNDS = 4
+"""Largest number of times that the same motion is slowed down. It is slowed down until no joint is too fast."""
+
+
+class OutOfReachError(TatamuError):
+    """An error: the arms cannot carry out a fold."""
+
+
+class Stand(OpenRecord):
+    """A robot, and the placement of the fold in front of it."""
+
+    robot: str
+    place: list[float]
+    """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base.
+
+    A fifth number tells how far the trunk turns towards the hands, as a fraction from 0 to 1.
+    """
+    holds: list[tuple[float, float, bool]]
+    """Orientation of the left tool and of the right tool.
+
+    The orientation has a tilt [rad], a yaw [rad], and a flag. The flag is true if the tool is rotated by half a turn,
+    so its two fingers have changed sides.
+    """
+    grips: list[tuple[float, float]]
+    """Two numbers for each hand.
+
+    The first number is the direction in which the hand folds, as an angle about z [rad]. The second number is the
+    height of the hand's grasp [m].
+    """
+
+
+def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
+    """Return the best placement of a fold in front of a robot.
+
+    Raises:
+        InputError: If no robot has this name, or the robot cannot reach the fold from any placement.
+    """
+    robot = load(wanted.name)
+    hands = HandMotion.exact(manipulation)
+    heights = table_heights(robot, wanted.table_height)
+    if heights is None:
+        raise InputError("robot.table_height: the robot at its start touches a table of that height")
+    if wanted.place is None:
+        found = best_placements(robot, hands, heights)
+    else:
+        x, y, yaw = wanted.place
+        levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
+        found = search(robot, hands, [Placement(x, y, float(z), yaw) for z in levels], fine=True)
+    if not found.good:
+        raise InputError(f"robot: {wanted.name} cannot reach the largest fold that may be drawn; give smaller sizes")
+    best = found.placements[0]
+    ends = hands.at(hands.times[[0, -1]])
+    grips = [Grip.of(arm.jaw, path) for arm, path in zip(robot.arms, ends, strict=True)]
+    return Stand(
+        robot=wanted.name,
+        place=[best.x, best.y, best.z, best.yaw, best.turning],
+        holds=[(hold.tilt, hold.yaw, hold.flipped) for hold in found.holds[0]],
+        grips=[(grip.heading, grip.over) for grip in grips],
+    )
+
+
+@dataclass(frozen=True)
+class Arms:
+    """A robot's two arms, with the placement of a fold in front of the robot."""
+
+    robot: Robot
+    placement: Placement
+    holds: tuple[Hold, ...]
+    grips: tuple[Grip, ...]
+
+    @classmethod
+    def at(cls, stand: Stand) -> Arms:
+        """Make the arms from a stand, which names the robot and the placement of the fold.
+
+        Raises:
+            InputError: If no robot has this name.
+        """
+        x, y, z, yaw, turning = stand.place
+        robot = load(stand.robot)
+        grips = tuple(Grip(arm.jaw, *grip) for arm, grip in zip(robot.arms, stand.grips, strict=True))
+        return cls(robot, Placement(x, y, z, yaw, turning), tuple(Hold(*hold) for hold in stand.holds), grips)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers that make up a state or an action of the robot."""
+        return state_names(self.robot)
+
+    def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
+        """Return the states of the robot along the path of the hands.
+
+        The path is slowed down until no joint is too fast.
+
+        Args:
+            lead: Function from the largest motion per step [m] to the path of the hands.
+            largest: Largest motion of a hand in a step [m].
+            start: Positions of both hands at the start [m], shape (2, 3).
+            rate: Steps per second [1/s].
+
+        Returns:
+            The states before the first step and after each step, float32, shape (steps + 1, k). A state has k numbers.
+
+        Raises:
+            OutOfReachError: If an arm cannot reach the path, would touch something, or is too slow.
+        """
+        for _ in range(ROUNDS):
+            led = lead(largest)
+            q = self._reach(np.concatenate([start[None], led.places]))
+            speed, _ = self.robot.planned()
+            slower = float((np.abs(np.diff(q, axis=0)) * rate / speed).max())
+            if slower <= 1.0:
+                self._check_clearance(q)
+                return self._states(q, led)
+            largest /= 1.05 * slower
+        raise OutOfReachError("the arms are too slow")
+
+    def places(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the positions of the hands, and whether the grippers are closed.
+
+        Args:
+            numbers: States or actions of the robot with k numbers each, shape (n, k).
+
+        Returns:
+            Two arrays for the n states: the positions of both hands in the fold's frame F [m], shape (n, 2, 3), and
+            whether each gripper is closed, shape (n, 2).
+        """
+        left, right = (len(arm.joints) for arm in self.robot.arms)
+        angles = numbers.astype(float)
+        trunk = angles[:, -1] if self.robot.trunk else 0.0
+        q = self.robot.configuration([angles[:, :left], angles[:, left + 1 : left + 1 + right]], trunk)
+        X_BF = self.placement.matrix
+        offsets = np.array([offset for _, offset in self._tools])[:, None]
+        points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - offsets - X_BF[:3, 3]) @ X_BF[:3, :3]
+        return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
+
+    def opened(self, state: np.ndarray) -> np.ndarray:
+        """Return a copy of a state of the robot in which all grippers are open, shape (k,)."""
+        left, right = (len(arm.joints) for arm in self.robot.arms)
+        found = state.copy()
+        found[[left, left + 1 + right]] = 1.0
+        return found
+
+    @cached_property
+    def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], both in the base B."""
+        tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
+        return [(rotation, offset) for rotation, offset, _ in tools]
+
+    @cached_property
+    def _chains(self) -> tuple[Chain, ...]:
+        return tuple(Chain.of(self.robot, arm) for arm in self.robot.arms)
+
+    def _reach(self, places: np.ndarray) -> np.ndarray:
+        """Return n configurations of all joints [rad] that put the tools at n pairs of positions.
+
+        The positions are given in the fold's frame F [m], shape (n, 2, 3).
+
+        Each of the n configurations is near the previous configuration.
+        """
+        X_BF = self.placement.matrix
+        points = (places @ X_BF[:3, :3].T + X_BF[:3, 3]).transpose(1, 0, 2)
+        trunk = self.placement.trunk(places.transpose(1, 0, 2))
+        both = []
+        for chain, arm, tool, path in zip(self._chains, self.robot.arms, self._tools, points, strict=True):
+            rotation, offset = tool
+            targets = chain.before_trunk(pose(rotation, path + offset), trunk)
+            angles = [arm.initial]
+            for number, target in enumerate(targets):
+                steps = 60 if number == 0 else 20
+                found, reached = chain.solve(target[None], angles[-1][None], steps=steps, tolerance=REACHED)
+                if not reached[0]:
+                    raise OutOfReachError(f"{arm.name} does not reach step {number}")
+                angles.append(found[0])
+            both.append(np.array(angles[1:]))
+        return self.robot.configuration(both, trunk)
+
+    def _check_clearance(self, q: np.ndarray) -> None:
+        clearance = Clearance(self.robot)
+        clearance.set_table(self.placement.z)
+        for kind, found in clearance.least(q).items():
+            if not found.value >= DISTANCES.get(kind, (0.0, 0.0))[0]:
+                raise OutOfReachError(f"{found.pair[0]} comes too near {found.pair[1]} at step {found.row}")
+
+    def _states(self, q: np.ndarray, led: Led) -> np.ndarray:
+        columns = [[self.robot.columns[name] for name in arm.joints] for arm in self.robot.arms]
+        opening = np.where(np.append(False, led.closed), 0.0, 1.0)[:, None]
+        parts = [part for column in columns for part in (q[:, column], opening)]
+        trunk = [] if self.robot.trunk is None else [q[:, [self.robot.columns[self.robot.trunk]]]]
+        return np.hstack([*parts, *trunk]).astype(np.float32)

@@ -1,0 +1,91 @@
+"""Writes the episodes of a dataset as demonstrations in LeRobot's format."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.folding.manipulation import HANDS
+from tatamu.folding.score import MEASURES
+from tatamu.lerobot import Feature, LeRobotWriter, camera, flag, vector
+from tatamu.policies.dataset.arms import Arms, Stand
+from tatamu.policies.dataset.episode import Episode
+from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.specification import DatasetSpecification
+
+FLOATING = "tatamu_hands"
+"""Name that stands for the type of robot in LeRobot's files if there is no robot, but two floating hands."""
+
+
+def start_writer(
+    root: Path, specification: DatasetSpecification, stand: Stand | None, first: Episode, key_points: int | None
+) -> LeRobotWriter:
+    """Return a writer for the demonstrations of a dataset.
+
+    Args:
+        root: Folder of the LeRobotDataset.
+        specification: The specification of the dataset.
+        stand: The robot, and the placement of the fold; None for floating hands.
+        first: Any episode of the dataset, from which the sizes of the arrays are read.
+        key_points: Number of key points, such as corners, of every garment. None if the garments have different
+            numbers of key points.
+
+    Raises:
+        InputError: If a package or an encoder is missing, or the folder cannot be written.
+    """
+    if stand is None:
+        hands = HANDS[: first.arrays["hands"].shape[1] // 4]
+        states = [f"{hand}_{axis}" for hand in hands for axis in ("x.pos", "y.pos", "z.pos", "gripper.pos")]
+        actions = [f"{hand}_{axis}" for hand in hands for axis in ("x.move", "y.move", "z.move", "gripper.close")]
+    else:
+        states = actions = [*Arms.at(stand).names]
+    features: dict[str, Feature] = {"observation.state": vector(states), "action": vector(actions)}
+    if key_points is not None:
+        names = [f"key_point_{number}.{axis}" for number in range(key_points) for axis in "xyz"]
+        features["observation.environment_state"] = vector(names)
+    features |= {f"observation.images.{name}": camera(specification.record.pixels) for name in specification.cameras}
+    features |= {"next.reward": Feature("float32", (1,)), "next.done": flag(), "next.success": flag()}
+    return LeRobotWriter(root, specification.record.fps, features, FLOATING if stand is None else stand.robot)
+
+
+def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
+    """Append an episode to the demonstrations.
+
+    Each observation is stored with the action and the reward that follow it.
+
+    Raises:
+        InputError: If a file cannot be written.
+    """
+    arrays = episode.arrays
+    frames = len(arrays["action"])
+    last = np.arange(frames)[:, None] == frames - 1
+    values: dict[str, np.ndarray] = {
+        "observation.state": arrays["state"][:-1],
+        "action": arrays["action"],
+        "next.reward": arrays["reward"][:, None],
+        "next.done": last,
+        "next.success": last & episode.record.success,
+    }
+    if "observation.environment_state" in writer.features:
+        values["observation.environment_state"] = arrays["key_points"][:-1].reshape(frames, -1)
+    for name, pictures in arrays.items():
+        if name.startswith("camera."):
+            values[f"observation.images.{name.removeprefix('camera.')}"] = pictures[:-1]
+    columns = columns_of(episode.record)
+    writer.add_episode(values, columns.pop("task"), columns)
+
+
+def columns_of(record: EpisodeRecord) -> dict[str, Any]:
+    """Return the outcome of an episode as columns of a table.
+
+    Each measure of the score and each parameter of the fold has a column of its own. The material and the disturbances,
+    which have several fields, are stored as JSON texts.
+    """
+    plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
+    measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}
+    interval = None if record.held_interval is None else [*record.held_interval]
+    texts = {name: json.dumps(plain.pop(name)) for name in ("material", "world")}
+    return {**plain, **measures, **record.parameters, **texts, "held_interval": interval}

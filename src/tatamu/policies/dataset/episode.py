@@ -1,0 +1,257 @@
+"""One episode: a fold is drawn at random, hands or arms carry it out step by step, and the outcome is scored."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from tatamu.base.errors import InputError, SimulationError
+from tatamu.evaluation import Nominal
+from tatamu.evaluation.disturbances import CHANNELS, NOMINAL, Disturbances, Stream, World, sample_worlds
+from tatamu.evaluation.disturbances.world import worlds_of
+from tatamu.folding.manipulation import SETTLE
+from tatamu.folding.score import score
+from tatamu.folding.task import Task
+from tatamu.policies.dataset.arms import Arms, OutOfReachError, Stand
+from tatamu.policies.dataset.curve import parameters_of
+from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.sources import DrawnFold, LearnedFold, draw_fold
+from tatamu.policies.dataset.specification import DatasetSpecification
+from tatamu.policies.dataset.subject import fields_of
+from tatamu.policies.envs.cameras import Camera, Studio
+from tatamu.policies.envs.demonstration import Led, actions_of, lead
+from tatamu.policies.envs.hands import HandsEnv
+from tatamu.search import Parameters
+from tatamu.simulation.simulators import named
+
+ATTEMPTS = 50
+"""Largest number of attempts to draw a fold that the robot can carry out."""
+SECONDS = 120.0
+"""Largest duration of an episode [s]."""
+THUMBNAILS = 24
+"""Number of episodes whose outcome the dataset's page shows. They are the first episodes of the dataset."""
+SHOWN: Camera = "front"
+"""Camera of the pictures on the dataset's page."""
+SHARP = 192
+"""Height and width of the pictures on the dataset's page [pixels]."""
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """Everything that is needed to record an episode, except the number of the episode."""
+
+    specification: DatasetSpecification
+    runs: Sequence[LearnedFold]
+    disturbances: Disturbances | None
+    stand: Stand | None
+    """The robot, and the placement of the fold; None for floating hands."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """The recorded data of an episode."""
+
+    record: EpisodeRecord
+    arrays: Mapping[str, np.ndarray]
+    """Arrays of an episode with T actions, by their names.
+
+    In the shapes, s is the number of values in a state, and a is the number of values in an action. The cloth has k key
+    points, n vertices and m triangles. There are h hands. A picture has p x p pixels.
+
+    - `state` (T + 1, s), `action` (T, a) and `reward` (T,)
+    - `key_points` (T + 1, k, 3) [m]: positions of corners and of other ends of named edges
+    - `positions` (T + 1, n, 3) [m]: positions of all vertices
+    - `hands` (T + 1, 4 h): position [m] of each hand, and whether the hand holds cloth
+    - `mask` (T + 1, p, p): 1 if a pixel of the view from above shows cloth; only for the format Zarr
+    - `faces` (m, 3): the triangles, as numbers of their vertices
+    - `final` (n, 3) [m]: final positions of all vertices in double precision
+    - `camera.NAME` (T + 1, p, p, 3): pictures of a camera
+    - `thumbnail` (p, p, 3): picture of the outcome, only in the first episodes
+    """
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """A fold that has been drawn, with its task, its parameters and its actions."""
+
+    drawn: DrawnFold
+    task: Task
+    parameters: Parameters
+    actions: np.ndarray
+    """Actions, float32, shape (T, a). T is the number of steps, and a is the number of values in an action.
+
+    At the end, the open hands wait for `SETTLE` seconds.
+    """
+    states: np.ndarray | None
+    """States of the robot before the first step and after each of the T steps; None for floating hands.
+
+    The type is float32 and the shape is (T + 1, a), because a state has as many values as an action.
+    """
+
+
+def record_episode(recorder: Recorder, number: int) -> Episode:
+    """Record an episode. The same arguments give the same bytes in every process.
+
+    Args:
+        recorder: Everything that is needed to record an episode, except the number of the episode.
+        number: Number of the episode, from 0.
+
+    Raises:
+        InputError: If the robot can carry out none of the folds that were drawn.
+    """
+    specification = recorder.specification
+    prepared = _prepare(recorder, number // specification.per_fold)
+    world = _world(recorder, number)
+    env = make_env(prepared.task, specification)
+    first, _ = env.reset(options={"world": world.values})
+    answers = play(env, prepared.actions, recorder.stand)
+    info = answers[-1][4]
+    final, reached = env.outcome()
+    task = prepared.task
+    record = EpisodeRecord(
+        **prepared.drawn.subject.model_copy(update={"material": fields_of(task.garment.material)}).model_dump(),
+        episode=number,
+        fold=number // specification.per_fold,
+        task=f"Fold the {task.garment.name}: {task.title}.",
+        source=prepared.drawn.source,
+        parameters={name: float(value) for name, value in prepared.parameters.items()},
+        world={name: value for name, value in world.values.items() if value},
+        frames=len(answers),
+        vertices=len(final),
+        success=bool(info["is_success"]),
+        error=info["error"],
+        score=None if info["error"] else reached,
+    )
+    arrays = _seen([first, *(answer[0] for answer in answers)])
+    arrays |= {
+        "state": arrays["hands"] if prepared.states is None else prepared.states[: len(answers) + 1],
+        "action": prepared.actions[: len(answers)],
+        "reward": np.array([answer[1] for answer in answers], dtype=np.float32),
+        "final": final,
+        "faces": task.garment.faces.astype(np.int32),
+    }
+    if number < THUMBNAILS:
+        studio = Studio(task.fold.start, task.garment.faces, SHARP)
+        arrays["thumbnail"] = studio.picture(SHOWN, final)
+    return Episode(_judged(record, recorder, prepared, env), arrays)
+
+
+def make_env(task: Task, specification: DatasetSpecification) -> HandsEnv:
+    """Return the environment for the episodes of a specification."""
+    mask = ("mask",) if "zarr" in specification.formats else ()
+    observation = ("vertices", "key_points", "hands", *mask, *specification.cameras)
+    options = specification.record
+    return HandsEnv(task, rate=options.fps, seconds=SECONDS, observation=observation, pixels=options.pixels)
+
+
+def play(
+    env: HandsEnv, actions: np.ndarray, stand: Stand | None
+) -> list[tuple[Any, float, bool, bool, dict[str, Any]]]:
+    """Carry out actions in an environment, until the actions or the episode end. Return the results of all steps.
+
+    Args:
+        env: The environment, after its reset.
+        actions: Actions, float32, shape (T, a).
+        stand: The robot whose joints the actions move, and the placement of the fold; None for floating hands.
+    """
+    places, closed = (None, None) if stand is None else _arms(stand.model_dump_json()).places(actions)
+    answers = []
+    for number, action in enumerate(actions):
+        moved = env.step(action) if places is None or closed is None else env.lead(places[number], closed[number])
+        answers.append(moved)
+        if moved[2] or moved[3]:
+            break
+    return answers
+
+
+def _prepare(recorder: Recorder, fold: int) -> _Prepared:
+    """Draw folds at random until the arms can carry out a fold. Floating hands can carry out every fold."""
+    reason = ""
+    for attempt in range(ATTEMPTS):
+        drawn = draw_fold(recorder.specification, recorder.runs, fold, attempt)
+        task = drawn.subject.make_task()
+        parameters = parameters_of(drawn, task, recorder.specification.fold.spread)
+        try:
+            return _Prepared(drawn, task, parameters, *_planned(recorder, task, parameters))
+        except OutOfReachError as error:
+            reason = str(error)
+    assert recorder.stand is not None
+    raise InputError(
+        f"robot: {recorder.stand.robot} can do none of {ATTEMPTS} folds that were drawn, the last one because {reason}"
+    )
+
+
+def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the actions of a fold, and the states of the robot. The states are None for floating hands."""
+    rate = recorder.specification.record.fps
+    env = HandsEnv(task, rate=rate, seconds=SECONDS, observation="key_points")
+    manipulation = task.manipulation(parameters)
+    wait = int(np.ceil(SETTLE * rate))
+
+    def led(largest: float) -> Led:
+        return lead(manipulation, env.start, largest, rate)
+
+    if recorder.stand is None:
+        return actions_of(led(env.largest), env.start, env.largest, wait), None
+    arms = _arms(recorder.stand.model_dump_json())
+    states = arms.follow(led, env.largest, env.start, rate)
+    states = np.concatenate([states, np.repeat(arms.opened(states[-1])[None], wait, axis=0)])
+    return states[1:], states
+
+
+@lru_cache(maxsize=1)
+def _arms(stand: str) -> Arms:
+    """Return the arms of a robot from a stand (robot, and placement of the fold) that is given as JSON.
+
+    The last arms are kept in memory, because it takes long to make them.
+    """
+    return Arms.at(Stand.model_validate_json(stand))
+
+
+def _world(recorder: Recorder, number: int) -> World:
+    """Choose the world of an episode at random: a value of each disturbance."""
+    if recorder.disturbances is None:
+        return NOMINAL
+    generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))
+    return worlds_of(recorder.disturbances, [generator.standard_normal(len(CHANNELS))])[0]
+
+
+def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
+    """Return the observations of all frames as one array for each name in `Episode.arrays`, stacked along time."""
+    stacked = {name: np.stack([each[name] for each in observations]) for name in observations[0]}
+    plain = {"vertices": "positions", "key_points": "key_points", "hands": "hands", "mask": "mask"}
+    return {plain.get(name, f"camera.{name}"): value for name, value in stacked.items()}
+
+
+def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env: HandsEnv) -> EpisodeRecord:
+    """Return the record of an episode, with two results added if they are known or requested.
+
+    The first result is the success rate of the fold in disturbed simulations. The second result is the outcome in the
+    second simulator.
+    """
+    outcome = recorder.specification.outcome
+    if prepared.drawn.known is not None and not recorder.specification.fold.spread:
+        record = record.with_share(*prepared.drawn.known)
+    elif outcome.worlds and recorder.disturbances and record.episode % recorder.specification.per_fold == 0:
+        worlds = sample_worlds(recorder.disturbances, outcome.worlds, recorder.specification.seed, Stream.MARGINS)
+        found = [Nominal(prepared.task).in_world(prepared.parameters, world).score for world in worlds]
+        record = record.with_share(sum(each is not None and each.succeeds for each in found), len(found), "worlds")
+    if outcome.simulator is None:
+        return record
+    return record.model_copy(update=_second(outcome.simulator, prepared.task, env))
+
+
+def _second(simulator: str, task: Task, env: HandsEnv) -> dict[str, Any]:
+    """Return the outcome of an episode in a second simulator, in which the hands move in the same way."""
+    try:
+        final = named(simulator).simulate(env.scene()).positions[-1]
+    except SimulationError:
+        return {"second_simulator": simulator, "second_success": False}
+    found = score(task.fold, 0.0, final)
+    distance = found.mean_vertex_distance
+    verdict = {"second_success": found.succeeds, "second_mean_vertex_distance": distance}
+    return {"second_simulator": simulator, **verdict}

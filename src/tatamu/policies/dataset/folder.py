@@ -1,0 +1,212 @@
+"""The folder of a dataset: the episodes that are being recorded, then the finished files.
+
+While episodes are recorded, each episode is a file in the folder `.episodes`. After that, the finished files are
+written in the folder `.building`, and are moved to their final places. The file `dataset.json` is moved last. A folder
+without `dataset.json` is therefore unfinished. To resume the recording, the same command is run again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_json, read_npz, unwritable, validated, write_json, write_npz
+from tatamu.base.locks import lock_folder
+from tatamu.base.records import OpenRecord
+from tatamu.base.version import __version__
+from tatamu.lerobot.layout import PARTS
+from tatamu.policies.dataset.arms import Stand
+from tatamu.policies.dataset.episode import Episode
+from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.specification import DatasetSpecification
+
+VERSION = 1
+"""Version of the folder's format."""
+LOCK = ".dataset-lock"
+"""Name of the file that a process locks while it makes a dataset."""
+FINISHED = (*PARTS, "states.zarr", "episodes.parquet", "dataset.html", "dataset.json")
+"""Files and folders of a finished dataset, in the order in which they are moved to their final places."""
+
+
+class DatasetRecord(OpenRecord):
+    """The contents of `dataset.json`.
+
+    This file contains the specification of a dataset, and the versions of its format and of tatamu. It also contains
+    the numbers of episodes, frames and successes.
+    """
+
+    version: Literal[1] = 1
+    tatamu: str = __version__
+    specification: DatasetSpecification
+    stand: Stand | None = None
+    """The robot, and the placement of the fold; None for floating hands."""
+    episodes: int = 0
+    frames: int = 0
+    successes: int = 0
+
+
+@dataclass(frozen=True)
+class DatasetFolder:
+    """A folder that contains a dataset or will contain one."""
+
+    path: Path
+
+    @property
+    def file(self) -> Path:
+        """File `dataset.json` with the description of the dataset."""
+        return self.path / "dataset.json"
+
+    @property
+    def table(self) -> Path:
+        """File `episodes.parquet` with a row for each episode."""
+        return self.path / "episodes.parquet"
+
+    @property
+    def states(self) -> Path:
+        """Folder `states.zarr` with the states in the format Zarr."""
+        return self.path / "states.zarr"
+
+    @property
+    def page(self) -> Path:
+        """File `dataset.html` with the page of the dataset."""
+        return self.path / "dataset.html"
+
+    @property
+    def building(self) -> Path:
+        """Folder in which the finished files are written before they are moved to their final places."""
+        return self.path / ".building"
+
+    @property
+    def started_file(self) -> Path:
+        """File with the description of a dataset that is being recorded."""
+        return self.path / ".episodes" / "started.json"
+
+    def episode_file(self, number: int) -> Path:
+        """Return the file of a recorded episode by its number."""
+        return self.path / ".episodes" / f"{number:06d}.npz"
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the dataset is complete."""
+        return self.file.exists()
+
+    def read(self) -> DatasetRecord:
+        """Return the record of a finished dataset.
+
+        Raises:
+            InputError: If the folder contains no finished dataset, or a dataset of another version.
+        """
+        if not self.path.is_dir():
+            raise InputError(f"{self.path}: must be the folder of a dataset, and is no folder")
+        if not self.file.exists():
+            unfinished = self.started_file.exists()
+            why = "it is unfinished: run the same `tatamu dataset` again" if unfinished else "has no dataset.json"
+            raise InputError(f"{self.path}: must be the folder of a dataset, and {why}")
+        return _read_record(self.file)
+
+    def locked(self) -> AbstractContextManager[object]:
+        """Lock the folder for this process, until the `with` statement ends.
+
+        Raises:
+            InputError: If another process writes a dataset here, or the folder cannot be written.
+        """
+        return lock_folder(self.path, LOCK, "another dataset is being made here")
+
+    def start(self, record: DatasetRecord) -> None:
+        """Start or resume the recording of a dataset.
+
+        Raises:
+            InputError: If the folder contains something else, or a dataset of another specification or version.
+        """
+        known = [name for name in os.listdir(self.path) if name not in (LOCK, ".episodes", ".building")]
+        if self.started_file.exists():
+            before = _read_record(self.started_file)
+            self._refuse_other(before, record)
+        elif known:
+            raise InputError(f"{self.path}: is already there and is no dataset; give another --out")
+        else:
+            write_json(self.started_file, record.model_dump(mode="json"))
+
+    def refuse_other(self, record: DatasetRecord) -> None:
+        """Raise an error if the finished dataset has another specification than this record.
+
+        Raises:
+            InputError: If the specifications differ.
+        """
+        self._refuse_other(self.read(), record)
+
+    def _refuse_other(self, before: DatasetRecord, record: DatasetRecord) -> None:
+        if before.specification != record.specification:
+            raise InputError(f"{self.path}: has a dataset of another specification; give another --out")
+        if before.tatamu != record.tatamu and not self.is_finished:
+            raise InputError(
+                f"{self.path}: was started by tatamu {before.tatamu}, this is {record.tatamu}; give another --out"
+            )
+
+    def keep(self, episode: Episode) -> None:
+        """Store a recorded episode, as a whole or not at all.
+
+        Raises:
+            InputError: If the file cannot be written.
+        """
+        about = np.array(episode.record.model_dump_json())
+        write_npz(self.episode_file(episode.record.episode), {**episode.arrays, "record": about})
+
+    def kept(self, number: int) -> Episode:
+        """Return a stored episode by its number.
+
+        Raises:
+            InputError: If the file of the episode is missing or broken.
+        """
+        file = self.episode_file(number)
+        arrays = read_npz(file, "a recorded episode")
+        return Episode(_record(file, arrays.pop("record")), arrays)
+
+    def finish(self, record: DatasetRecord) -> None:
+        """Move the finished files to their final places, and remove the temporary files.
+
+        Raises:
+            InputError: If the folder cannot be written.
+        """
+        write_json(self.building / self.file.name, record.model_dump(mode="json"))
+        try:
+            for name in FINISHED:
+                built = self.building / name
+                if built.exists():
+                    _remove(self.path / name)
+                    os.rename(built, self.path / name)
+            shutil.rmtree(self.building)
+            shutil.rmtree(self.started_file.parent)
+        except OSError as error:
+            raise unwritable(self.path, error) from None
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _read_record(file: Path) -> DatasetRecord:
+    value: Any = read_json(file)
+    version = value.get("version") if isinstance(value, dict) else None
+    if version != VERSION:
+        raise InputError(f"{file}: version: must be {VERSION}, given {json.dumps(version)}")
+    return validated(DatasetRecord, value, file)
+
+
+def _record(file: Path, text: np.ndarray) -> EpisodeRecord:
+    try:
+        value = json.loads(str(text))
+    except ValueError:
+        raise InputError(f"{file}: is no recorded episode") from None
+    return validated(EpisodeRecord, value, file)

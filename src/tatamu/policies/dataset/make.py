@@ -1,0 +1,203 @@
+"""Make a dataset: record the missing episodes, then write the finished files."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+from tatamu.base.errors import UnavailableError
+from tatamu.base.files import unwritable, write_text
+from tatamu.base.version import __version__
+from tatamu.evaluation.disturbances import load_disturbances
+from tatamu.lerobot.extras import needed
+from tatamu.lerobot.video import check_codec
+from tatamu.policies.dataset.arms import Stand, find_stand
+from tatamu.policies.dataset.curve import parameters_of
+from tatamu.policies.dataset.demonstrations import add_demonstration, start_writer
+from tatamu.policies.dataset.episode import Episode, Recorder, record_episode
+from tatamu.policies.dataset.folder import DatasetFolder, DatasetRecord
+from tatamu.policies.dataset.page import page
+from tatamu.policies.dataset.record import EpisodeRecord, with_shares
+from tatamu.policies.dataset.sources import LearnedFold, check_names, draw_fold, read_runs
+from tatamu.policies.dataset.specification import DatasetSpecification, read_specification
+from tatamu.policies.dataset.states import Extent, StateWriter, extend
+from tatamu.policies.dataset.table import TableWriter
+from tatamu.simulation.side_by_side import executor_of, processors
+from tatamu.simulation.simulators import require
+
+Progress = Callable[[int, int], None]
+"""Function that is called with the number of recorded episodes and the number of all episodes."""
+UNDER_WAY = 64
+"""Largest number of episodes that are submitted to the executor but not yet stored."""
+
+
+def make_dataset(
+    specification: DatasetSpecification | Path | str,
+    out: Path | str,
+    *,
+    executor: Executor | None = None,
+    progress: Progress = lambda done, total: None,
+) -> DatasetFolder:
+    """Make or resume a dataset. A finished dataset with the same specification is not changed.
+
+    Args:
+        specification: The specification, or its file.
+        out: Folder of the dataset.
+        executor: Executor that records the episodes; None for threads of this process, one for each processor.
+        progress: Function that is called after every episode.
+
+    Raises:
+        InputError: If the specification is wrong, a package is missing, or the folder contains something else.
+        UnavailableError: If workers or the disk fail. Recorded episodes remain stored.
+    """
+    if not isinstance(specification, DatasetSpecification):
+        specification = read_specification(Path(specification))
+    folder = DatasetFolder(Path(out))
+    if folder.is_finished:
+        folder.refuse_other(DatasetRecord(specification=specification))
+        progress(specification.episodes, specification.episodes)
+        return folder
+    runs = _check(specification)
+    with folder.locked():
+        folder.start(DatasetRecord(specification=specification))
+        stand = _find_stand(specification, runs)
+        recorder = Recorder(specification, runs, load_disturbances(specification.disturbances), stand)
+        with executor_of(executor, processors()) as workers:
+            _record(recorder, folder, workers, progress)
+        _write(recorder, folder)
+    return folder
+
+
+def _check(specification: DatasetSpecification) -> list[LearnedFold]:
+    """Check that a dataset can be recorded and written, and return the learned folds of its specification.
+
+    If the check fails, an error is raised before the first episode is recorded.
+    """
+    load_disturbances(specification.disturbances)
+    needed("pyarrow")
+    if "zarr" in specification.formats:
+        needed("zarr")
+    if specification.cameras:
+        check_codec()
+    if specification.outcome.simulator is not None:
+        require(specification.outcome.simulator)
+    runs = read_runs(specification)
+    if not runs:
+        check_names(specification)
+    return runs
+
+
+def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) -> Stand | None:
+    """Find the best placement of a fold in front of the robot, and return it with the robot; None for floating hands.
+
+    The fold is the first fold of the dataset. Its garment has the largest size that may be drawn at random.
+    """
+    if specification.robot is None:
+        return None
+    drawn = draw_fold(specification, runs, 0)
+    largest = specification.drawn_garment.largest
+    subject = drawn.subject if largest is None else drawn.subject.model_copy(update={"size": [*largest]})
+    task = subject.make_task()
+    return find_stand(specification.robot, task.manipulation(parameters_of(drawn, task, 0.0)))
+
+
+def _record(recorder: Recorder, folder: DatasetFolder, workers: Executor, progress: Progress) -> None:
+    """Record all episodes that are not stored yet."""
+    total = recorder.specification.episodes
+    missing = iter([number for number in range(total) if not folder.episode_file(number).exists()])
+    done = sum(folder.episode_file(number).exists() for number in range(total))
+    progress(done, total)
+    futures: set[Future[Episode]] = set()
+
+    def submit(count: int) -> None:
+        futures.update(workers.submit(record_episode, recorder, number) for number in islice(missing, count))
+
+    try:
+        submit(UNDER_WAY)
+        while futures:
+            ended = next(as_completed(futures))
+            futures.discard(ended)
+            folder.keep(ended.result())
+            done += 1
+            progress(done, total)
+            submit(1)
+    except BrokenProcessPool:
+        raise UnavailableError(f"{folder.path}: a worker died; run the same command again to resume") from None
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+@dataclass
+class _Overview:
+    """Properties of all episodes that must be known before the first finished file is written."""
+
+    records: list[EpisodeRecord]
+    extents: dict[str, Extent]
+    key_points: set[int]
+    """The different numbers of key points in the episodes. Key points are corners and other ends of named edges."""
+
+    @classmethod
+    def of(cls, folder: DatasetFolder, count: int) -> _Overview:
+        found = cls([], {}, set())
+        for number in range(count):
+            episode = folder.kept(number)
+            found.records.append(episode.record)
+            found.key_points.add(episode.arrays["key_points"].shape[1])
+            extend(found.extents, episode)
+        return found
+
+
+def _write(recorder: Recorder, folder: DatasetFolder) -> None:
+    """Write the finished files of the dataset from the stored episodes."""
+    specification = recorder.specification
+    building = folder.building
+    try:
+        shutil.rmtree(building, ignore_errors=True)
+        building.mkdir(parents=True)
+    except OSError as error:
+        raise unwritable(building, error) from None
+    seen = _Overview.of(folder, specification.episodes)
+    records = with_shares(seen.records, recorder.disturbances is not None)
+    table = TableWriter()
+    pictures = []
+    states = demonstrations = None
+    with ExitStack() as stack:
+        if "zarr" in specification.formats:
+            about = {"fps": specification.record.fps, "tatamu": __version__}
+            states = StateWriter(building / folder.states.name, len(records), seen.extents, about)
+        if "lerobot" in specification.formats:
+            key_points = seen.key_points.pop() if len(seen.key_points) == 1 else None
+            demonstrations = stack.enter_context(
+                start_writer(building / "lerobot", specification, recorder.stand, folder.kept(0), key_points)
+            )
+        for record in records:
+            episode = Episode(record, folder.kept(record.episode).arrays)
+            table.add(record, episode.arrays["final"])
+            pictures += [episode.arrays["thumbnail"]] if "thumbnail" in episode.arrays else []
+            if states is not None:
+                states.add(episode)
+            if demonstrations is not None:
+                add_demonstration(demonstrations, episode)
+    if states is not None:
+        states.finish()
+    if demonstrations is not None:
+        for part in demonstrations.root.iterdir():
+            part.rename(building / part.name)
+        demonstrations.root.rmdir()
+    table.write(building / folder.table.name)
+    about_all = DatasetRecord(
+        specification=specification,
+        stand=recorder.stand,
+        episodes=len(records),
+        frames=sum(each.frames for each in records),
+        successes=sum(each.success for each in records),
+    )
+    write_text(building / folder.page.name, page(about_all, records, pictures))
+    folder.finish(about_all)

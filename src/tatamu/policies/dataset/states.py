@@ -1,0 +1,163 @@
+"""States in the format Zarr 3: the positions of every vertex and hand over time.
+
+The arrays are padded to the longest episode and the largest cloth. A shard is a file with a part of an array. A shard
+contains whole episodes, and one process writes it only once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.base.files import foreign, unwritable
+from tatamu.lerobot.extras import needed
+from tatamu.policies.dataset.episode import Episode
+
+SHARD = 16 << 20
+"""Largest size of a shard before compression [bytes]. A shard contains as many episodes as fit."""
+MOST_IN_SHARD = 64
+"""Largest number of episodes in a shard."""
+FRAMES = 16
+"""Number of frames in a chunk, which is the part of a shard that is read at once."""
+GAP: Mapping[str, Any] = {"f": np.nan, "i": -1, "b": False, "u": 0}
+"""Values that fill the unused parts of an array, by the kind of its numbers: float, int, bool, unsigned int.
+
+An array is unused after the last frame of an episode, and after the last vertex of a cloth.
+"""
+PER_FRAME = ("positions", "key_points", "hands", "mask", "state", "action", "reward")
+"""Names of an episode's arrays that have a row for each frame or action."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """The shape and the type of an array of an episode. The shape is large enough for this array in every episode."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+
+    def joined(self, array: np.ndarray) -> Extent:
+        """Return this extent, enlarged so that the array of another episode fits too."""
+        return Extent(tuple(map(max, self.shape, array.shape)), self.dtype)
+
+
+def extend(extents: dict[str, Extent], episode: Episode) -> None:
+    """Enlarge the extents, one for each array, so that the arrays of another episode fit too."""
+    for name in (*PER_FRAME, "faces"):
+        if name in episode.arrays:
+            array = episode.arrays[name]
+            extents[name] = extents.get(name, Extent(array.shape, array.dtype)).joined(array)
+
+
+class StateWriter:
+    """A Zarr group that is being written. Each shard, a file with several episodes, is written only once."""
+
+    def __init__(self, root: Path, count: int, extents: Mapping[str, Extent], about: Mapping[str, Any]) -> None:
+        """Create the arrays of the Zarr group.
+
+        Args:
+            root: Folder of the group.
+            count: Number of episodes.
+            extents: Largest shape and type of each array, by the name of the array.
+            about: Attributes of the group, such as the version of tatamu.
+
+        Raises:
+            InputError: If the folder cannot be written, or zarr is not installed.
+        """
+        self._root = root
+        self._extents = extents
+        self._count = count
+        self._lengths: list[int] = []
+        self._successes: list[bool] = []
+        self._waiting: dict[str, list[np.ndarray]] = {name: [] for name in extents}
+        zarr = needed("zarr")
+        try:
+            self._group = zarr.create_group(store=str(root), attributes=dict(about))
+            self._arrays = {name: _create(self._group, name, count, extent) for name, extent in extents.items()}
+        except OSError as error:
+            raise unwritable(root, error) from None
+
+    def add(self, episode: Episode) -> None:
+        """Append an episode.
+
+        Raises:
+            InputError: If a file cannot be written.
+        """
+        self._lengths.append(episode.record.frames)
+        self._successes.append(episode.record.success)
+        done = len(self._lengths)
+        try:
+            for name, array in self._arrays.items():
+                waiting = self._waiting[name]
+                waiting.append(_padded(episode.arrays[name], self._extents[name]))
+                if len(waiting) == array.shards[0] or done == self._count:
+                    array[done - len(waiting) : done] = np.stack(waiting)
+                    waiting.clear()
+        except OSError as error:
+            raise unwritable(self._root, error) from None
+
+    def finish(self) -> None:
+        """Write the length and the success of each episode.
+
+        Raises:
+            InputError: If a file cannot be written.
+        """
+        try:
+            self._group.create_array("length", data=np.array(self._lengths))
+            self._group.create_array("success", data=np.array(self._successes))
+        except OSError as error:
+            raise unwritable(self._root, error) from None
+
+
+def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Return the arrays of an episode from the Zarr group, without their padding.
+
+    Args:
+        root: Folder of the group.
+        episode: Number of the episode.
+        names: Names of the arrays.
+
+    Raises:
+        InputError: If there is no such array or episode, or the group is broken.
+    """
+    zarr = needed("zarr")
+    with foreign(root, "a Zarr group"):
+        group = zarr.open_group(store=str(root), mode="r")
+        if missing := [name for name in names if name not in group]:
+            raise InputError(f"{root}: has no array {missing[0]!r}")
+        frames = int(group["length"][episode])
+        return {name: _cut(group[name][episode], name, frames) for name in names}
+
+
+def _create(group: Any, name: str, count: int, extent: Extent) -> Any:
+    size = extent.dtype.itemsize * int(np.prod(extent.shape))
+    episodes = int(np.clip(SHARD // max(size, 1), 1, min(count, MOST_IN_SHARD)))
+    frames = extent.shape[0]
+    chunk = min(frames, FRAMES) if name in PER_FRAME else frames
+    return group.create_array(
+        name,
+        shape=(count, *extent.shape),
+        dtype=extent.dtype,
+        chunks=(1, chunk, *extent.shape[1:]),
+        shards=(episodes, -(-frames // chunk) * chunk, *extent.shape[1:]),
+        fill_value=GAP[extent.dtype.kind],
+    )
+
+
+def _padded(array: np.ndarray, extent: Extent) -> np.ndarray:
+    whole = np.full(extent.shape, GAP[extent.dtype.kind], extent.dtype)
+    whole[tuple(map(slice, array.shape))] = array
+    return whole
+
+
+def _cut(array: np.ndarray, name: str, frames: int) -> np.ndarray:
+    """Return an array of one episode without the frames after its end and without padded vertices."""
+    if name in PER_FRAME:
+        array = array[: frames + (name not in ("action", "reward"))]
+    if name in ("positions", "key_points"):
+        array = array[:, np.isfinite(array[0, :, 0])]
+    return array[array[:, 0] >= 0] if name == "faces" else array

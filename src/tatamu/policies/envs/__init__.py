@@ -1,0 +1,41 @@
+"""Two Gymnasium environments. In `Fold-v0`, one action makes a whole fold. In `Hands-v0`, a policy moves the hands.
+
+    import gymnasium as gym
+
+    env = gym.make("tatamu.envs:tatamu/Hands-v0", garment="towel", observation="key_points")
+
+The import of this package registers both environments with Gymnasium.
+"""
+
+from __future__ import annotations
+
+from tatamu.base.errors import InputError
+
+try:
+    import gymnasium
+except ImportError:
+    raise InputError("environments need the package gymnasium: pip install 'tatamu[gym]'") from None
+
+from tatamu.policies.envs.cameras import CAMERAS
+from tatamu.policies.envs.fold import FoldEnv
+from tatamu.policies.envs.hands import HandsEnv
+from tatamu.policies.envs.observation import OBSERVATIONS
+from tatamu.policies.envs.threads import ThreadedVectorEnv
+
+FOLD = "tatamu/Fold-v0"
+HANDS = "tatamu/Hands-v0"
+
+
+def _register() -> None:
+    """Register both environments, so that `gymnasium.make` and `gymnasium.make_vec` find them."""
+    for name, entry, vector in (
+        (FOLD, "tatamu.policies.envs.fold:FoldEnv", "tatamu.policies.envs.threads:vector_of_folds"),
+        (HANDS, "tatamu.policies.envs.hands:HandsEnv", "tatamu.policies.envs.threads:vector_of_hands"),
+    ):
+        if name not in gymnasium.registry:
+            gymnasium.register(id=name, entry_point=entry, vector_entry_point=vector)
+
+
+_register()
+
+__all__ = ["CAMERAS", "FOLD", "HANDS", "OBSERVATIONS", "FoldEnv", "HandsEnv", "ThreadedVectorEnv"]

@@ -1,0 +1,111 @@
+"""Named cameras that quickly make small pictures of cloth and hands, from which a policy learns."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import numpy as np
+
+from tatamu.show.palette import BACK, FRONT, LEFT, REAR, RIGHT, TABLE, rgb
+from tatamu.show.raster import View
+from tatamu.show.shading import PaintedMesh, see, shade, to_pixels
+from tatamu.simulation.mesh.topology import facing_down
+from tatamu.simulation.mesh.zbuffer import z_buffer
+
+Camera = Literal["top", "front", "left", "right"]
+CAMERAS: tuple[Camera, ...] = get_args(Camera)
+"""Names of the cameras.
+
+The camera `top` looks straight down. The others look at the cloth from three sides, 45 degrees above the table.
+"""
+FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
+"""Direction from the cloth to each camera: angle about z from +x, and angle above the table [degrees].
+
+At the start of a fold, the hands are on the side of -x.
+"""
+FAR = 3.0
+"""Distance of a camera from the middle of the cloth, as a multiple of the visible area's radius."""
+ROOM = 1.1
+"""Ratio of the radius of the visible area to the radius of the flat cloth."""
+HAND = 0.02
+"""Half the length of the octahedron that represents a hand in a picture [m]."""
+CORNERS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
+FACES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5]])
+"""Triangles of an octahedron, as numbers of its corners."""
+COLOURS = (LEFT, RIGHT)
+"""Colours of the left hand and of the right hand."""
+
+
+class Studio:
+    """Cameras around one garment."""
+
+    def __init__(self, start: np.ndarray, faces: np.ndarray, pixels: int = 96) -> None:
+        """Set up the cameras.
+
+        Args:
+            start: Positions of the cloth before the fold [m], shape (n, 3).
+            faces: Triangles of the cloth, shape (m, 3).
+            pixels: Height and width of a picture.
+        """
+        self.middle = (start.min(axis=0) + start.max(axis=0)) / 2
+        self.radius = ROOM * float(np.linalg.norm(start - self.middle, axis=1).max())
+        self.pixels = pixels
+        self._start = start
+        self._faces = faces
+        outside = np.where(facing_down(start, faces)[:, None], rgb(REAR), rgb(FRONT))
+        self._colours = [outside, *(np.tile(rgb(colour), (len(FACES), 1)) for colour in COLOURS)]
+        self._table = to_pixels(np.append(rgb(TABLE), 1.0)[None, None])[0, 0, :3]
+
+    def picture(self, camera: Camera, points: np.ndarray, hands: np.ndarray | None = None) -> np.ndarray:
+        """Return the picture of a camera: RGB, uint8, shape (h, w, 3).
+
+        Args:
+            camera: Name of the camera.
+            points: Positions of the cloth [m], shape (n, 3).
+            hands: Positions of the hands [m], shape (k, 3); None to draw no hands.
+        """
+        mesh = self._mesh(points, np.empty((0, 3)) if hands is None else hands)
+        view = _view(self.middle, self.radius, self.pixels, *FROM[camera])
+        visible, _ = see(view, mesh)
+        picture = np.broadcast_to(self._table, (*view.shape, 3)).copy()
+        light = np.append(shade(view, mesh, visible), np.ones((len(visible.covered[0]), 1)), axis=1)
+        picture[visible.mask] = to_pixels(light)[:, :3]
+        return picture
+
+    def heights(self, points: np.ndarray) -> np.ndarray:
+        """Return the height of the highest layer at each pixel, as seen from above [m]: float32, shape (h, w).
+
+        The height is 0 if the pixel shows no cloth. The pixels are the same as in pictures of the camera `top`.
+        """
+        scale = self.pixels / (2.0 * self.radius)
+        across = (points[:, :2] - self.middle[:2]) * scale
+        grid = np.column_stack([self.pixels / 2 - across, points[:, 2]])  # +x is up, +y to the left
+        found = z_buffer(grid, self._faces, (self.pixels, self.pixels)).heights
+        return np.where(np.isfinite(found), found, 0.0).astype(np.float32)
+
+    def _mesh(self, points: np.ndarray, hands: np.ndarray) -> PaintedMesh:
+        """Return one mesh for a picture, which contains the cloth and an octahedron for each hand."""
+        count = len(points)
+        faces = [self._faces, *(FACES + count + len(CORNERS) * number for number in range(len(hands)))]
+        shapes = [points, *(hand + HAND * CORNERS for hand in hands)]
+        unmarked = np.full((len(CORNERS) * len(hands), 2), 0.025)  # between two lines of the grid on the cloth
+        return PaintedMesh(
+            np.concatenate(shapes),
+            np.concatenate(faces),
+            np.concatenate(self._colours[: 1 + len(hands)]),
+            rgb(BACK),
+            np.concatenate([self._start[:, :2], unmarked]),
+        )
+
+
+def _view(middle: np.ndarray, radius: float, pixels: int, angle: float, height: float) -> View:
+    """Return the view of a camera that shows a ball around `middle` [m].
+
+    The camera's direction is given by an angle about z and an angle above the table [degrees].
+    """
+    turn, rise = np.radians([angle, height])
+    near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+    right = np.array([-np.sin(turn), np.cos(turn), 0.0])
+    rotation = np.vstack([right, np.cross(near, right), near])
+    distance = np.inf if height == 90.0 else FAR * radius
+    return View(middle, rotation, pixels / (2.0 * radius), (pixels, pixels), distance)

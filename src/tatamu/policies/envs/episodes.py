@@ -1,0 +1,85 @@
+"""Episodes of one task. A new world, which is one random draw of all disturbances, is drawn for each episode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.evaluation.disturbances import CHANNELS, NOMINAL, Disturbances, World, disturbed_scene, load_disturbances
+from tatamu.evaluation.disturbances.world import worlds_of
+from tatamu.folding.fold import Fold
+from tatamu.folding.parameters import arched_curve
+from tatamu.folding.task import Task, make_task
+from tatamu.garments import Garment
+from tatamu.simulation.material import Material
+from tatamu.simulation.scene import Scene
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """A task, and the disturbances of its episodes."""
+
+    task: Task
+    disturbances: Disturbances | None
+
+    @property
+    def fold(self) -> Fold:
+        """The fold of the task."""
+        return self.task.fold
+
+    def draw(self, generator: np.random.Generator) -> World:
+        """Draw the world of an episode: values of all disturbances. Without disturbances, all values are nominal."""
+        if self.disturbances is None:
+            return NOMINAL
+        return worlds_of(self.disturbances, [generator.standard_normal(len(CHANNELS))])[0]
+
+    def untouched(self, world: World) -> Scene:
+        """Return the scene of a world without hands: its cloth and its table.
+
+        A world is one random draw of all disturbances.
+        """
+        touched = disturbed_scene(self.fold, self.task.manipulation(arched_curve(self.fold)), world)
+        return touched.model_copy(update={"grippers": []})
+
+
+def make_episodes(
+    garment: Task | Garment | str | Path,
+    fold: str,
+    size: tuple[float, float] | None,
+    material: Material | Path | str | None,
+    spacing: float | None,
+    disturbances: Disturbances | Path | str | None,
+) -> Episodes:
+    """Make the episodes of an environment. The arguments have the same meaning as the environment's arguments.
+
+    Raises:
+        InputError: If an argument is wrong; the message names it.
+    """
+    if not (disturbances is None or isinstance(disturbances, Disturbances)):
+        disturbances = load_disturbances(str(disturbances))
+    if isinstance(garment, Task):
+        if (fold, size, material, spacing) != ("half", None, None, None):
+            raise InputError("garment: a task has its fold, size, material and spacing; give them to make_task")
+        return Episodes(garment, disturbances)
+    task = make_task(garment, fold=fold, size=size, material=material, spacing=spacing)
+    return Episodes(task, disturbances)
+
+
+def hand_errors(fold: Fold, world: World, hands: int) -> np.ndarray:
+    """Return the error of each hand's assumed position [m], shape (hands, 3).
+
+    Args:
+        fold: The fold.
+        world: Values of all disturbances. Only the disturbances of the hands, of the table's height, and of the cloth's
+            position have an effect.
+        hands: Number of hands.
+    """
+    place = np.array([world["cloth.place.along"], world["cloth.place.across"], world["table.height"]])
+    shared = world.vector("hands.offset") - place
+    apart = 0.5 * world.vector("hands.difference")
+    errors = [shared] if hands == 1 else [shared + apart, shared - apart]
+    axes = np.array([[*fold.normal, 0.0], [*fold.crease.along, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(np.array(errors) @ axes)

@@ -1,0 +1,144 @@
+"""The environment `tatamu/Fold-v0`, in which one action makes one fold.
+
+An action contains the six parameters of the hands' curve, Eq. (9). The reward is -C, where C is the objective of a
+fold, Eq. (10).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from tatamu.base.errors import InputError
+from tatamu.evaluation import Nominal
+from tatamu.evaluation.disturbances import NOMINAL, Disturbances
+from tatamu.garments import Garment
+from tatamu.policies.envs.episodes import make_episodes
+from tatamu.policies.envs.observation import Observation, Observer, View
+from tatamu.search import Parameters
+from tatamu.simulation.material import Material
+
+NAMES = ("x1", "z1", "x2", "z2", "g1", "g2")
+"""Names of the numbers of an action, in their order."""
+
+
+class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
+    """An environment with one fold per episode. docs/reference/env-fold.md has the spaces and the reward."""
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 (Gymnasium's name and form)
+
+    def __init__(
+        self,
+        garment: Garment | str | Path = "towel",
+        *,
+        fold: str = "half",
+        size: tuple[float, float] | None = None,
+        material: Material | Path | str | None = None,
+        spacing: float | None = None,
+        disturbances: Disturbances | Path | str | None = None,
+        observation: str | tuple[str, ...] = "key_points",
+        pixels: int = 96,
+        render_mode: str | None = None,
+    ) -> None:
+        """Make the environment.
+
+        Args:
+            garment: A garment, or the name or file of a garment.
+            fold: Name or file of a fold plan. Only the first fold of the plan is made.
+            size: Width and length of the garment [m]; None for the garment's own size.
+            material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
+            spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
+            disturbances: Disturbances, "default", or the file of disturbances. They are drawn again for each episode.
+                None for no disturbances.
+            observation: Name of an observation, or several names.
+            pixels: Height and width of masks, depths and pictures.
+            render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
+
+        Raises:
+            InputError: If an argument is wrong; the message names it.
+        """
+        self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)
+        self.task = self.episodes.task
+        self.render_mode = render_mode
+        self.action_space = spaces.Box(-1.0, 1.0, (len(NAMES),), np.float32)
+        start = self.task.fold.start
+        self._observer = Observer(self.task.garment, start, observation, hands=0, pixels=pixels)
+        self.observation_space = self._observer.space
+        self._world = NOMINAL
+        self._positions = start
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Lay the garment down, and draw new disturbances.
+
+        Args:
+            seed: Random seed for the disturbances of this and the following episodes; None to continue the random
+                sequence.
+            options: Must be None or empty, because there are no options.
+        """
+        super().reset(seed=seed)
+        self._world = self.episodes.draw(self.np_random)
+        self._positions = self.task.fold.start
+        return self._observe(), {"is_success": False, "world": dict(self._world.values)}
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Make one fold, which ends the episode.
+
+        Args:
+            action: The six parameters of the hands' curve, Eq. (9), shape (6,). Each parameter is scaled so that its
+                bounds become -1 and 1.
+
+        Raises:
+            InputError: If the action does not have this shape, or is not finite.
+        """
+        parameters = self.parameters(action)
+        found = Nominal(self.task).in_world(parameters, self._world)
+        if found.rollout is not None:
+            self._positions = found.rollout.positions[-1]
+        info = {
+            "is_success": found.score is not None and found.score.succeeds,
+            "parameters": parameters,
+            "score": {} if found.score is None else found.score.model_dump(),
+            "error": found.error or "",
+        }
+        return self._observe(), -found.objective, True, False, info
+
+    def parameters(self, action: np.ndarray) -> Parameters:
+        """Return the parameters of the hands' curve, Eq. (9), for an action. Values below -1 or above 1 are clipped.
+
+        Raises:
+            InputError: If the action does not have the shape (6,), or is not finite.
+        """
+        given = np.asarray(action, dtype=float)
+        if given.shape != (len(NAMES),) or not np.isfinite(given).all():
+            raise InputError(f"action: must be {len(NAMES)} finite numbers, given {action}")
+        part = 0.5 * (np.clip(given, -1.0, 1.0) + 1.0)
+        bounds = self.task.space.bounds
+        ranges = {name: bounds[name].high - bounds[name].low for name in NAMES}
+        given_parts = zip(NAMES, part, strict=True)
+        return {name: bounds[name].nearest(bounds[name].low + each * ranges[name]) for name, each in given_parts}
+
+    def action(self, parameters: Parameters) -> np.ndarray:
+        """Return the action for the parameters of the hands' curve, Eq. (9), shape (6,)."""
+        self.task.space.check(parameters)
+        bounds = [self.task.space.bounds[name] for name in NAMES]
+        values = [parameters[name] for name in NAMES]
+        pairs = zip(bounds, values, strict=True)
+        parts = [0.5 if each.single else (value - each.low) / (each.high - each.low) for each, value in pairs]
+        return np.array(2.0 * np.array(parts) - 1.0, dtype=np.float32)
+
+    def render(self) -> np.ndarray | None:
+        """Return the picture of the camera `front`: RGB, uint8, shape (h, w, 3); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        return self._observer.studio.picture("front", self._positions)
+
+    def _observe(self) -> Observation:
+        nothing = np.zeros((0, 3))
+        still = np.zeros_like(self._positions)
+        return self._observer.observe(View(self._positions, still, nothing, nothing, np.zeros(0)))

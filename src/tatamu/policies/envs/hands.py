@@ -1,0 +1,278 @@
+"""The environment `tatamu/Hands-v0`: a policy moves hands step by step, and opens and closes their jaws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from tatamu.base.errors import InputError, SimulationError
+from tatamu.evaluation.disturbances import Disturbances, World
+from tatamu.folding.manipulation import HANDS
+from tatamu.folding.score import Limits, Score, score, vertex_distances
+from tatamu.folding.task import Task
+from tatamu.garments import Garment
+from tatamu.policies.envs.demonstration import follow
+from tatamu.policies.envs.episodes import hand_errors, make_episodes
+from tatamu.policies.envs.jaw import HandsOptions, Jaw
+from tatamu.policies.envs.observation import Observation, Observer, View
+from tatamu.policies.envs.record import scene_of_led
+from tatamu.search import Parameters
+from tatamu.simulation.material import Material
+from tatamu.simulation.native import HandTarget, Simulation
+from tatamu.simulation.scene import Gripper, Scene
+
+RATE = 10
+"""Default number of steps per second [1/s]."""
+MOST_RATE = 60
+"""Largest number of steps per second [1/s]."""
+NEVER = 1e6
+"""A time after the end of every episode [s].
+
+The grippers of the scene are set to close at this time, so they never close by themselves. Instead, they follow the
+targets that each step gives them.
+"""
+
+
+class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
+    """An environment with hands that fold a garment step by step.
+
+    docs/reference/env-hands.md has the spaces and the rewards.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012 (Gymnasium's name and form)
+
+    def __init__(
+        self,
+        garment: Task | Garment | str | Path = "towel",
+        *,
+        fold: str = "half",
+        size: tuple[float, float] | None = None,
+        material: Material | Path | str | None = None,
+        spacing: float | None = None,
+        disturbances: Disturbances | Path | str | None = None,
+        observation: str | tuple[str, ...] = ("key_points", "hands"),
+        pixels: int = 96,
+        reward: Literal["dense", "sparse"] = "dense",
+        seconds: float = 6.0,
+        rate: int = RATE,
+        options: HandsOptions | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        """Make the environment.
+
+        Args:
+            garment: A garment, or the name or file of a garment. It may also be a task, which already contains
+                the fold, the size, the material and the spacing.
+            fold: Name or file of a fold plan. Only the first fold of the plan is made.
+            size: Width and length of the garment [m]; None for the garment's own size.
+            material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
+            spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
+            disturbances: Disturbances, "default", or the file of disturbances. They are drawn again for each episode.
+                None for no disturbances.
+            observation: Name of an observation, or several names.
+            pixels: Height and width of masks, depths and pictures.
+            reward: "dense" to reward progress towards the target and success, "sparse" to reward only success.
+            seconds: Length of an episode [s].
+            rate: Steps per second [1/s].
+            options: Limits of the hands and conditions of success; None for the defaults.
+            render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
+
+        Raises:
+            InputError: If an argument is wrong; the message names it.
+        """
+        if reward not in ("dense", "sparse"):
+            raise InputError(f"reward: must be dense or sparse, given {reward!r}")
+        if not (isinstance(rate, int) and 1 <= rate <= MOST_RATE):
+            raise InputError(f"rate: must be a whole number from 1 to {MOST_RATE}, given {rate}")
+        if not 1.0 / rate <= seconds <= 600.0:
+            raise InputError(f"seconds: must be from {1.0 / rate:g} to 600, given {seconds}")
+        self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)
+        self.task = self.episodes.task
+        self.reward = reward
+        self.render_mode = render_mode
+        self.rate = rate
+        self.metadata = {**self.metadata, "render_fps": rate}
+        self.steps = round(seconds * rate)
+        self.options = options or HandsOptions()
+        start = self.task.fold.start
+        count = self.task.fold.hands
+        self._observer = Observer(self.task.garment, start, observation, count, pixels)
+        self.observation_space = self._observer.space
+        self.action_space = spaces.Box(-1.0, 1.0, (4 * count,), np.float32)
+        self._grasps = tuple(int(side[0]) for side in (self.task.fold.left, self.task.fold.right)[:count])
+        margin = np.array([self.options.beside, self.options.beside, 0.0])
+        self._low = start.min(axis=0) - margin
+        self._high = np.array([*(start.max(axis=0) + margin)[:2], self.options.highest])
+        self._untouched = float(vertex_distances(self.task.fold.target, start).mean())
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Lay the garment down, and draw new disturbances.
+
+        The hands are open, at the corners that the fold moves.
+
+        Args:
+            seed: Random seed for the disturbances of this and the following episodes; None to continue the random
+                sequence.
+            options: None, or a dictionary with the entry "world": values of disturbances by their names. With this
+                entry, no disturbances are drawn.
+        """
+        super().reset(seed=seed)
+        given = (options or {}).get("world")
+        world = self.episodes.draw(self.np_random) if given is None else World(given)
+        fold = self.task.fold
+        idle = [
+            Gripper(hand=hand, vertices=[vertex], closes=NEVER, times=[0.0], displacements=np.zeros((1, 3)))
+            for hand, vertex in zip(HANDS, self._grasps, strict=False)
+        ]
+        scene = self.episodes.untouched(world)
+        self._simulation = Simulation(scene.model_copy(update={"grippers": idle, "duration": self.steps / self.rate}))
+        errors = hand_errors(fold, world, fold.hands)
+        lowest = 0.5 * scene.material.thickness
+        self._jaws = [Jaw(fold.start[v], error, lowest) for v, error in zip(self._grasps, errors, strict=True)]
+        self._done = 0
+        self._led: list[list[HandTarget | None]] = []
+        self._scene = scene
+        self._view = self._look()
+        self._distance = self._measure()
+        return self._observer.observe(self._view), {**self._info(False, None, ""), "world": dict(world.values)}
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Move the hands for one step, which lasts a tenth of a second by default.
+
+        Args:
+            action: Four numbers from -1 to 1 for each hand, in one array of length 4 x hands. The first three numbers
+                are the hand's motion along x, y and z, as fractions of the largest motion. If the fourth number is
+                above 0, the jaw closes.
+
+        Raises:
+            InputError: If the action does not have this shape, or is not finite.
+        """
+        given = np.asarray(action, dtype=float)
+        if given.shape != self.action_space.shape or not np.isfinite(given).all():
+            raise InputError(f"action: must be {4 * len(self._jaws)} finite numbers, given {action}")
+        moves = np.clip(given, -1.0, 1.0).reshape(-1, 4)
+        return self.lead(self.hands + moves[:, :3] * self.largest, moves[:, 3] > 0.0)
+
+    @property
+    def hands(self) -> np.ndarray:
+        """Assumed positions of the hands, without their errors [m], shape (hands, 3)."""
+        return np.array([jaw.place for jaw in self._jaws])
+
+    @property
+    def start(self) -> np.ndarray:
+        """Positions of the hands at the start of an episode [m], shape (hands, 3)."""
+        return self.task.fold.start[list(self._grasps)]
+
+    @property
+    def largest(self) -> float:
+        """Largest motion of a hand in a step, along each axis [m]."""
+        return self.options.speed / self.rate
+
+    def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Move the hands to the positions `places` in one step. Unlike `step`, this method does not limit their speed.
+
+        Args:
+            places: Assumed positions of the hands at the end of the step [m], shape (hands, 3).
+            closed: Whether each jaw is closed from the start of the step, shape (hands,).
+        """
+        self._done += 1
+        targets = [
+            jaw.lead(np.clip(place, self._low, self._high), bool(close), self._near(jaw))
+            for jaw, place, close in zip(self._jaws, places, closed, strict=True)
+        ]
+        self._led.append(targets)
+        try:
+            self._simulation.advance(1.0 / self.rate, targets)
+        except SimulationError as error:
+            info = self._info(False, None, str(error))
+            return self._observer.observe(self._view), self.options.torn, True, False, info
+        self._view = self._look()
+        before, self._distance = self._distance, self._measure()
+        success = self._succeeds()
+        over = success or self._done >= self.steps
+        progress = (before - self._distance) / self._untouched if self.reward == "dense" else 0.0
+        info = self._info(success, self._score() if over else None, "")
+        return self._observer.observe(self._view), progress + float(success), success, over and not success, info
+
+    def follow(self, parameters: Parameters) -> Iterator[np.ndarray]:
+        """Yield actions with which the hands follow a manipulation, as a demonstration.
+
+        A manipulation is a planned motion of the hands that makes a fold. The hands first go to the grasps with open
+        jaws, then close and follow their paths.
+
+        Args:
+            parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of the hands' curve, Eq. (9).
+
+        Raises:
+            InputError: If a parameter is wrong.
+        """
+        return follow(self.task.manipulation(parameters), self.start, self.largest, self.rate, self.steps)
+
+    def scene(self) -> Scene:
+        """Return the hands' motion in this episode so far as a scene, which any simulator can run.
+
+        The scene ends `SETTLE` seconds after the last step.
+        """
+        return scene_of_led(self._scene, self._led, self.rate)
+
+    def render(self) -> np.ndarray | None:
+        """Return the picture of the camera `front`: RGB, uint8, shape (h, w, 3); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        return self._observer.studio.picture("front", self._view.positions, self._view.seen)
+
+    def outcome(self) -> tuple[np.ndarray, Score]:
+        """Return the present shape of the cloth [m], shape (n, 3), and its score."""
+        return self._view.positions, self._score()
+
+    def _near(self, jaw: Jaw) -> tuple[int, ...]:
+        """Return the vertices that a jaw grasps if it closes now.
+
+        These are the vertices within the jaw's reach that no other jaw holds.
+        """
+        reach = max(self.options.reach, 0.6 * self.task.garment.spacing)
+        near = np.flatnonzero(np.linalg.norm(self._simulation.positions - jaw.actual, axis=1) <= reach)
+        held = {vertex for other in self._jaws for vertex in other.held}
+        return tuple(vertex for vertex in near.tolist() if vertex not in held)
+
+    def _look(self) -> View:
+        return View(
+            positions=self._simulation.positions.copy(),
+            velocities=self._simulation.velocities.copy(),
+            hands=np.array([jaw.place for jaw in self._jaws]),
+            seen=np.array([jaw.actual for jaw in self._jaws]),
+            closed=np.array([float(bool(jaw.held)) for jaw in self._jaws]),
+        )
+
+    def _measure(self) -> float:
+        """Return the mean distance of the vertices from their target positions [m]."""
+        return float(vertex_distances(self.task.fold.target, self._view.positions).mean())
+
+    def _succeeds(self) -> bool:
+        """Return whether the fold is successful.
+
+        It is successful if its `Score` is good, the hands are open, and the cloth is at rest.
+        """
+        if self._view.closed.any() or np.linalg.norm(self._view.velocities, axis=1).mean() > self.options.calm:
+            return False
+        near = self._distance <= Limits().mean_vertex_distance  # tested first, because the view from above takes longer
+        return near and self._score().succeeds
+
+    def _score(self) -> Score:
+        length = sum(jaw.way for jaw in self._jaws) / len(self._jaws)
+        return score(self.task.fold, length, self._view.positions)
+
+    def _info(self, success: bool, score: Score | None, error: str) -> dict[str, Any]:
+        return {
+            "is_success": success,
+            "mean_vertex_distance": self._distance,
+            "score": {} if score is None else score.model_dump(),
+            "error": error,
+        }

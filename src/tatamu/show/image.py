@@ -1,0 +1,51 @@
+"""Converts pictures to PNG files and to data URIs, which store a picture inside a page."""
+
+from __future__ import annotations
+
+import base64
+import io
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from tatamu.base.files import MIB, read_bytes, replacing
+
+LARGEST = 16 * MIB
+"""Largest size of a picture file that is stored in a page [bytes]."""
+
+
+def png(pixels: np.ndarray) -> bytes:
+    """Return the bytes of a PNG file for a picture.
+
+    The pixels are RGBA as uint8, shape (h, w, 4), with row 0 at the top. The alpha is straight, which means that the
+    colours are not multiplied by it.
+    """
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()
+
+
+def data_uri(pixels: np.ndarray) -> str:
+    """Return a picture as a data URI."""
+    return "data:image/png;base64," + base64.b64encode(png(pixels)).decode()
+
+
+def jpeg_uri(path: Path) -> str:
+    """Return the picture in a JPEG file as a data URI.
+
+    Raises:
+        InputError: If the file cannot be read.
+    """
+    return "data:image/jpeg;base64," + base64.b64encode(read_bytes(path, LARGEST)).decode()
+
+
+def save_png(pixels: np.ndarray, path: Path) -> None:
+    """Write a picture to a PNG file. If writing fails, an existing file remains unchanged.
+
+    Raises:
+        InputError: If the file cannot be written.
+    """
+    data = png(pixels)
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)

@@ -1,0 +1,115 @@
+"""Renders data and a template to one HTML file, which contains the style, scripts, charts and replay.
+
+A template of the package is named by its path in the package, such as "report/page.html". A template may also be a file
+elsewhere. Each template extends "show/base.html", and can use the macros of "show/parts.html" under the
+name `parts`. Texts are escaped unless a template or a `Markup` marks them as HTML.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from tatamu.base.version import __version__
+from tatamu.show import palette
+from tatamu.show.chart import Chart
+from tatamu.show.packing import packed
+
+Charts = Mapping[str, Sequence[Chart]]
+"""Groups of charts on a page, by the name of the group.
+
+The charts of the group `name` become the elements `name-0`, `name-1`, ... of the page.
+"""
+
+
+def render(
+    template: str | Path, *, charts: Charts | None = None, replay: Mapping[str, Any] | None = None, **values: Any
+) -> str:
+    """Fill a template with values. The same values always give the same bytes.
+
+    Args:
+        template: Path of a template in the package, such as "report/page.html", or a file outside the package.
+        charts: Groups of charts, which scripts/charts.js draws into the page.
+        replay: Data of the replay (see `presentation.replay`), which scripts/replay.js shows; None if the page has no
+            replay.
+        **values: Values of the variables in the template.
+
+    Raises:
+        jinja2.UndefinedError: If the template uses a variable that has no value.
+    """
+    plots = {f"{name}-{k}": chart.plot for name, group in (charts or {}).items() for k, chart in enumerate(group)}
+    inside = {
+        "charts": charts or {},
+        "chart_data": inline(plots) if plots else None,
+        "plotly": plotly() if plots else None,
+        "replay_data": inline(replay) if replay else None,
+        "sides": palette.SIDES[replay["layers"]] if replay else (),
+        "has_robot": bool(replay and "robot" in replay),
+        "script": script("replay_page.js" if replay else "plain_page.js"),
+    }
+    environment = _environment()
+    if isinstance(template, Path):
+        return environment.from_string(template.read_text(encoding="utf-8")).render(**inside, **values)
+    return environment.get_template(template).render(**inside, **values)
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("tatamu", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
+    environment.globals.update(
+        parts=environment.get_template("show/parts.html").module,
+        style=Markup(palette.css() + style),
+        version=__version__,
+    )
+    return environment
+
+
+@cache
+def plotly() -> str:
+    """Return the script of the plotly package, compressed (deflate) and encoded in base 64."""
+    from plotly.offline import get_plotlyjs
+
+    return packed(get_plotlyjs().encode())
+
+
+def inline(value: Any) -> Markup:
+    """Return a value as JSON for a script element. No text inside the JSON can close the element."""
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+    return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
+
+
+@cache
+def script(entry: str) -> Markup:
+    """Join an ES module of scripts/ and all modules that it imports to one module.
+
+    Each module appears once, before the modules that import it. In the result, all modules share one scope, so their
+    top-level names must differ.
+    """
+    modules: dict[str, str] = {}
+    _collect(entry, modules)
+    return Markup("\n".join(modules.values()))
+
+
+def _collect(name: str, modules: dict[str, str]) -> None:
+    source = files(__package__).joinpath("scripts", name).read_text(encoding="utf-8")
+    for imported in re.findall(r'^import [^;]*? from "\./([\w.]+)";$', source, re.MULTILINE):
+        if imported not in modules:
+            _collect(imported, modules)
+    own = re.sub(r"^import [^;]*;\n+", "", source, flags=re.MULTILINE)
+    modules[name] = re.sub(r"^export ", "", own, flags=re.MULTILINE)

@@ -1,0 +1,103 @@
+"""Makes the data of a replay in a page: cloth and hands in a few frames, with rounded positions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tatamu.show.packing import motion, packed
+from tatamu.show.solids import MovingMesh, moving, together
+from tatamu.simulation.mesh.topology import facing_down
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+
+FRAMES = 150
+"""Largest number of frames of a replay; the viewer interpolates linearly between the frames."""
+BUDGET = 3_000_000
+"""Largest number of coordinates in all frames of a replay.
+
+The limit keeps pages small, because each coordinate takes about a byte.
+"""
+STEP = 5e-5
+"""Length to whose multiples the positions in a replay are rounded [m].
+
+If the scene is larger than 65536 times this length, a larger length is used.
+"""
+HAND_COLOURS = ("left", "right")
+"""Names of the colours of the two hands."""
+
+
+@dataclass(frozen=True)
+class HandTrack:
+    """The motion of a hand in a replay."""
+
+    colour: str
+    """Name of the hand's colour."""
+    path: np.ndarray
+    """Position of the hand in each frame [m], shape (f, 3)."""
+    holds: list[tuple[float, float | None]]
+    """Times at which the hand closes and opens again, for each grasp [s].
+
+    The second time is None if the hand does not open again.
+    """
+
+
+def replay_data(
+    rollout: Rollout, scene: Scene, hands: list[HandTrack], largest: float, robot: MovingMesh | None = None
+) -> dict[str, Any]:
+    """Return the data with which the viewer replays a rollout.
+
+    Args:
+        rollout: Motion of the cloth, with the target in `extra["target"]`.
+        scene: Scene of the motion; its rigid bodies are drawn too.
+        hands: Motions of the hands.
+        largest: End of the colour scale for vertex errors, the distances of vertices from their targets [m].
+        robot: Meshes of the robot's links at each frame of the rollout; None if no robot is drawn.
+    """
+    kept = frames(len(rollout.times), len(rollout.positions[0]))
+    table = scene.table
+    solid = together(robot, moving(scene.bodies, rollout.times))
+    lower = facing_down(scene.cloth.rest, rollout.faces)
+    return {
+        **_packed(rollout.positions[kept], rollout.extra["target"], rollout.faces[np.argsort(lower, kind="stable")]),
+        "upper": int((~lower).sum()),
+        "layers": 2 if lower.any() else 1,
+        "times": _rounded(rollout.times[kept], 5),
+        "largest": largest,
+        "hands": [{"colour": hand.colour, "path": _rounded(hand.path[kept], 5), "holds": hand.holds} for hand in hands],
+        "table": table and {"height": table.height, "tilt": table.tilt},
+        **({"robot": _packed(solid[0][kept], solid[0][-1], solid[1])} if solid else {}),
+    }
+
+
+def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
+    """Return the compressed positions of a mesh in f frames and in one more shape, and the mesh's triangles.
+
+    The frames have the shape (f, n, 3) for n vertices. For cloth, the further shape `last`, shape (n, 3), is the
+    target. Positions are whole numbers of `STEP`, measured from the corner with the smallest coordinates.
+    """
+    shown = np.concatenate([positions, last[None]])
+    low = shown.min(axis=(0, 1))
+    step = max(float((shown.max(axis=(0, 1)) - low).max()) / 65535, STEP)
+    return {
+        "count": len(last),
+        "low": _rounded(low, 9),
+        "step": step,
+        "positions": packed(motion(np.rint((shown - low) / step).astype(np.int64))),
+        "faces": packed(np.ascontiguousarray(faces, dtype="<u4").tobytes()),
+    }
+
+
+def frames(count: int, vertices: int) -> np.ndarray:
+    """Choose the frames of a rollout that a replay shows.
+
+    They are the first frame, the last frame, and frames at equal intervals between them.
+    """
+    most = int(np.clip(BUDGET // (3 * vertices), 2, FRAMES))
+    return np.unique(np.rint(np.linspace(0, count - 1, min(count, most))).astype(int))
+
+
+def _rounded(values: np.ndarray, digits: int) -> Any:
+    return np.round(np.asarray(values, dtype=float), digits).tolist()

@@ -1,0 +1,133 @@
+"""Computes the light on cloth for pictures. The images have linear light and an alpha channel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from tatamu.show.palette import BACK, FRONT, REAR, rgb
+from tatamu.show.raster import View, Visible, rasterise, vertex_normals
+
+SUN = np.array([-0.35, -0.30, 0.89]) / np.linalg.norm([-0.35, -0.30, 0.89])
+"""Unit vector that points towards the light source in pictures, shape (3,)."""
+
+
+@dataclass(frozen=True)
+class PaintedMesh:
+    """A triangle mesh whose fronts and backs may have different colours."""
+
+    points: np.ndarray
+    """Positions of the vertices [m], shape (n, 3)."""
+    faces: np.ndarray
+    """Triangles, shape (m, 3)."""
+    front: np.ndarray
+    """Colour of each triangle's front in linear light, shape (m, 3)."""
+    back: np.ndarray
+    """Colour of the back of all triangles in linear light, shape (3,)."""
+    flat: np.ndarray | None = None
+    """Positions of the vertices on the flat cloth [m], shape (n, 2).
+
+    They determine a pattern of lines every 5 cm. If the positions are None, no lines are drawn.
+    """
+
+
+def cloth(
+    points: np.ndarray, faces: np.ndarray, start: np.ndarray | None = None, lower: np.ndarray | None = None
+) -> PaintedMesh:
+    """Return the mesh of cloth with the colours of its sides.
+
+    Args:
+        points: Positions of the vertices [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        start: Positions of the vertices on the flat cloth [m], shape (n, 3), for a pattern of lines; None to draw no
+            lines.
+        lower: Whether each triangle belongs to the lower layer, shape (m,); None if the cloth has one layer.
+    """
+    back = np.zeros(len(faces), dtype=bool) if lower is None else lower
+    outside = np.where(back[:, None], rgb(REAR), rgb(FRONT))
+    return PaintedMesh(points, faces, outside, rgb(BACK), None if start is None else start[:, :2])
+
+
+def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
+    """Find the triangle of a mesh that is visible at each pixel, and the depth of every pixel, shape (h, w).
+
+    The depth is -inf at a pixel that no triangle covers.
+    """
+    projected = view.project(mesh.points)
+    visible = rasterise(projected, mesh.faces, view.shape)
+    depth = np.full(view.shape, -np.inf)
+    depth[visible.mask] = visible.sample(projected[:, 2], mesh.faces)
+    return visible, depth
+
+
+def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | float = 1.0) -> np.ndarray:
+    """Return the linear light of the p pixels that a mesh covers, shape (p, 3).
+
+    `sunlit` is 0 for a pixel in shadow and 1 for a pixel in full light. It is one number for all pixels, or has the
+    shape (p,).
+    """
+    normals = visible.sample(vertex_normals(mesh.points, mesh.faces), mesh.faces)
+    normals /= np.maximum(np.sqrt(np.einsum("pk,pk->p", normals, normals)), 1e-12)[:, None]
+    eye = view.towards_eye(visible.sample(mesh.points, mesh.faces))
+    triangle = visible.covered[0]
+    facing = _facing(view, mesh)[triangle]
+    normals = np.where((np.einsum("pk,pk->p", normals, eye) > 0)[:, None], normals, -normals)
+    colour = np.where(facing[:, None], mesh.front[triangle], mesh.back)
+    if mesh.flat is not None:
+        colour = colour * (1.0 - 0.13 * _threads(visible.sample(mesh.flat, mesh.faces)))[:, None]
+    sky = 0.44 + 0.16 * normals[:, 2]
+    return colour * (sky + 0.55 * sunlit * np.maximum(normals @ SUN, 0.0))[:, None]
+
+
+def _threads(flat: np.ndarray) -> np.ndarray:
+    """Return the intensity of the pattern of lines every 5 cm: 1 on a line, 0 between lines, shape (p,).
+
+    The argument has the positions of p points on the flat cloth [m], shape (p, 2).
+    """
+    off = np.abs(flat / 0.05 - np.rint(flat / 0.05)).min(axis=1) * 0.05
+    return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
+
+
+def _facing(view: View, mesh: PaintedMesh) -> np.ndarray:
+    """Return whether each triangle shows its front to the eye, shape (m,)."""
+    a, b, c = (mesh.points[mesh.faces[:, k]] for k in range(3))
+    return np.einsum("mk,mk->m", np.cross(b - a, c - a), view.towards_eye((a + b + c) / 3.0)) > 0
+
+
+def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> np.ndarray:
+    """Return how much lower each pixel is than its surroundings: 0 is not lower, 1 is much lower, shape (h, w).
+
+    The heights of flat layers differ by only a millimetre. Their edges become visible if pixels that are lower than
+    their surroundings are darkened (Luft, Colditz and Deussen 2006, depth darkening).
+
+    Args:
+        depth: Height of each pixel [m]; -inf at pixels that show only the ground.
+        ground: Height of the ground [m].
+        radius: Radius of the surroundings [pixels].
+        reach: Height difference [m]. If a pixel is this much lower than its surroundings, the result is 1.
+    """
+    height = np.maximum(depth, ground)
+    return np.clip((gaussian_filter(height, radius, mode="nearest") - height) / reach, 0.0, 1.0)
+
+
+def shrink(image: np.ndarray, times: int) -> np.ndarray:
+    """Reduce an image by averaging blocks of `times` x `times` pixels, shape (h, w, 4).
+
+    In the image, colours are multiplied by alpha (premultiplied).
+    """
+    height = image.shape[0] // times
+    width = image.shape[1] // times
+    blocks = image[: height * times, : width * times].reshape(height, times, width, times, 4)
+    return blocks.mean(axis=(1, 3))
+
+
+def to_pixels(image: np.ndarray) -> np.ndarray:
+    """Convert an image with linear light to uint8 pixels, shape (h, w, 4).
+
+    In the image, colours are multiplied by alpha (premultiplied). In the pixels, they are not (straight alpha).
+    """
+    alpha = image[..., 3:]
+    colour = np.clip(image[..., :3] / np.maximum(alpha, 1e-6), 0.0, 1.0) ** (1 / 2.2)
+    return (np.concatenate([colour, np.clip(alpha, 0.0, 1.0)], axis=-1) * 255.0 + 0.5).astype(np.uint8)

@@ -1,0 +1,1 @@
+"""Scenes, simulators and rollouts. A simulator is a function from a `Scene` to a `Rollout`."""

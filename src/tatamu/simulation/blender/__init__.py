@@ -1,0 +1,93 @@
+"""The cloth simulation of Blender, which the ICMA 2019 paper used. Blender runs as a separate process.
+
+The modules `mapping` and `springs` convert a scene to Blender's numbers. The modules `recipe` and `timeline` write the
+converted scene as a recipe, which is plain data. The module `process` sends the recipe through a pipe to the program
+`worker`, which runs inside Blender. The theory is in docs/theory/blender.md.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from tatamu.base.errors import SimulationError
+from tatamu.simulation.blender import discovery
+from tatamu.simulation.blender.mapping import MOST_FRICTION, SELF_FRICTION, TABLE_FRICTION
+from tatamu.simulation.blender.process import WORKERS
+from tatamu.simulation.blender.recipe import written
+from tatamu.simulation.capabilities import Capabilities
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.side_by_side import side_by_side
+
+CAPABILITIES = Capabilities(
+    parallel=True,
+    compression=True,
+    friction_table=MOST_FRICTION / TABLE_FRICTION,
+    friction_cloth=MOST_FRICTION / SELF_FRICTION,
+)
+"""Capabilities of Blender. Cells of the mesh may have any size, but friction coefficients are limited.
+
+Several rollouts can run at the same time, because each of them uses a Blender process of its own."""
+
+
+def require() -> None:
+    """Check that Blender is installed.
+
+    Raises:
+        InputError: If no Blender is found.
+    """
+    discovery.command()
+
+
+def prepare() -> None:
+    """Do nothing, because Blender starts with the first scene."""
+
+
+def compilation() -> tuple[int, int]:
+    """Return (0, 0): no function is compiled, and no function needs to be compiled."""
+    return 0, 0
+
+
+def simulate(scene: Scene) -> Rollout:
+    """Simulate one scene in Blender.
+
+    Raises:
+        InputError: If no Blender is found, the material's `blender` table contains an error, or the scene has rigid
+            bodies.
+        SimulationError: If the rollout is not finite, or Blender crashes during the scene in every attempt.
+    """
+    begin = time.perf_counter()
+    CAPABILITIES.refuse(scene, "blender")
+    recipe = written(scene)
+    answer, numbers, version = WORKERS.run(recipe.request)
+    positions = _positions(scene, recipe.in_scene(numbers.reshape(-1, len(scene.cloth.vertices), 3)))
+    wall = answer["wall_seconds"]
+    lacking = [] if scene.material.blender else CAPABILITIES.lacking(scene.material)
+    info = {
+        "simulator": "blender",
+        "version": version,
+        "wall_seconds": wall,
+        "setup_seconds": time.perf_counter() - begin - wall,
+        "steps": recipe.steps,
+        "warnings": [*recipe.warnings, *(f"blender: {line}" for line in lacking)],
+    }
+    return Rollout(np.arange(scene.frames) / scene.frame_rate, positions, scene.cloth.faces, info)
+
+
+def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
+    """Return the positions of the n vertices in all f frames [m], shape (f, n, 3).
+
+    `moved` contains the positions in all frames except the first.
+    """
+    if not np.isfinite(moved).all():
+        frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
+        raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")
+    return np.concatenate([scene.cloth.vertices[None], moved])
+
+
+def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
+    """Simulate several scenes, with one Blender process per processor core."""
+    return side_by_side(simulate, scenes)

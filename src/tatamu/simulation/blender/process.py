@@ -1,0 +1,184 @@
+"""Blender as a separate process. It starts when it is first needed, restarts after a crash, and ends when tatamu ends.
+
+Blender is licensed under the GPL and has global state, so it is never imported here. A pipe carries a recipe (the data
+of one scene) to Blender, and another pipe carries positions back. The worker, which is the process that runs Blender,
+ends when its standard input closes. Therefore it also ends if tatamu is killed.
+"""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import struct
+import subprocess
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Any, BinaryIO
+
+import numpy as np
+
+from tatamu.base.errors import InputError, SimulationError
+from tatamu.simulation.blender import discovery
+
+MARK = b"\x00\xfftatamu\xff\x00"
+"""Start of every message. All bytes between two messages in the pipe are output of Blender itself."""
+START_LIMIT = 120.0
+"""Longest time to wait for the first message of a started Blender [s]."""
+ATTEMPTS = 3
+"""Number of attempts to run a recipe (the data of one scene).
+
+If Blender crashes in every attempt, the recipe counts as the cause of the crashes."""
+
+
+class WorkerDied(Exception):
+    """The exception that is raised if the pipe from Blender ends before the answer comes."""
+
+
+class Worker:
+    """One Blender process, and the pipes to and from this process."""
+
+    def __init__(self) -> None:
+        self.owner = os.getpid()
+        self.command = discovery.command()
+        self.log: IO[bytes] = tempfile.TemporaryFile()
+        self.scratch = tempfile.TemporaryDirectory(prefix="tatamu-blender-", ignore_cleanup_errors=True)
+        environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONHOME")}
+        # If Blender is killed, it leaves its temporary files behind. They are then deleted with this folder.
+        environment |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self.scratch.name)
+        try:
+            self.process = subprocess.Popen(
+                self.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, env=environment
+            )
+        except OSError as error:
+            self.scratch.cleanup()
+            raise InputError(f"{self.command[0]}: cannot be started ({error.strerror or error})") from None
+        self.version = self._greeting()
+
+    def _greeting(self) -> str:
+        limit = threading.Timer(START_LIMIT, self.process.kill)
+        limit.start()
+        try:
+            return str(self._receive()[0]["blender"])
+        except WorkerDied:
+            words = self._last_words()
+            self.close()
+            raise InputError(f"{self.command[0]}: does not run as Blender{words}") from None
+        finally:
+            limit.cancel()
+
+    def _last_words(self) -> str:
+        self.log.seek(0)
+        lines = self.log.read()[-2000:].decode(errors="replace").strip().splitlines()
+        return f" ({lines[-1].strip()})" if lines else ""
+
+    @property
+    def _out(self) -> BinaryIO:
+        assert self.process.stdout is not None
+        return self.process.stdout  # type: ignore[return-value]
+
+    def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray]:
+        """Run one recipe (the data of one scene), and return the answer and the positions as float32 numbers.
+
+        Raises:
+            WorkerDied: If Blender ended before it answered.
+        """
+        assert self.process.stdin is not None
+        text = json.dumps(request, allow_nan=False).encode()
+        try:
+            self.process.stdin.write(MARK + struct.pack("<I", len(text)) + text)
+            self.process.stdin.flush()
+        except OSError:
+            raise WorkerDied from None
+        return self._receive()
+
+    def _receive(self) -> tuple[dict[str, Any], np.ndarray]:
+        self._skip_to_mark()
+        answer = json.loads(self._exactly(struct.unpack("<I", self._exactly(4))[0]))
+        return answer, np.frombuffer(self._exactly(answer.get("bytes", 0)), dtype="<f4")
+
+    def _skip_to_mark(self) -> None:
+        window = self._exactly(len(MARK))
+        while window != MARK:
+            window = window[1:] + self._exactly(1)
+
+    def _exactly(self, count: int) -> bytes:
+        data = self._out.read(count)
+        if len(data) < count:
+            raise WorkerDied
+        return data
+
+    def close(self) -> None:
+        """End the process, and wait until it has ended, so that no zombie process remains."""
+        for pipe in (self.process.stdin, self.process.stdout, self.log):
+            if pipe is not None:
+                with _quiet():
+                    pipe.close()
+        if os.getpid() == self.owner:
+            self.process.kill()
+            self.process.wait()
+            self.scratch.cleanup()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    try:
+        yield
+    except OSError:
+        pass
+
+
+class Workers:
+    """The idle Blender processes (workers) that this process has started. Only one thread at a time uses a worker."""
+
+    def __init__(self) -> None:
+        self._idle: list[Worker] = []
+        self._lock = threading.Lock()
+
+    def run(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray, str]:
+        """Run one recipe (the data of one scene), and repeat it if Blender crashes.
+
+        The method returns the answer, the positions and Blender's version.
+
+        Raises:
+            InputError: If no Blender is found.
+            SimulationError: If Blender refuses the recipe, or crashes in every attempt.
+        """
+        for _ in range(ATTEMPTS):
+            worker = self._take()
+            try:
+                answer, positions = worker.ask(request)
+            except WorkerDied:
+                worker.close()
+                continue
+            except BaseException:
+                worker.close()
+                raise
+            self._give(worker)
+            if "error" in answer:
+                raise SimulationError(f"blender: {answer['error']}")
+            return answer, positions, worker.version
+        raise SimulationError(f"blender: ended {ATTEMPTS} times in the middle of this scene")
+
+    def _take(self) -> Worker:
+        with self._lock:
+            mine = [worker for worker in self._idle if worker.owner == os.getpid()]
+            self._idle = mine[:-1]
+        return mine[-1] if mine else Worker()
+
+    def _give(self, worker: Worker) -> None:
+        with self._lock:
+            self._idle.append(worker)
+
+    def close(self) -> None:
+        """End all idle workers."""
+        with self._lock:
+            idle, self._idle = self._idle, []
+        for worker in idle:
+            worker.close()
+
+
+WORKERS = Workers()
+atexit.register(WORKERS.close)

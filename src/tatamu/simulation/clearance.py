@@ -1,0 +1,116 @@
+"""The distance between cloth and a rigid body. Faces are tested too, because a thin finger may pierce a triangle.
+
+The signed distance of a body is a convex function. Its tangent planes at the corners of a triangle are therefore lower
+bounds over the triangle. For almost all triangles, this bound is positive, so the triangle is outside the body. For the
+other triangles, nested golden sections find the minimum distance. The inner section finds the minimum along a line
+parallel to a side of the triangle. The outer section moves this line. Golden sections are valid for the outer section
+too, because the minimum along the line is a convex function of the line's position.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tatamu.simulation.body import Body
+
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+SECTIONS = 24
+"""Number of golden sections in each direction. They reduce an interval of 20 mm to 0.2 micrometres."""
+
+
+def deepest(body: Body, points: np.ndarray, faces: np.ndarray, time: float = 0.0) -> float:
+    """Return how deep the cloth's mid-surface is in a body [m]. The result is negative if the cloth is outside.
+
+    Args:
+        body: The body.
+        points: Positions of the vertices [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        time: Time that determines the position of the body [s].
+    """
+    return -float(distances(body, points, faces, time, below=0.0).min())
+
+
+def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, below: float = np.inf) -> np.ndarray:
+    """Return the smallest signed distance of each triangle from a body [m], shape (m,).
+
+    Args:
+        body: The body.
+        points: Positions of the vertices [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        time: Time that determines the position of the body [s].
+        below: Distance that matters to the caller [m]. If all of a triangle is farther from the body, its result is
+            only the smallest distance of its corners.
+    """
+    local = body.local(points, time)
+    at_vertices = body.distance(local)
+    least = np.asarray(at_vertices[faces].min(axis=1))
+    unclear = np.flatnonzero(_bound(body, local, at_vertices, faces) < below)
+    if len(unclear):
+        least[unclear] = np.minimum(least[unclear], _minimum(body, local[faces[unclear]]))
+    return least
+
+
+def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return a lower bound of the distance between a body and each of m triangles [m], shape (m,).
+
+    The bound comes from the tangent planes of the distance at the corners of the triangle.
+    """
+    normals = _normals(body, local)
+    corners = local[faces]
+    bounds = [
+        (np.einsum("mk,mck->mc", normals[faces[:, c]], corners - corners[:, c, None]).min(axis=1))
+        + at_vertices[faces[:, c]]
+        for c in range(3)
+    ]
+    return np.asarray(np.max(bounds, axis=0))
+
+
+def _normals(body: Body, local: np.ndarray) -> np.ndarray:
+    """Return the unit normal of a body's surface near each of n points, in the frame of the body, shape (n, 3)."""
+    q = np.abs(local) - body.core
+    signs = np.where(local >= 0.0, 1.0, -1.0)
+    outside = np.maximum(q, 0.0)
+    length = np.linalg.norm(outside, axis=1, keepdims=True)
+    inside = np.eye(3)[np.argmax(q, axis=1)]
+    return np.asarray(signs * np.where(length > 0.0, outside / np.maximum(length, 1e-300), inside))
+
+
+def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
+    """Return the smallest distance between a body and each of k triangles [m], shape (k,).
+
+    The corners of the triangles, shape (k, 3, 3), are in the frame of the body.
+    """
+    a, b, c = (corners[:, k] for k in range(3))
+
+    def along(part: np.ndarray) -> np.ndarray:
+        """Return the smallest distance of a body from a line that crosses a triangle parallel to its side b-c.
+
+        `part` is 0 for the line through the corner a, and 1 for the side b-c.
+        """
+        start = a + part[:, None] * (b - a)
+        side = part[:, None] * (c - b)
+        return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))
+
+    return _golden(along, len(a))
+
+
+def _golden(values: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
+    """Return the minimum values of `count` convex functions of a number from 0 to 1, shape (count,)."""
+    low = np.zeros(count)
+    high = np.ones(count)
+    left = high - GOLDEN * (high - low)
+    right = low + GOLDEN * (high - low)
+    at_left = values(left)
+    at_right = values(right)
+    least = np.minimum(np.minimum(values(low), values(high)), np.minimum(at_left, at_right))
+    for _ in range(SECTIONS):
+        lower = at_left < at_right
+        high = np.where(lower, right, high)
+        low = np.where(lower, low, left)
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        at_left = values(left)
+        at_right = values(right)
+        least = np.minimum(least, np.minimum(at_left, at_right))
+    return np.asarray(least)

@@ -1,0 +1,154 @@
+"""Crossings of a cloth with itself: edges that pass through triangles.
+
+An edge crosses a triangle under two conditions. The ends of the edge lie strictly on opposite sides of the triangle's
+plane. The line of the edge passes strictly between the triangle's sides. The signs of the volumes of five tetrahedra
+show both conditions. Pairs that share a vertex are ignored. Edges that only touch a triangle, or lie in its plane, do
+not count. A hashed grid of cells gives the candidates.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from tatamu.simulation.mesh.topology import Topology
+
+
+def crossing_pairs(
+    points: np.ndarray,
+    faces: np.ndarray,
+    edges: np.ndarray,
+    wanted: tuple[np.ndarray, np.ndarray] | None = None,
+) -> np.ndarray:
+    """Return the pairs of an edge and a triangle that cross and share no vertex.
+
+    Args:
+        points: Positions of the vertices [m], shape (n, 3). They must be finite.
+        faces: Triangles, shape (m, 3).
+        edges: Edges, shape (e, 2).
+        wanted: Two arrays: whether each triangle is wanted, shape (m,), and whether each edge is wanted, shape (e,). A
+            pair is found if its triangle or its edge is wanted. If None, all pairs are found. The order of the pairs is
+            the same in both cases.
+
+    Returns:
+        The k crossing pairs: rows with the indices of an edge and of a triangle, shape (k, 2).
+    """
+    wanted_faces, wanted_edges = wanted or (np.ones(len(faces), bool), np.ones(len(edges), bool))
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    ends = points[edges]
+    low = ends.min(axis=1)
+    high = ends.max(axis=1)
+    cell = max(float((high - low).max()), 1e-9)
+    return _find(points, faces, edges, wanted_faces, wanted_edges, low, high, points.min(axis=0), cell)
+
+
+def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
+    """Return the number of pairs of an edge and a triangle that cross. The arguments are explained in `crossing_pairs`.
+
+    All edges of the mesh are tested if `edges` is None. If a position is not finite, every edge counts as crossing.
+    """
+    edges = Topology(faces).edges if edges is None else edges
+    return len(crossing_pairs(points, faces, edges)) if np.isfinite(points).all() else len(edges)
+
+
+def crossings_over_time(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the number of crossings in each of f frames, shape (f,). The positions have the shape (f, n, 3)."""
+    edges = Topology(faces).edges
+    return np.array([crossings(points, faces, edges) for points in positions])
+
+
+@njit(cache=True)
+def _volume(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> float:
+    """Return six times the signed volume of a tetrahedron [m^3]."""
+    ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    cx, cy, cz = s[0] - p[0], s[1] - p[1], s[2] - p[2]
+    return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+
+
+@njit(cache=True)
+def _cross(p: np.ndarray, q: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> bool:
+    """Return whether the edge p-q passes strictly through the triangle (a, b, c)."""
+    if not _volume(a, b, c, p) * _volume(a, b, c, q) < 0.0:
+        return False
+    u = _volume(p, q, a, b)
+    v = _volume(p, q, b, c)
+    w = _volume(p, q, c, a)
+    return (u > 0.0 and v > 0.0 and w > 0.0) or (u < 0.0 and v < 0.0 and w < 0.0)
+
+
+@njit(cache=True)
+def _find(
+    points: np.ndarray,
+    faces: np.ndarray,
+    edges: np.ndarray,
+    wanted_faces: np.ndarray,
+    wanted_edges: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    origin: np.ndarray,
+    cell: float,
+) -> np.ndarray:
+    """Return crossing pairs of edges and triangles.
+
+    Every edge is hashed by the cell that contains the lower corner of its bounding box. A wanted triangle is tested
+    against all edges of nearby cells, another triangle only against the wanted edges of these cells.
+
+    Args:
+        points: Positions of the vertices [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        edges: Edges, shape (e, 2).
+        wanted_faces: Whether each triangle is wanted, shape (m,).
+        wanted_edges: Whether each edge is wanted, shape (e,).
+        low: Lower corner of the bounding box of each edge [m], shape (e, 3).
+        high: Upper corner of the bounding box of each edge [m], shape (e, 3).
+        origin: Lower corner of the grid [m], shape (3,).
+        cell: Side of a cell [m]. It is at least as long as every side of every edge's bounding box.
+
+    Returns:
+        The k crossing pairs: rows with the indices of an edge and of a triangle, shape (k, 2).
+    """
+    size = 1
+    while size < 2 * edges.shape[0]:
+        size *= 2
+    head = np.full((2, size), -1)  # first edge of each hash bucket: of all edges, and of the wanted edges
+    after = np.full((2, edges.shape[0]), -1)  # next edge in the same bucket
+    key = np.empty((edges.shape[0], 3), np.int64)
+    for e in range(edges.shape[0]):
+        for d in range(3):
+            key[e, d] = int(np.floor((low[e, d] - origin[d]) / cell))
+        bucket = (key[e, 0] * 73856093 ^ key[e, 1] * 19349663 ^ key[e, 2] * 83492791) & (size - 1)
+        for kind in range(1 + wanted_edges[e]):
+            after[kind, e] = head[kind, bucket]
+            head[kind, bucket] = e
+    found = [(0, 0) for _ in range(0)]
+    first = np.empty(3, np.int64)
+    last = np.empty(3, np.int64)
+    least = np.empty(3)
+    most = np.empty(3)
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        kind = 0 if wanted_faces[f] else 1
+        for d in range(3):
+            least[d] = min(points[a, d], points[b, d], points[c, d])
+            most[d] = max(points[a, d], points[b, d], points[c, d])
+            first[d] = int(np.floor((least[d] - cell - origin[d]) / cell))
+            last[d] = int(np.floor((most[d] - origin[d]) / cell))
+        for i in range(first[0], last[0] + 1):
+            for j in range(first[1], last[1] + 1):
+                for k in range(first[2], last[2] + 1):
+                    e = head[kind, (i * 73856093 ^ j * 19349663 ^ k * 83492791) & (size - 1)]
+                    while e >= 0:
+                        p, q = edges[e, 0], edges[e, 1]
+                        apart = p == a or p == b or p == c or q == a or q == b or q == c
+                        apart = apart or key[e, 0] != i or key[e, 1] != j or key[e, 2] != k
+                        for d in range(3):
+                            apart = apart or low[e, d] > most[d] or high[e, d] < least[d]
+                        if not apart and _cross(points[p], points[q], points[a], points[b], points[c]):
+                            found.append((e, f))
+                        e = after[kind, e]
+    pairs = np.empty((len(found), 2), np.int64)
+    for i, (e, f) in enumerate(found):
+        pairs[i, 0] = e
+        pairs[i, 1] = f
+    return pairs

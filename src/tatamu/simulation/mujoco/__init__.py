@@ -1,0 +1,169 @@
+"""The simulator MuJoCo, with its deformable bodies (flex). See docs/theory/mujoco.md."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from tatamu.base.errors import SimulationError
+from tatamu.simulation.capabilities import Capabilities
+from tatamu.simulation.mesh.topology import Topology, edge_lengths
+from tatamu.simulation.mujoco.hold import HeldVertices
+from tatamu.simulation.mujoco.model import compiled, engine, vertex_masses
+from tatamu.simulation.mujoco.rigid import MovingBody
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.side_by_side import side_by_side
+from tatamu.simulation.timeline import Segment, segments
+
+LONGEST_STEP = 2e-3
+"""Longest time step [s]."""
+CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
+"""Capabilities of MuJoCo.
+
+In MuJoCo the bending energy is quadratic, so on large cells a fold collapses into a flat crease. The size of cells is
+the mean edge of the mesh, as a multiple of the cloth's bending length. Up to the size 0.37, the loop of a fold has the
+right shape. Rollouts on larger cells contain a warning.
+
+A rehearsal simulates how the robot carries out its plan. It compares two folds on the same mesh, so larger cells (up to
+the size 0.45) are accepted. Each halving of the edges would need four times as many vertices
+(docs/theory/robot-planning.md)."""
+
+
+def require() -> None:
+    """Check that MuJoCo is installed.
+
+    Raises:
+        InputError: If MuJoCo is not installed, or is too old.
+    """
+    engine()
+
+
+def prepare() -> None:
+    """Do nothing, because MuJoCo is imported with the first scene."""
+
+
+def compilation() -> tuple[int, int]:
+    """Return (0, 0): no function is compiled, and no function needs to be compiled."""
+    return 0, 0
+
+
+def simulate(scene: Scene) -> Rollout:
+    """Simulate one scene in MuJoCo.
+
+    Raises:
+        InputError: If MuJoCo is not installed.
+        SimulationError: If the rollout is not finite.
+    """
+    begin = time.perf_counter()
+    run = Run(scene)
+    ready = time.perf_counter()
+    positions = run.positions()
+    info = {
+        "simulator": "mujoco",
+        "version": engine().__version__,
+        "wall_seconds": time.perf_counter() - ready,
+        "setup_seconds": ready - begin,
+        "steps": run.steps,
+        "warnings": run.warnings(),
+    }
+    return Rollout(np.arange(scene.frames) / scene.frame_rate, positions, scene.cloth.faces, info)
+
+
+class Run:
+    """A running simulation: the model and the state of MuJoCo, and the hands."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.model = compiled(scene)
+        self.data = engine().MjData(self.model)
+        self.sliders = 3 * len(scene.cloth.vertices)
+        self.data.qpos[: self.sliders] = (scene.cloth.vertices - scene.cloth.rest).ravel()
+        self.bodies = [MovingBody(body, self.model, number) for number, body in enumerate(scene.bodies)]
+        self.scratch = engine().MjData(self.model)
+        self.hands = [HeldVertices(gripper, vertex_masses(scene)) for gripper in scene.grippers]
+        self.steps = 0
+
+    def positions(self) -> np.ndarray:
+        """Simulate the whole scene, and return the positions of the n vertices in all f frames [m], shape (f, n, 3)."""
+        frames = [self.scene.cloth.vertices]
+        before: tuple[object, ...] = ()
+        for segment in segments(self.scene, np.inf):
+            pieces = max(1, int(np.ceil(segment.duration / LONGEST_STEP - 1e-6)))
+            situation = (round(segment.duration / pieces, 12), segment.held)
+            if situation != before:
+                self._change(*situation)
+                before = situation
+            self._through(segment, pieces)
+            if segment.frame:
+                frames.append(self._now(segment.end))
+        return np.array(frames)
+
+    def _change(self, step: float, held: tuple[bool, ...]) -> None:
+        """Change the time step or the held vertices.
+
+        The factorised matrix of mass and stiffness depends on the time step and on the held vertices, so it is computed
+        again.
+        """
+        for hand, holding in zip(self.hands, held, strict=True):
+            if not holding:
+                hand.open(self.model)
+        for hand, holding in zip(self.hands, held, strict=True):
+            if holding:
+                hand.close(self.model, self.data)
+        self.model.opt.timestep = step
+        engine().mj_setConst(self.model, self.scratch)
+
+    def _through(self, segment: Segment, pieces: int) -> None:
+        bounds = np.linspace(segment.start, segment.end, pieces + 1)
+        for start, end in pairwise(bounds.tolist()):
+            for hand in self.hands:
+                hand.aim(self.data, start, end)
+            for body in self.bodies:
+                body.aim(self.data, start, end)
+            engine().mj_step(self.model, self.data)
+            for hand in self.hands:
+                hand.settle(self.data, end)
+            for body in self.bodies:
+                body.settle(self.data, end)
+        self.steps += pieces
+
+    def _now(self, time: float) -> np.ndarray:
+        positions = self.scene.cloth.rest + self.data.qpos[: self.sliders].reshape(-1, 3)
+        names = engine().mjtWarning
+        lost = any(self.data.warning[int(name)].number for name in (names.mjWARN_BADQPOS, names.mjWARN_BADQVEL))
+        if lost or not np.isfinite(positions).all():
+            raise SimulationError(f"mujoco: positions are no longer finite after {time:.3g} s")
+        return np.asarray(positions)
+
+    def warnings(self) -> list[str]:
+        """Return MuJoCo's own warnings, and a line for each property of the scene that MuJoCo cannot represent."""
+        names = engine().mjtWarning
+        found = [
+            f"mujoco: {names(number).name.removeprefix('mjWARN_').lower()}, {warning.number} times"
+            for number, warning in enumerate(self.data.warning)
+            if warning.number
+        ]
+        if self.scene.material.compression < 1.0:
+            found.append("mujoco: cloth resists compression as it does tension")
+        found += [f"mujoco: {line}" for line in CAPABILITIES.lacking(self.scene.material)]
+        return found + self._coarse()
+
+    def _coarse(self) -> list[str]:
+        cloth, length = self.scene.cloth, self.scene.material.bending_length
+        spacing = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
+        coarsest = (CAPABILITIES.sound_cell or np.inf) * length
+        if spacing <= coarsest:
+            return []
+        return [
+            f"mujoco: bending is quadratic: with cells of {1e3 * spacing:.0f} mm over {1e3 * coarsest:.0f} mm "
+            f"a fold falls into a flat crease"
+        ]
+
+
+def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
+    """Simulate several scenes, with one thread per processor core."""
+    return side_by_side(simulate, scenes)

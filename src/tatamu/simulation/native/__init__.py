@@ -1,0 +1,70 @@
+"""The simulator `native`, which is a part of tatamu. It runs on the processor and needs no other program.
+
+It integrates the motion explicitly, with time steps of different lengths for contact, bending and membrane. The theory
+is in docs/theory/native.md.
+"""
+
+from tatamu.simulation.native.memory.kernel_cache import forget_stale_kernels
+
+forget_stale_kernels()  # must run before any kernel is loaded
+
+from tatamu.simulation.capabilities import Capabilities  # noqa: E402
+from tatamu.simulation.native.compiled import compilation  # noqa: E402
+from tatamu.simulation.native.led_bodies import BodyTarget  # noqa: E402
+from tatamu.simulation.native.options import (  # noqa: E402
+    ContactOptions,
+    ElasticOptions,
+    LimitOptions,
+    Options,
+    RestOptions,
+    StepOptions,
+    UntangleOptions,
+)
+from tatamu.simulation.native.simulation import Simulation  # noqa: E402
+from tatamu.simulation.native.simulator import load_kernels, simulate, simulate_many  # noqa: E402
+from tatamu.simulation.native.snapshot import SimulationState  # noqa: E402
+from tatamu.simulation.native.targets import HandTarget  # noqa: E402
+
+CAPABILITIES = Capabilities(
+    parallel=True,
+    coarse_search=True,
+    compression=True,
+    orthotropy=True,
+    hysteresis=True,
+    directional_air=True,
+    bodies=True,
+)
+"""Capabilities of the simulator.
+
+A rollout runs on one core and does not hold Python's lock, so several rollouts can run at the same time. Bending is
+accurate even on large cells. On such cells, other simulators make sharp creases."""
+
+
+def require() -> None:
+    """Do nothing, because this simulator needs no other program."""
+
+
+def prepare() -> None:
+    """Compile the functions of the simulator, or load their compiled code from disk."""
+    load_kernels()
+
+
+__all__ = [
+    "CAPABILITIES",
+    "BodyTarget",
+    "ContactOptions",
+    "ElasticOptions",
+    "HandTarget",
+    "LimitOptions",
+    "Options",
+    "RestOptions",
+    "Simulation",
+    "SimulationState",
+    "StepOptions",
+    "UntangleOptions",
+    "compilation",
+    "prepare",
+    "require",
+    "simulate",
+    "simulate_many",
+]

@@ -1,0 +1,183 @@
+"""Broad phase of bodies: finds the vertices, edges and faces near each body.
+
+The search has two steps. *Wide* candidates are found among all faces, edges and vertices. They include all elements
+whose distance from the body is at most the contact distance plus a margin. Wide candidates are searched again when
+cloth and bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may
+touch the body in one round of contact. In both steps, the boxes around faces and edges are compared with the box around
+the body, in the frame of the body.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.contact.bodies.push import to_frame
+from tatamu.simulation.native.contact.bodies.state import Bodies, Candidates, Pose
+from tatamu.simulation.native.contact.state import ContactMesh
+
+MARGIN = 0.01
+"""Margin of the search for contact of cloth with rigid bodies [m].
+
+Wide candidates are the parts of the cloth (vertices, edges and faces) near a body. They include all parts whose
+distance from the body is at most the contact distance plus this margin."""
+WEAR = 0.7
+"""Fraction of the search margin that motion may use up [-].
+
+Wide candidates are the parts of the cloth within the margin around a body. They are searched again when cloth and
+bodies together may have moved by this fraction of the margin. The rest of the margin allows for motion by contact."""
+SLACK = 5e-4
+"""Allowance for motion of cloth by forces and contact in one round of contact [m].
+
+Narrow candidates are the parts of the cloth that may touch a body in this round. They are the parts within this
+allowance, plus the motion by the velocities at the start of the round."""
+
+
+@kernel
+def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
+    """Return the largest distance by which any vertex has moved from `start` to x, which contain positions [m]."""
+    square = 0.0
+    for v in range(x.shape[0]):
+        dx = x[v, 0] - start[v, 0]
+        dy = x[v, 1] - start[v, 1]
+        dz = x[v, 2] - start[v, 2]
+        square = max(square, dx * dx + dy * dy + dz * dz)
+    return np.sqrt(square)
+
+
+@kernel
+def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
+    """Return an upper bound on the distance by which any point on or near a body moves between two poses [m]."""
+    longest = 0.0
+    for b in range(bodies.radius.shape[0]):
+        half = bodies.half[b]
+        away = bodies.radius[b] + 2.0 * MARGIN
+        away += np.sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2])
+        moved = 0.0
+        turned = 0.0
+        for k in range(3):
+            moved += (after.position[b, k] - before.position[b, k]) ** 2
+            for j in range(3):
+                turned += (after.rotation[b, k, j] - before.rotation[b, k, j]) ** 2
+        longest = max(longest, np.sqrt(moved) + away * np.sqrt(turned))
+    return longest
+
+
+@kernel
+def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies) -> bool:
+    """Find the candidates of a round, the elements of the mesh that may touch a body.
+
+    Args:
+        x: Positions at the start of the round [m], shape (n, 3).
+        longest_way: Largest distance that a vertex can move in the round [m].
+        mesh: The mesh of the cloth.
+        bodies: The bodies, with their poses at the start and at the end of the round.
+
+    Returns:
+        Whether any candidate was found.
+    """
+    near = bodies.near
+    moves = longest_way + _body_motion(bodies, bodies.start, bodies.end)
+    worn = _longest_motion(x, near.searched_at) + _body_motion(bodies, near.searched_pose, bodies.start)
+    search = worn + moves > WEAR * MARGIN
+    if search:
+        near.searched_at[:] = x
+        near.searched_pose.position[:] = bodies.start.position
+        near.searched_pose.rotation[:] = bodies.start.rotation
+    marked = np.zeros(mesh.inverse_mass.shape[0], dtype=np.bool_)
+    if search:
+        all_vertices = np.arange(mesh.inverse_mass.shape[0])
+        all_edges = np.arange(mesh.edges.shape[0])
+        all_faces = np.arange(mesh.faces.shape[0])
+    else:
+        all_vertices = all_edges = all_faces = np.empty(0, dtype=np.int64)
+    found = False
+    for b in range(bodies.radius.shape[0]):
+        rotation = bodies.start.rotation[b]
+        position = bodies.start.position[b]
+        reach = bodies.radius[b] + 0.5 * mesh.thickness + moves
+        wide = near.wide
+        counts = wide.counts[b]
+        if search:
+            far = bodies.half[b] + (reach + MARGIN)
+            _to_local(x, rotation, position, all_vertices, near.local)
+            _filter(mesh, near.local, far, all_vertices, all_edges, all_faces, bodies.held[b], marked, b, wide)
+        else:
+            _to_local(x, rotation, position, wide.vertices[b, : counts[0]], near.local)
+        far = bodies.half[b] + (reach + SLACK)
+        _filter(
+            mesh,
+            near.local,
+            far,
+            wide.vertices[b, : counts[0]],
+            wide.edges[b, : counts[1]],
+            wide.faces[b, : counts[2]],
+            bodies.held[b],
+            marked,
+            b,
+            near.narrow,
+        )
+        found = found or near.narrow.counts[b, 2] > 0
+    return found
+
+
+@kernel
+def _to_local(
+    x: np.ndarray, rotation: np.ndarray, position: np.ndarray, vertices: np.ndarray, local: np.ndarray
+) -> None:
+    """Compute the positions of the given vertices in the frame of a body, and write them to `local` [m]."""
+    for i in range(vertices.shape[0]):
+        to_frame(rotation, position, x, vertices[i], local)
+
+
+@kernel
+def _reaches(local: np.ndarray, a: int, b: int, c: int, far: np.ndarray) -> bool:
+    """Return whether the box around three vertices overlaps the box around a body, which has the half sizes `far`."""
+    for k in range(3):
+        if min(local[a, k], local[b, k], local[c, k]) > far[k] or max(local[a, k], local[b, k], local[c, k]) < -far[k]:
+            return False
+    return True
+
+
+@kernel
+def _filter(
+    mesh: ContactMesh,
+    local: np.ndarray,
+    far: np.ndarray,
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    faces: np.ndarray,
+    held: np.ndarray,
+    marked: np.ndarray,
+    b: int,
+    out: Candidates,
+) -> None:
+    """List the faces that reach into the box around body b, with their edges and vertices, sorted by number.
+
+    The body may belong to a hand, for example as a finger. Faces with a vertex that this hand holds are left out.
+    """
+    count = 0
+    for i in range(faces.shape[0]):
+        t = faces[i]
+        p, q, r = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
+        if not (held[p] or held[q] or held[r]) and _reaches(local, p, q, r, far):
+            out.faces[b, count] = t
+            count += 1
+            marked[p] = True
+            marked[q] = True
+            marked[r] = True
+    out.counts[b, 2] = count
+    count = 0
+    for i in range(edges.shape[0]):
+        p, q = mesh.edges[edges[i], 0], mesh.edges[edges[i], 1]
+        if marked[p] and marked[q] and _reaches(local, p, q, q, far):
+            out.edges[b, count] = edges[i]
+            count += 1
+    out.counts[b, 1] = count
+    count = 0
+    for i in range(vertices.shape[0]):
+        if marked[vertices[i]]:
+            marked[vertices[i]] = False
+            out.vertices[b, count] = vertices[i]
+            count += 1
+    out.counts[b, 0] = count

@@ -1,0 +1,206 @@
+"""Rigid bodies as arrays: shapes, paths, the poses in a round of contact, and the candidates for contact.
+
+Shapes and paths are constants of a scene. The function `place` writes the poses at the start and at the end of each
+round. The module `near` writes the candidates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from tatamu.simulation.body import Body
+from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.contact.projection import Positions
+from tatamu.simulation.native.contact.state import ContactMesh
+from tatamu.simulation.scene import Gripper
+
+CORNERS = 8
+"""Largest number of corners of a body's core, which is a box, a segment or a point."""
+
+
+class Pose(NamedTuple):
+    """The poses of the b bodies at one instant."""
+
+    rotation: np.ndarray
+    """Rotation from the frame of each body to the world, shape (b, 3, 3)."""
+    position: np.ndarray
+    """Centre of each body [m], shape (b, 3)."""
+
+
+class Candidates(NamedTuple):
+    """Elements of the cloth near each of the b bodies. The mesh has n vertices, e edges and m faces."""
+
+    vertices: np.ndarray
+    """Numbers of the vertices near each body, shape (b, n).
+
+    In the row of body i, the first `counts[i, 0]` entries are in use."""
+    edges: np.ndarray
+    """Numbers of the edges near each body, shape (b, e).
+
+    In the row of body i, the first `counts[i, 1]` entries are in use."""
+    faces: np.ndarray
+    """Numbers of the faces near each body, shape (b, m).
+
+    In the row of body i, the first `counts[i, 2]` entries are in use."""
+    counts: np.ndarray
+    """Count of the vertices, the edges and the faces near each body, shape (b, 3)."""
+
+
+class Near(NamedTuple):
+    """Candidates for contact with bodies, and the positions of cloth and bodies at the search for candidates.
+
+    The module `near` writes them.
+    """
+
+    wide: Candidates
+    """Vertices, edges and faces within a margin around each body, kept over many rounds of contact."""
+    narrow: Candidates
+    """Vertices, edges and faces that may touch a body in the present round of contact, chosen from `wide`."""
+    searched_at: np.ndarray
+    """Positions of the n vertices at the last search [m], shape (n, 3); not finite before the first search."""
+    searched_pose: Pose
+    positions: Positions
+    """Positions of the vertices at the start and at the end of a membrane step, the shortest time step.
+
+    Only the vertices near a body are up to date."""
+    local: np.ndarray
+    """Scratch memory: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
+    local0: np.ndarray
+    """Scratch memory: positions in the frame of a body at the start of the round [m], shape (n, 3)."""
+
+
+class Bodies(NamedTuple):
+    """All bodies of a scene. In the shapes of arrays, b is the number of bodies, which may be zero."""
+
+    half: np.ndarray
+    """Half sizes of the core of each body [m], shape (b, 3).
+
+    The core is a box. Half sizes of zero make it a segment or a point."""
+    radius: np.ndarray
+    """Radius r of each body [m], shape (b,). The body contains all points within r of its core."""
+    friction: np.ndarray
+    """Coulomb coefficient of cloth on the body [-], shape (b,)."""
+    corners: np.ndarray
+    """Corners of the core of each body, in the frame of the body [m], shape (b, CORNERS, 3)."""
+    corner_count: np.ndarray
+    """Number of corners of each body's core, shape (b,): 1 for a sphere, 2 for a capsule, 8 for a box."""
+    positions: np.ndarray
+    """Centre of each body at the beginning of each outer step [m], shape (b, steps + 1, 3)."""
+    orientations: np.ndarray
+    """Unit quaternion (w, x, y, z) of each body at the beginning of each outer step, shape (b, steps + 1, 4)."""
+    held: np.ndarray
+    """Whether the hand to which each body belongs holds each of the n vertices at any time, shape (b, n).
+
+    The body does not collide with triangles at vertices that its hand holds."""
+    start: Pose
+    """Poses at the start of the round of contact."""
+    end: Pose
+    """Poses at the end of the round of contact."""
+    near: Near
+
+
+def bodies_of(
+    bodies: Sequence[Body], grippers: Sequence[Gripper], outer_step: float, steps: int, mesh: ContactMesh
+) -> Bodies:
+    """Return the bodies of a scene as arrays, with memory for candidates.
+
+    Args:
+        bodies: Bodies of the scene.
+        grippers: Grippers of the scene.
+        outer_step: Length of an outer step [s].
+        steps: Number of outer steps.
+        mesh: The mesh of the cloth.
+    """
+    count = len(bodies)
+    times = np.arange(steps + 1) * outer_step
+    positions = np.empty((count, steps + 1, 3))
+    orientations = np.empty((count, steps + 1, 4))
+    corners = np.zeros((count, CORNERS, 3))
+    corner_count = np.ones(count, dtype=np.int64)
+    for number, body in enumerate(bodies):
+        positions[number], orientations[number] = body.path(times)
+        signs = [(-1.0, 1.0) if half > 0.0 else (0.0,) for half in body.core]
+        own = np.array(list(product(*signs))) * body.core
+        corners[number, : len(own)] = own
+        corner_count[number] = len(own)
+    vertices = len(mesh.inverse_mass)
+    held = np.zeros((count, vertices), dtype=np.bool_)
+    for number, body in enumerate(bodies):
+        for gripper in grippers:
+            if body.hand is not None and gripper.hand == body.hand:
+                held[number, gripper.vertices] = True
+    return Bodies(
+        half=np.array([body.core for body in bodies]).reshape(count, 3),
+        radius=np.array([body.radius for body in bodies]).reshape(count),
+        friction=np.array([body.friction for body in bodies]).reshape(count),
+        corners=corners,
+        corner_count=corner_count,
+        positions=positions,
+        orientations=orientations,
+        held=held,
+        start=_no_pose(count),
+        end=_no_pose(count),
+        near=Near(
+            wide=_no_candidates(count, mesh),
+            narrow=_no_candidates(count, mesh),
+            searched_at=np.full((vertices, 3), np.inf),
+            searched_pose=_no_pose(count),
+            positions=Positions(np.zeros((vertices, 3)), np.zeros((vertices, 3)), np.zeros((vertices, 3))),
+            local=np.zeros((vertices, 3)),
+            local0=np.zeros((vertices, 3)),
+        ),
+    )
+
+
+def _no_pose(count: int) -> Pose:
+    return Pose(np.zeros((count, 3, 3)), np.zeros((count, 3)))
+
+
+def _no_candidates(count: int, mesh: ContactMesh) -> Candidates:
+    return Candidates(
+        vertices=np.zeros((count, len(mesh.inverse_mass)), dtype=np.int64),
+        edges=np.zeros((count, len(mesh.edges)), dtype=np.int64),
+        faces=np.zeros((count, len(mesh.faces)), dtype=np.int64),
+        counts=np.zeros((count, 3), dtype=np.int64),
+    )
+
+
+@kernel
+def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray, number: int, fraction: float) -> None:
+    """Set the pose of body b when the given fraction of outer step `number` has passed.
+
+    Quaternions are interpolated linearly, because a body only turns by a small angle within a step.
+    """
+    later = min(number + 1, position.shape[0] - 1)
+    q = np.empty(4)
+    for k in range(3):
+        pose.position[b, k] = position[number, k] + fraction * (position[later, k] - position[number, k])
+    for k in range(4):
+        q[k] = orientation[number, k] + fraction * (orientation[later, k] - orientation[number, k])
+    scale = 1.0 / np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    w, x, y, z = scale * q[0], scale * q[1], scale * q[2], scale * q[3]
+    rotation = pose.rotation[b]
+    rotation[0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    rotation[0, 1] = 2.0 * (x * y - w * z)
+    rotation[0, 2] = 2.0 * (x * z + w * y)
+    rotation[1, 0] = 2.0 * (x * y + w * z)
+    rotation[1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    rotation[1, 2] = 2.0 * (y * z - w * x)
+    rotation[2, 0] = 2.0 * (x * z - w * y)
+    rotation[2, 1] = 2.0 * (y * z + w * x)
+    rotation[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+
+
+@kernel
+def place(bodies: Bodies, number: int, begin: float, end: float) -> None:
+    """Set the poses of all bodies at the start and at the end of a round of contact.
+
+    The round begins at the fraction `begin` of outer step `number`, and ends at the fraction `end` of this step.
+    """
+    for b in range(bodies.radius.shape[0]):
+        _set_pose(bodies.start, b, bodies.positions[b], bodies.orientations[b], number, begin)
+        _set_pose(bodies.end, b, bodies.positions[b], bodies.orientations[b], number, end)

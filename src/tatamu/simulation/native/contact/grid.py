@@ -1,0 +1,105 @@
+"""A uniform grid of points, with which the broad phase of contact finds triangles that are near to each other."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tatamu.simulation.native.compiled import kernel
+
+MOST_CELLS = 65536
+"""Largest number of cells. If a grid would have more cells, its cells are enlarged.
+
+A grid with so few cells stays in the processor's cache."""
+
+
+class Grid(NamedTuple):
+    """Points sorted into cells. Cell (i, j, k) has the number (i * shape[1] + j) * shape[2] + k."""
+
+    origin: np.ndarray
+    """Corner of the grid with the smallest coordinates [m], shape (3,)."""
+    cell: np.ndarray
+    """Lengths of the sides of a cell [m], shape (3,)."""
+    shape: np.ndarray
+    """Numbers of cells along x, y and z, shape (3,)."""
+    start: np.ndarray
+    """Index in `order` at which the points of each cell begin, shape (cells + 1,)."""
+    order: np.ndarray
+    """Numbers of the points, sorted by cell, shape (points,)."""
+
+
+@kernel
+def grid_of(points: np.ndarray, size: float) -> Grid:
+    """Sort p points [m], shape (p, 3), into cells whose sides are at least `size` [m], by a counting sort."""
+    origin = np.empty(3)
+    cell = np.empty(3)
+    shape = np.empty(3, dtype=np.int64)
+    for k in range(3):
+        low = points[0, k]
+        high = points[0, k]
+        for p in range(points.shape[0]):
+            low = min(low, points[p, k])
+            high = max(high, points[p, k])
+        origin[k] = low
+        cell[k] = size
+        shape[k] = min(int((high - low) / size), MOST_CELLS) + 1
+    while shape[0] * shape[1] * shape[2] > MOST_CELLS:
+        k = int(np.argmax(shape))
+        cell[k] *= 2.0
+        shape[k] = shape[k] // 2 + 1
+    start = np.zeros(shape[0] * shape[1] * shape[2] + 1, dtype=np.int64)
+    order = np.empty(points.shape[0], dtype=np.int64)
+    cell_of_point = np.empty(points.shape[0], dtype=np.int64)
+    grid = Grid(origin, cell, shape, start, order)
+    for p in range(points.shape[0]):
+        i, j, k = grid_cell(points[p], grid)
+        number = (i * shape[1] + j) * shape[2] + k
+        cell_of_point[p] = number
+        start[number + 1] += 1
+    for c in range(start.shape[0] - 1):
+        start[c + 1] += start[c]
+    filled = start.copy()
+    for p in range(points.shape[0]):
+        number = cell_of_point[p]
+        order[filled[number]] = p
+        filled[number] += 1
+    return grid
+
+
+@kernel
+def grid_cell(point: np.ndarray, grid: Grid) -> tuple[int, int, int]:
+    """Return the indices (i, j, k) of the cell of a point. For a point outside the grid, this is the nearest cell."""
+    i = min(max(int((point[0] - grid.origin[0]) / grid.cell[0]), 0), grid.shape[0] - 1)
+    j = min(max(int((point[1] - grid.origin[1]) / grid.cell[1]), 0), grid.shape[1] - 1)
+    k = min(max(int((point[2] - grid.origin[2]) / grid.cell[2]), 0), grid.shape[2] - 1)
+    return i, j, k
+
+
+@kernel
+def cells_around(
+    cell: tuple[int, int, int], rings: int, column: int, shape: np.ndarray, start: np.ndarray
+) -> tuple[int, int]:
+    """Return where one column of the block of cells around a cell starts and ends in `Grid.order`.
+
+    Cells that follow one another along z lie together in `Grid.order`, so a column of cells along z is one run. A block
+    with 2 rings + 1 cells along each side therefore consists of (2 rings + 1)^2 runs.
+
+    Args:
+        cell: The cell in the middle of the block.
+        rings: Number of cells from the middle to each side.
+        column: Number of the run, from 0 to (2 rings + 1)^2 - 1. Runs are numbered by x, then by y.
+        shape: Numbers of cells along x, y and z, from `Grid.shape`.
+        start: Starts of the cells in `Grid.order`, from `Grid.start`.
+
+    Returns:
+        The index of the first point in the run, and the index after the last point. Both are equal if the column is
+        outside the grid.
+    """
+    side = 2 * rings + 1
+    i = cell[0] - rings + column // side
+    j = cell[1] - rings + column % side
+    if i < 0 or j < 0 or i >= shape[0] or j >= shape[1]:
+        return 0, 0
+    row = (i * shape[1] + j) * shape[2]
+    return start[row + max(cell[2] - rings, 0)], start[row + min(cell[2] + rings + 1, shape[2])]

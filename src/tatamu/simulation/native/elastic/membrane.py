@@ -1,0 +1,344 @@
+"""Membrane forces: St. Venant-Kirchhoff elasticity on linear triangles, written with squared edge lengths.
+
+    eps_q = |x_b - x_a|^2 - L_q^2            edge q, opposite corner q: exact Green strain along it, no square root
+    eps   = P (E_xx, E_yy, 2 E_xy),          rows of P: 2 (dx^2, dy^2, dx dy) of the rest edge
+    W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
+    f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
+
+eps_q is the change of the squared length of edge q, which has the vertices a and b. L_q is its rest length, and dx and
+dy are its components at rest. P maps the Green strain E to eps. A is the area of the triangle, W its energy, C the
+stiffness in plane stress, and f_a the force on vertex a.
+
+Damping is of the Kelvin-Voigt type: lengths and edges are computed at the positions x + tau_d v. x are the positions, v
+the velocities, and tau_d is the time constant of damping. The derivation is in docs/theory/membrane.md.
+
+eps is a small difference of large numbers, so it is computed in double precision. All following steps use single
+precision.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tatamu.simulation.material import Material
+from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.elastic import symmetric, wrinkling
+from tatamu.simulation.native.memory.bands import BLOCK, Bands
+from tatamu.simulation.scene import LEAST_IN_PLANE
+
+ENDS = np.array([[1, 2], [2, 0], [0, 1]])
+"""The two corners of a triangle that edge q joins, shape (3, 2). Corner q is the third corner."""
+
+
+class Membrane(NamedTuple):
+    """Constants of the membrane, in the order in which forces are computed.
+
+    A band is a group of triangles that are stored one after another in memory. Places in a band without a triangle
+    contain zeros. A slot is the memory position of a vertex.
+    """
+
+    bands: np.ndarray
+    """Table of the bands (runs in memory) of triangles, with the slots (memory positions) of their vertices."""
+    copies: np.ndarray
+    """Slots (memory positions of vertices) that some triangles need as copies.
+
+    The copies are stored behind the last slot."""
+    S: np.ndarray
+    """Twice the stiffness S of each triangle, in the order of memory [N/m^3], shape (6, places).
+
+    The numbers have single precision. S maps the changes of squared edge lengths to forces per length of an edge. The
+    matrix is symmetric, and its six elements are packed as in `symmetric`."""
+    L2: np.ndarray
+    """Squared rest lengths of the edges of each triangle, in the order of memory [m^2], shape (3, places)."""
+    relaxed: np.ndarray
+    """Constants of wrinkling from `wrinkling.constants`, in single precision, shape (12, places).
+
+    The shape is (12, 0) if the cloth does not wrinkle."""
+    compression: Any
+    """Ratio c of compressive to tensile stiffness, in single precision [-]."""
+    crowding: Any
+    """Limit b of the compressive strain [-].
+
+    Below it, compression has only the fraction c of the stiffness. Strain beyond the limit meets the full stiffness, as
+    in tension.
+
+    The number has single precision."""
+
+
+def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the corners of each of the m triangles in its own plane [m], shape (m, 3, 2).
+
+    Corner 0 is at the origin, and corner 1 is on the positive x axis.
+    """
+    a, b, c = (rest[faces[:, k]] for k in range(3))
+    length = np.linalg.norm(b - a, axis=1)
+    along = (b - a) / length[:, None]
+    x = np.einsum("ij,ij->i", c - a, along)
+    y = np.linalg.norm((c - a) - x[:, None] * along, axis=1)
+    frames = np.zeros((len(faces), 3, 2))
+    frames[:, 1, 0] = length
+    frames[:, 2, 0] = x
+    frames[:, 2, 1] = y
+    return frames
+
+
+def along_fibres(frames: np.ndarray, rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray | None) -> np.ndarray:
+    """Return the corners of each of the m triangles in its own plane [m], shape (m, 3, 2).
+
+    The warp is along the x axis.
+
+    Args:
+        frames: Corners of every triangle from `rest_frames` [m].
+        rest: Unstrained positions [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        fibre: Direction of the warp, see `Cloth.fibre`, shape (m, 3) or (1, 3).
+    """
+    a, b, c = (rest[faces[:, k]] for k in range(3))
+    along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
+    across = c - a - np.einsum("ij,ij->i", c - a, along)[:, None] * along
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    if fibre is None:
+        x = np.column_stack([along[:, 0], across[:, 0]])
+        y = np.column_stack([along[:, 1], across[:, 1]])
+        parts = np.where(np.linalg.norm(x, axis=1)[:, None] > LEAST_IN_PLANE, x, y)
+    else:
+        parts = np.column_stack([(along * fibre).sum(axis=1), (across * fibre).sum(axis=1)])
+    cosine, sine = (parts / np.linalg.norm(parts, axis=1)[:, None]).T
+    turn = np.stack([np.stack([cosine, sine], -1), np.stack([-sine, cosine], -1)], axis=1)
+    return np.einsum("mij,mkj->mki", turn, frames)
+
+
+def plane_stress(material: Material) -> np.ndarray:
+    """Return the stiffness C from strains (E_xx, E_yy, 2 E_xy) to stress [N/m], shape (3, 3). x is along the warp."""
+    nu = material.poisson_ratio
+    if not material.orthotropic_membrane:
+        return np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) * material.stretch_stiffness / (1 - nu * nu)
+    warp = material.stretch_stiffness
+    weft = material.weft_stiffness
+    both = nu * np.sqrt(warp * weft)
+    plane = np.array([[warp, both, 0.0], [both, weft, 0.0], [0.0, 0.0, 0.0]]) / (1 - nu * nu)
+    plane[2, 2] = material.shear_modulus
+    return plane
+
+
+def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the stiffness, the rest lengths and the constants of wrinkling for every triangle.
+
+    Args:
+        frames: Corners of each triangle in its plane [m], with the warp along the x axis, shape (m, 3, 2).
+        material: Material of the cloth.
+
+    Returns:
+        Three arrays, with one column for each of the m triangles. The first is twice the stiffness S, packed as in
+        `symmetric`, shape (6, m). The second contains the squared rest lengths L^2 [m^2], shape (3, m). The third is
+        `wrinkling.constants`.
+    """
+    edges = frames[:, ENDS[:, 1]] - frames[:, ENDS[:, 0]]
+    dx = edges[..., 0]
+    dy = edges[..., 1]
+    inverse = np.linalg.inv(2 * np.stack([dx * dx, dy * dy, dx * dy], axis=-1))
+    area = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+    stiffness = area[:, None, None] * (inverse.transpose(0, 2, 1) @ plane_stress(material) @ inverse)
+    return 2 * symmetric.pack(stiffness), (dx * dx + dy * dy).T, wrinkling.constants(inverse, area, material)
+
+
+def in_bands(
+    triangles: Bands,
+    S: np.ndarray,
+    L2: np.ndarray,
+    relaxed: np.ndarray,
+    compression: float,
+    crowding: float,
+    real: type = np.float32,
+) -> Membrane:
+    """Return the constants of the membrane in the order in which forces are computed.
+
+    Args:
+        triangles: Bands of triangles. A band is a group of triangles that are stored one after another in memory. The
+            bands also contain the memory positions (slots) of the vertices.
+        S: Stiffness from `constants`.
+        L2: Squared rest lengths from `constants`.
+        relaxed: Constants of wrinkling from `constants`.
+        compression: Ratio c of compressive to tensile stiffness [-].
+        crowding: Limit b of the compressive strain [-]. Below it, compression has only the fraction c of the stiffness.
+            Strain beyond the limit meets the full stiffness, as in tension.
+        real: Precision in which forces are computed.
+    """
+    return Membrane(
+        bands=triangles.table,
+        copies=triangles.copied,
+        S=triangles.spread(S).astype(real),
+        L2=triangles.spread(L2),
+        relaxed=(triangles.spread(relaxed) if relaxed.size else relaxed).astype(real),
+        compression=real(compression),
+        crowding=real(crowding),
+    )
+
+
+def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the derivatives of squared edge lengths with respect to the positions of both ends of each edge, at rest.
+
+    The shape is (m, 3 edges, 2 ends, 3). The ends are in the order of `ENDS`.
+    """
+    start, end = (rest[faces[:, ENDS[:, k]]] for k in range(2))
+    return 2.0 * np.stack([start - end, end - start], axis=2)
+
+
+@kernel
+def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
+    """Return the vector from (x, y, z) to (to_x, to_y, to_z), and the change of its squared length from `l2`.
+
+    The vector is an edge, and `l2` its squared length at rest. The results have the precision `real`.
+    """
+    dx = to_x - x
+    dy = to_y - y
+    dz = to_z - z
+    return real(dx), real(dy), real(dz), real(dx * dx + dy * dy + dz * dz - l2)
+
+
+@kernel
+def _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out):  # type: ignore[no-untyped-def]
+    """Set column j of `out` to the forces on the corners of a triangle.
+
+    Each corner is pulled along the edge that leaves it, and back along the edge that arrives.
+    """
+    out[j] = t2 * wx - t1 * vx
+    out[j + BLOCK] = t2 * wy - t1 * vy
+    out[j + 2 * BLOCK] = t2 * wz - t1 * vz
+    out[j + 3 * BLOCK] = t0 * ux - t2 * wx
+    out[j + 4 * BLOCK] = t0 * uy - t2 * wy
+    out[j + 5 * BLOCK] = t0 * uz - t2 * wz
+    out[j + 6 * BLOCK] = t1 * vx - t0 * ux
+    out[j + 7 * BLOCK] = t1 * vy - t0 * uy
+    out[j + 8 * BLOCK] = t1 * vz - t0 * uz
+
+
+@kernel
+def _forces(
+    X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, S: np.ndarray, e: int, n: int, out: np.ndarray
+) -> None:
+    """Compute the forces on the corners of n triangles, which are stored from place e on.
+
+    Triangle j has its corners in the slots a + j, b + j and c + j. `out` receives nine rows of BLOCK numbers [N].
+
+    Rows are sliced one by one, because the compiler only recognises one-dimensional slices as contiguous. `out` is a
+    single array with a fixed distance between rows. If `out` were several arrays, the compiler would have to test
+    whether each of them overlaps with an array that is read. Only after these tests could the loop be vectorised.
+    """
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
+    s0, s1, s2 = S[0, e : e + n], S[1, e : e + n], S[2, e : e + n]
+    s3, s4, s5 = S[3, e : e + n], S[4, e : e + n], S[5, e : e + n]
+    real = out.dtype.type
+    for j in range(n):
+        ux, uy, uz, e0 = _side(xb[j], yb[j], zb[j], xc[j], yc[j], zc[j], l0[j], real)
+        vx, vy, vz, e1 = _side(xc[j], yc[j], zc[j], xa[j], ya[j], za[j], l1[j], real)
+        wx, wy, wz, e2 = _side(xa[j], ya[j], za[j], xb[j], yb[j], zb[j], l2[j], real)
+        t0 = s0[j] * e0 + s1[j] * e1 + s2[j] * e2
+        t1 = s1[j] * e0 + s3[j] * e1 + s4[j] * e2
+        t2 = s2[j] * e0 + s4[j] * e1 + s5[j] * e2
+        _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out)
+
+
+@kernel
+def _forces_of_wrinkled(
+    X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
+) -> None:
+    """Compute the forces on the corners of n triangles of cloth that resists compression less than tension.
+
+    The arguments are the same as in `_forces`.
+    """
+    R = membrane.relaxed
+    compression = membrane.compression
+    crowding = membrane.crowding
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
+    p0, p1, p2 = R[0, e : e + n], R[1, e : e + n], R[2, e : e + n]
+    p3, p4, p5 = R[3, e : e + n], R[4, e : e + n], R[5, e : e + n]
+    p6, p7, p8 = R[6, e : e + n], R[7, e : e + n], R[8, e : e + n]
+    young, plane, ratio = R[9, e : e + n], R[10, e : e + n], R[11, e : e + n]
+    real = out.dtype.type
+    for j in range(n):
+        ux, uy, uz, e0 = _side(xb[j], yb[j], zb[j], xc[j], yc[j], zc[j], l0[j], real)
+        vx, vy, vz, e1 = _side(xc[j], yc[j], zc[j], xa[j], ya[j], za[j], l1[j], real)
+        wx, wy, wz, e2 = _side(xa[j], ya[j], za[j], xb[j], yb[j], zb[j], l2[j], real)
+        exx = p0[j] * e0 + p1[j] * e1 + p2[j] * e2
+        eyy = p3[j] * e0 + p4[j] * e1 + p5[j] * e2
+        exy = wrinkling.HALF * (p6[j] * e0 + p7[j] * e1 + p8[j] * e2)
+        sxx, syy, sxy = wrinkling.stress(exx, eyy, exy, young[j], plane[j], ratio[j], compression, crowding)
+        t0 = p0[j] * sxx + p3[j] * syy + p6[j] * sxy
+        t1 = p1[j] * sxx + p4[j] * syy + p7[j] * sxy
+        t2 = p2[j] * sxx + p5[j] * syy + p8[j] * sxy
+        _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out)
+
+
+@kernel
+def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
+    """Add three rows of `forces`, beginning with row number `row`, to the columns of F, beginning with column a."""
+    for k in range(3):
+        f = F[k, a : a + n]
+        begin = (row + k) * BLOCK
+        more = forces[begin : begin + n]
+        for j in range(n):
+            f[j] += more[j]
+
+
+@kernel
+def add_force(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndarray) -> None:
+    """Add the membrane force at the positions X to F.
+
+    Args:
+        X: Positions in slots (memory positions) and copies [m], shape (3, width).
+        F: Forces in slots and copies [N], shape (3, width).
+        membrane: Constants of the membrane.
+        scratch: Temporary memory for the forces of a block of triangles on their corners, shape (9 BLOCK,).
+    """
+    table = membrane.bands
+    for r in range(table.shape[0]):
+        for done in range(0, table[r, 1], BLOCK):
+            n = min(table[r, 1] - done, BLOCK)
+            e = table[r, 0] + done
+            a = table[r, 2] + done
+            b = table[r, 3] + done
+            c = table[r, 4] + done
+            if membrane.relaxed.shape[1]:
+                _forces_of_wrinkled(X, a, b, c, membrane.L2, membrane, e, n, scratch)
+            else:
+                _forces(X, a, b, c, membrane.L2, membrane.S, e, n, scratch)
+            _add(F, a, n, scratch, 0)
+            _add(F, b, n, scratch, 3)
+            _add(F, c, n, scratch, 6)
+
+
+@kernel
+def largest_stretch(X: np.ndarray, membrane: Membrane) -> float:
+    """Return the largest ratio of an edge's length to its rest length. It is NaN if any number is not finite.
+
+    X contains the positions in slots (memory positions) and copies [m], shape (3, width).
+    """
+    table = membrane.bands
+    L2 = membrane.L2
+    worst = 0.0
+    for r in range(table.shape[0]):
+        e = table[r, 0]
+        n = table[r, 1]
+        for q in range(3):
+            i = table[r, 2 + (q + 1) % 3]
+            k = table[r, 2 + (q + 2) % 3]
+            for j in range(n):
+                if L2[q, e + j] > 0.0:
+                    s = 0.0
+                    for d in range(3):
+                        s += (X[d, k + j] - X[d, i + j]) ** 2
+                    s /= L2[q, e + j]
+                    if not s <= worst:
+                        worst = s
+                        if s != s:
+                            return np.nan
+    return np.sqrt(worst)

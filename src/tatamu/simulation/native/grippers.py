@@ -1,0 +1,261 @@
+"""The grippers of a running scene: their states, the vertices that they hold, and their motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from math import dist, inf
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.simulation.native.system import Hands
+from tatamu.simulation.native.targets import NOWHERE, HandTarget, Place
+from tatamu.simulation.scene import Scene
+
+
+@dataclass(frozen=True)
+class Grip:
+    """The vertices that a closed gripper holds, and where they were when the gripper closed."""
+
+    vertices: np.ndarray
+    """Indices of the k vertices, shape (k,)."""
+    base: np.ndarray
+    """Positions of the vertices when the gripper closed [m], shape (k, 3)."""
+
+
+@dataclass(frozen=True)
+class Led:
+    """State of a gripper that follows the targets of a controller instead of its motion in the scene."""
+
+    vertices: tuple[int, ...] | None
+    """Vertices that the gripper holds; None if it is open."""
+    displacement: Place
+    """Last target of the gripper [m]; zero if it is open."""
+
+
+@dataclass(frozen=True)
+class GripperState:
+    """The part of the grippers' state that changes during a simulation, by the number of the gripper."""
+
+    grips: dict[int, Grip]
+    led: dict[int, Led]
+
+
+@lru_cache(maxsize=64)
+def _parts(steps: int) -> np.ndarray:
+    """Return the fraction of its path that a hand has covered after each of `steps` steps, shape (steps, 1).
+
+    The fractions increase from 1 / steps to 1.
+    """
+    return np.arange(1, steps + 1)[:, None] / max(steps, 1)
+
+
+class Grippers:
+    """All grippers of a scene, by number.
+
+    Time is counted in outer steps (the longest time steps) and not in seconds.
+    """
+
+    def __init__(self, scene: Scene, outer_step: float, steps: int) -> None:
+        """Sample the paths of the grippers.
+
+        Args:
+            scene: The scene.
+            outer_step: Length of an outer step, the longest time step [s].
+            steps: Number of outer steps of the scene.
+        """
+        self._grippers = scene.grippers
+        self._vertices = len(scene.cloth.vertices)
+        self._outer_step = outer_step
+        self._steps = steps
+        self._latest = 2 * scene.duration
+        self._own = [tuple(gripper.vertices) for gripper in scene.grippers]
+        self._closes = [self.step_at(gripper.closes) for gripper in scene.grippers]
+        self._opens = [self.step_at(inf if gripper.opens is None else gripper.opens) for gripper in scene.grippers]
+        self._grips: dict[int, Grip] = {}
+        self._led: dict[int, Led] = {}
+        self._hands: Hands | None = None
+        self._times = np.arange(steps + 1) * outer_step
+        self._paths = np.zeros((max(len(scene.grippers), 1), len(self._times), 3))
+        for index in range(len(scene.grippers)):
+            self._follow_scene(index)
+
+    @property
+    def closed(self) -> tuple[bool, ...]:
+        """Whether each gripper holds something."""
+        return tuple(number in self._grips for number in range(len(self._grippers)))
+
+    def displacements(self, number: int) -> np.ndarray:
+        """Return the displacements of all grippers at outer step `number` [m], shape (grippers, 3).
+
+        The displacement of an open gripper is zero.
+        """
+        shape = (len(self._grippers), 3)
+        return np.where(np.reshape(self.closed, (-1, 1)), self._paths[: shape[0], number], np.zeros(shape))
+
+    def step_at(self, time: float) -> int:
+        """Return the number of the outer step in which an event at `time` [s] happens."""
+        return round(min(time, self._latest) / self._outer_step)
+
+    def events(self) -> list[int]:
+        """Return the numbers of the outer steps in which grippers of the scene close or open."""
+        own = [index for index in range(len(self._own)) if index not in self._led]
+        return [number for numbers in (self._closes, self._opens) for number in (numbers[index] for index in own)]
+
+    def lead(self, hands: Sequence[HandTarget | None], number: int, stop: int, fastest: float) -> None:
+        """Move grippers to targets at constant velocity. Grippers without a new target stay at their last target.
+
+        Grippers that never had a target follow their motions in the scene.
+
+        Args:
+            hands: Target of each gripper; None if it has no new target.
+            number: Outer step in which grippers open or close, and start to move.
+            stop: Outer step in which they arrive.
+            fastest: Highest speed of a hand [m/s].
+
+        Raises:
+            InputError: If a target is wrong. In this case no gripper is changed.
+        """
+        held = self._held(number)
+        given = {index: hand for index, hand in enumerate(hands) if hand is not None}
+        starts = {index: self._start(index, index in held, number) for index in {*given, *self._led}}
+        led = {index: self._led_by(hand, index, held.get(index), starts[index]) for index, hand in given.items()}
+        for index, target in led.items():
+            length = 0.0 if target.vertices is None else dist(target.displacement, starts[index])
+            self._check_speed(f"hands[{index}]", length, stop - number, fastest)
+        if any(target.vertices is not held.get(index) for index, target in led.items()):
+            self._check_held_once(led, number)
+        self._led |= led
+        part = _parts(stop - number)
+        for index, start in starts.items():
+            x, y, z = start
+            to_x, to_y, to_z = self._led[index].displacement
+            path = self._paths[index, number + 1 : stop + 1]
+            np.multiply(part, (to_x - x, to_y - y, to_z - z), out=path)
+            path += start
+
+    def fastest(self, number: int, steps: int) -> tuple[int, float, float]:
+        """Return the gripper that moved fastest before outer step `number`.
+
+        Args:
+            number: Number of the outer step.
+            steps: Number of outer steps before it that are compared.
+
+        Returns: Number of the gripper, its speed [m/s], and the time of this speed [s]. The number is 0 if no gripper
+            is closed.
+        """
+        first = max(number - steps, 0)
+        ways = np.linalg.norm(np.diff(self._paths[:, first : number + 1], axis=1), axis=2)
+        ways[[index for index in range(len(ways)) if index not in self._grips]] = 0.0
+        if not ways.size:
+            return 0, 0.0, 0.0
+        index, step = (int(each) for each in np.unravel_index(ways.argmax(), ways.shape))
+        return index, float(ways[index, step]) / self._outer_step, (first + step) * self._outer_step
+
+    def is_due(self, number: int) -> bool:
+        """Return whether a gripper opens or closes in step `number`."""
+        return self._held(number).keys() != self._grips.keys()
+
+    def open_due(self, number: int) -> list[np.ndarray]:
+        """Open the grippers that must be open in outer step `number`.
+
+        The method returns the vertices that each of these grippers held.
+        """
+        due = sorted(self._grips.keys() - self._held(number).keys())
+        self._hands = None if due else self._hands
+        return [self._grips.pop(gripper).vertices for gripper in due]
+
+    def close_due(self, number: int, x: np.ndarray) -> list[np.ndarray]:
+        """Close the grippers that must hold from outer step `number` on.
+
+        The method returns the vertices that each of these grippers grasps. x contains the present positions of all
+        vertices [m].
+        """
+        held = self._held(number)
+        taken = []
+        for gripper in sorted(held.keys() - self._grips.keys()):
+            vertices = np.array(held[gripper])
+            self._grips[gripper] = Grip(vertices, x[vertices].copy())
+            self._hands = None
+            taken.append(vertices)
+        return taken
+
+    def hands(self) -> Hands:
+        """Return the vertices that are held now, and the paths of their grippers."""
+        if self._hands is None:
+            self._hands = self._make_hands()
+        return self._hands
+
+    def _make_hands(self) -> Hands:
+        if not self._grips:
+            return Hands(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64), self._paths)
+        return Hands(
+            vertex=np.concatenate([grip.vertices for grip in self._grips.values()]),
+            base=np.concatenate([grip.base for grip in self._grips.values()]),
+            gripper=np.concatenate([np.full(len(grip.vertices), number) for number, grip in self._grips.items()]),
+            path=self._paths,
+        )
+
+    def state(self) -> GripperState:
+        """Return a copy of the part of the grippers' state that changes during a simulation."""
+        return GripperState(dict(self._grips), dict(self._led))
+
+    def restore(self, state: GripperState) -> None:
+        """Set the grippers to a state that `state` returned for the same scene."""
+        for index in self._led.keys() - state.led.keys():
+            self._follow_scene(index)
+        self._grips = dict(state.grips)
+        self._hands = None
+        self._led = dict(state.led)
+
+    def _follow_scene(self, index: int) -> None:
+        self._paths[index] = self._grippers[index].path(self._times)
+
+    def _held(self, number: int) -> dict[int, tuple[int, ...]]:
+        """Return the vertices of each gripper that must hold in outer step `number`."""
+        held = {}
+        for index, own in enumerate(self._own):
+            led = self._led.get(index)
+            vertices = led.vertices if led else own if self._closes[index] <= number < self._opens[index] else None
+            if vertices is not None:
+                held[index] = vertices
+        return held
+
+    def _start(self, index: int, holds: bool, number: int) -> Place:
+        """Return the displacement of a gripper since it closed, at outer step `number` [m].
+
+        It is zero if `holds` is false, because the gripper is then open.
+        """
+        if not holds:
+            return NOWHERE
+        led = self._led.get(index)
+        return led.displacement if led else tuple(self._paths[index, number].tolist())
+
+    def _led_by(self, hand: HandTarget, index: int, before: tuple[int, ...] | None, start: Place) -> Led:
+        name = f"hands[{index}]"
+        vertices = hand.held(name, before, self._own[index], self._vertices)
+        return Led(vertices, hand.place(name) or (NOWHERE if vertices is None else start))
+
+    def _check_speed(self, name: str, length: float, steps: int, fastest: float) -> None:
+        seconds = steps * self._outer_step
+        if not length <= fastest * (1.0 + 1e-9) * seconds:
+            raise InputError(
+                f"{name}.displacement: must be reached at {fastest:g} m/s at most, given {length:.3g} m away in "
+                f"{seconds:.3g} s"
+            )
+
+    def _check_held_once(self, led: dict[int, Led], number: int) -> None:
+        """Check that no vertex is held by two grippers at the same time, now or later in the scene."""
+        holder: dict[int, int] = {}
+        for index, own in enumerate(self._own):
+            target = led.get(index) or self._led.get(index)
+            later = number < self._opens[index] and self._closes[index] <= self._steps
+            for vertex in (target.vertices or ()) if target else own if later else ():
+                other = holder.setdefault(vertex, index)
+                if other != index:
+                    raise InputError(
+                        f"hands[{index if index in led else other}].vertices: must be held by one gripper, "
+                        f"given vertex {vertex} of grippers {other} and {index}"
+                    )

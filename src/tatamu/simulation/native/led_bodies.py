@@ -1,0 +1,150 @@
+"""Rigid bodies of a running scene, such as fingers, that follow the targets of a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.simulation.body import UNIT, slerp
+from tatamu.simulation.native.contact.bodies.state import Bodies
+from tatamu.simulation.scene import Scene
+
+FASTEST_TURN = 50.0
+"""Largest angular speed of a body [rad/s]. At this speed, the end of a finger of 0.2 m moves at 10 m/s."""
+
+
+@dataclass(frozen=True)
+class BodyTarget:
+    """The target of a rigid body in one call of `Simulation.advance`."""
+
+    position: Sequence[float] | np.ndarray | None = None
+    """Position of the body's centre at the end of the call [m], shape (3,); None if the body does not move."""
+    orientation: Sequence[float] | np.ndarray | None = None
+    """Orientation at the end of the call, as a unit quaternion (w, x, y, z); None if the body does not turn.
+
+    The quaternion rotates from the body's frame to the frame of the scene."""
+
+
+@dataclass(frozen=True)
+class BodyPose:
+    """Position and orientation of a body."""
+
+    position: np.ndarray
+    """Position of the body's centre [m], shape (3,)."""
+    orientation: np.ndarray
+    """Orientation as a unit quaternion (w, x, y, z), shape (4,)."""
+
+
+class LedBodies:
+    """All rigid bodies of a scene, by number.
+
+    Time is counted in outer steps (the longest time steps) and not in seconds.
+    """
+
+    def __init__(self, scene: Scene, bodies: Bodies, outer_step: float) -> None:
+        """Let all bodies follow the motions of the scene.
+
+        Args:
+            scene: The scene.
+            bodies: Bodies of the scene. Their paths are changed by targets.
+            outer_step: Length of an outer step, the longest time step [s].
+        """
+        self._bodies = scene.bodies
+        self._outer_step = outer_step
+        self._positions = bodies.positions
+        self._orientations = bodies.orientations
+        self._led: dict[int, BodyPose] = {}
+
+    def check(
+        self, targets: Sequence[BodyTarget | None], number: int, stop: int, fastest: float
+    ) -> dict[int, BodyPose]:
+        """Return the poses that targets require, by the number of the body.
+
+        Args:
+            targets: Target of each body; None if it has no new target.
+            number: Outer step in which bodies start to move.
+            stop: Outer step in which they arrive.
+            fastest: Highest speed of a body [m/s].
+
+        Raises:
+            InputError: If a target is wrong.
+        """
+        if len(targets) != len(self._bodies):
+            raise InputError(f"bodies: must be one for each of {len(self._bodies)} bodies, given {len(targets)}")
+        seconds = (stop - number) * self._outer_step
+        poses = {}
+        for index, target in enumerate(targets):
+            if target is not None:
+                poses[index] = _pose(target, self._now(index, number), f"bodies[{index}]", seconds, fastest)
+        return poses
+
+    def lead(self, poses: Mapping[int, BodyPose], number: int, stop: int) -> None:
+        """Move bodies to poses at constant velocity. Bodies without a new pose stay at their last target."""
+        if not poses and not self._led:
+            return
+        part = np.arange(stop - number + 1)
+        for index in sorted({*poses, *self._led}):
+            start = self._now(index, number)
+            end = poses.get(index, start)
+            way = part[:, None] / max(stop - number, 1) * (end.position - start.position)
+            turns = np.stack([start.orientation, end.orientation])
+            self._positions[index, number : stop + 1] = start.position + way
+            self._orientations[index, number : stop + 1] = slerp(part, np.array([0, max(stop - number, 1)]), turns)
+        self._led |= poses
+
+    def state(self) -> dict[int, BodyPose]:
+        """Return a copy of the last target pose of each body that has had a target, by the number of the body."""
+        return dict(self._led)
+
+    def restore(self, state: Mapping[int, BodyPose]) -> None:
+        """Set the bodies to a state that `state` returned for the same scene.
+
+        Bodies without a target get back their path in the scene. For bodies with a target, the next call of `lead`
+        writes the path.
+        """
+        times = np.arange(self._positions.shape[1]) * self._outer_step
+        for index in self._led.keys() - state.keys():
+            self._positions[index], self._orientations[index] = self._bodies[index].path(times)
+        self._led = dict(state)
+
+    def _now(self, index: int, number: int) -> BodyPose:
+        led = self._led.get(index)
+        return led or BodyPose(self._positions[index, number].copy(), self._orientations[index, number].copy())
+
+
+def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest: float) -> BodyPose:
+    """Return the pose that a target requires; raise an error if the body cannot reach it in `seconds`."""
+    position = now.position if target.position is None else _numbers(target.position, 3, f"{name}.position", "[m]")
+    way = float(np.linalg.norm(position - now.position))
+    if not way <= fastest * (1.0 + 1e-9) * seconds:
+        raise InputError(
+            f"{name}.position: must be reached at {fastest:g} m/s at most, given {way:.3g} m away in {seconds:.3g} s"
+        )
+    if target.orientation is None:
+        return BodyPose(position, now.orientation)
+    turned = _numbers(target.orientation, 4, f"{name}.orientation", "(w, x, y, z)")
+    length = float(np.linalg.norm(turned))
+    if not abs(length - 1.0) <= UNIT:
+        raise InputError(f"{name}.orientation: must be a unit quaternion (w, x, y, z), given length {length:.3g}")
+    turned = turned / length
+    angle = 2.0 * float(np.arccos(min(abs(float(turned @ now.orientation)), 1.0)))
+    if not angle <= FASTEST_TURN * seconds:
+        raise InputError(
+            f"{name}.orientation: must be reached at {FASTEST_TURN:g} rad/s at most, given {180 * angle / pi:.3g} "
+            f"degrees away in {seconds:.3g} s"
+        )
+    return BodyPose(position, turned)
+
+
+def _numbers(given: Sequence[float] | np.ndarray, count: int, name: str, what: str) -> np.ndarray:
+    try:
+        numbers = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape != (count,) or not np.isfinite(numbers).all():
+        raise InputError(f"{name}: must be {count} finite numbers {what}, given {given}")
+    return numbers

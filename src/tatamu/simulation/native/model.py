@@ -1,0 +1,227 @@
+"""Preparation of a scene's cloth for the compiled loops: constants, memory layout and stable time steps."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from dataclasses import dataclass
+from hashlib import blake2b
+from math import ceil
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.topology import Topology, among, areas, edge_lengths, lumped
+from tatamu.simulation.native.contact.state import ContactMesh
+from tatamu.simulation.native.elastic import bending, curvature, membrane
+from tatamu.simulation.native.elastic.bending import Bending
+from tatamu.simulation.native.elastic.membrane import Membrane
+from tatamu.simulation.native.elastic.stable_step import (
+    bending_frequency,
+    hinge_gradients,
+    hinge_stiffness,
+    membrane_frequency,
+)
+from tatamu.simulation.native.memory.bands import bands, slots, turned, turned_hinges
+from tatamu.simulation.native.options import ContactOptions, Options, StepOptions
+from tatamu.simulation.scene import Cloth
+
+CENTROID_TO_CORNER = 0.58
+"""Upper bound on the distance from the centroid of a triangle to a corner, divided by the longest edge: 1 / sqrt(3)."""
+
+
+class ElasticModel(NamedTuple):
+    """Constants of the elastic forces: membrane and bending."""
+
+    membrane: Membrane
+    bending: Bending
+
+
+@dataclass(frozen=True)
+class Model:
+    """All data about a cloth and its material that do not depend on other parts of the scene."""
+
+    slot: np.ndarray
+    """Slot (memory position) of each vertex, shape (n,)."""
+    slots: int
+    """Number of slots (memory positions of vertices), including fillers.
+
+    Copies of vertices are stored after these slots."""
+    width: int
+    """Number of slots (memory positions of vertices) and of copies of slots together."""
+    mass: np.ndarray
+    """Lumped mass of each vertex [kg], shape (n,): a third of the mass of each triangle around the vertex."""
+    elastic: ElasticModel
+    mesh: ContactMesh
+    membrane_frequency: float
+    """Largest angular frequency of the membrane at rest [1/s]."""
+    bending_frequency: float
+    """Largest angular frequency of bending at rest, if bending has no friction [1/s]."""
+    sticking_frequency: float
+    """Largest angular frequency of bending at rest, while all friction of bending sticks [1/s].
+
+    It is 0 if bending has no friction."""
+    rest_measures: np.ndarray
+    """Measures g = 4 tan(theta / 4) of the dihedral angles theta in the unstrained shape [-].
+
+    They are in the order of the hinges in memory."""
+    lengths: np.ndarray
+    """Lengths of the edges at rest [m], shape (e,)."""
+
+    @property
+    def thickness(self) -> float:
+        """Distance of two layers that lie on each other [m]."""
+        return self.mesh.thickness
+
+    @property
+    def shortest(self) -> float:
+        """Length of the shortest edge at rest [m]."""
+        return float(self.lengths.min())
+
+
+_kept: dict[bytes, Model] = {}
+_keeping = Lock()  # because simulate_many runs scenes in threads
+_MOST_KEPT = 48
+"""Largest number of models, which are cloths prepared for the simulator, that are kept in memory.
+
+A study simulates about 20 random draws of the disturbances, each with its own material, on two meshes."""
+
+
+def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
+    """Return the model of a cloth. Recent models are kept in memory, because a study simulates a cloth many times."""
+    digest = blake2b(digest_size=16)
+    fibre = np.empty((0, 3)) if cloth.fibre is None else cloth.fibre
+    for array in (cloth.rest, cloth.faces, cloth.seams, fibre):
+        digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+    digest.update(material.model_dump_json().encode())
+    digest.update(repr((options.elastic, options.contact)).encode())
+    key = digest.digest()
+    with _keeping:
+        if key in _kept:
+            return _kept[key]
+    built = _build(cloth, material, options)  # outside the lock, so that other threads can build their models
+    with _keeping:
+        while len(_kept) >= _MOST_KEPT:
+            _kept.pop(next(iter(_kept)))
+        _give_back_memory()
+        return _kept.setdefault(key, built)
+
+
+def _give_back_memory() -> None:
+    """Return to the operating system the memory that was needed only for building the model.
+
+    Otherwise the C library glibc would keep about 25 MB for a mesh of 13,000 vertices.
+    """
+    if sys.platform == "linux":
+        getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
+
+
+def _build(cloth: Cloth, material: Material, options: Options) -> Model:
+    rest = cloth.rest
+    slot, count = slots(rest, Topology(cloth.faces).hinges)
+    topology = Topology(turned(cloth.faces, slot))
+    faces = topology.faces
+    mass = lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
+    frames = membrane.rest_frames(rest, faces)
+    if material.orthotropic_membrane or material.orthotropic_bending:
+        frames = membrane.along_fibres(frames, rest, faces, cloth.fibre)
+
+    S, L2, relaxed = membrane.constants(frames, material)
+    triangles = bands(slot[faces], count)
+    stretching = membrane.in_bands(triangles, S, L2, relaxed, material.compression, options.elastic.crowding_strain)
+
+    seams = among(topology.hinges[:, :2], cloth.seams)
+    curved = curvature.maps(rest, topology, frames, seams, options.elastic.angle_sum_part)
+    K = curvature.stiffness(curved, curvature.rigidities(material))
+    gradient, g0 = hinge_gradients(rest, topology.hinges)
+    stiffness = hinge_stiffness(K, curved.hinges, len(topology.hinges))
+    turning = curvature.rigidities(material) + material.friction_stiffness * np.diag([1.0, 1.0, 2.0])
+    sticking = hinge_stiffness(curvature.stiffness(curved, turning), curved.hinges, len(topology.hinges))
+    hinges = bands(slot[turned_hinges(topology.hinges, slot)], count)
+    folding = bending.in_bands(hinges, curved, K, stiffness @ g0, material)
+
+    return Model(
+        slot=slot,
+        slots=count,
+        width=count + max(len(triangles.copied), len(hinges.copied)),
+        mass=mass,
+        elastic=ElasticModel(stretching, folding),
+        mesh=_contact_mesh(topology, mass, material, float(np.sqrt(L2.max())), options.contact),
+        membrane_frequency=membrane_frequency(rest, faces, S, mass),
+        bending_frequency=bending_frequency(gradient, stiffness, mass),
+        sticking_frequency=bending_frequency(gradient, sticking, mass) if material.friction_stiffness else 0.0,
+        rest_measures=hinges.spread(g0),
+        lengths=edge_lengths(rest, topology.edges),
+    )
+
+
+def _contact_mesh(
+    topology: Topology, mass: np.ndarray, material: Material, longest: float, options: ContactOptions
+) -> ContactMesh:
+    faces = topology.faces
+    edge_faces = _faces_of_edges(topology)
+    across = edge_faces[topology.face_edges]
+    own = np.arange(len(faces))[:, None]
+    neighbours = np.where(across[..., 0] == own, across[..., 1], across[..., 0])
+    near_start, near = _near_faces(faces, len(mass))
+    thickness = material.thickness
+    margin = max(options.margin_thicknesses * thickness, min(options.margin_limit, options.margin_edges * longest))
+    return ContactMesh(
+        faces=np.ascontiguousarray(faces),
+        neighbours=np.ascontiguousarray(neighbours),
+        near_start=near_start,
+        near=near,
+        edges=np.ascontiguousarray(topology.edges),
+        edge_faces=edge_faces,
+        face_edges=np.ascontiguousarray(topology.face_edges),
+        inverse_mass=1.0 / mass,
+        friction=float(material.friction_cloth),
+        thickness=float(thickness),
+        search_distance=float(thickness + margin),
+        triangle_radius=CENTROID_TO_CORNER * longest,
+    )
+
+
+def _faces_of_edges(topology: Topology) -> np.ndarray:
+    """Return the triangles of each edge, shape (e, 2). -1 stands for no triangle."""
+    edge_faces = np.full((len(topology.edges), 2), -1)
+    edges = topology.face_edges.T.ravel()
+    order = np.argsort(edges, kind="stable")
+    edge = edges[order]
+    face = order % len(topology.faces)
+    second = np.r_[False, edge[1:] == edge[:-1]]
+    edge_faces[edge[~second], 0] = face[~second]
+    edge_faces[edge[second], 1] = face[second]
+    return edge_faces
+
+
+def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles near each vertex. They contain the vertex or one of its neighbours.
+
+    The first array contains the start of each vertex's entries in the second array, which lists the triangles.
+    """
+    rows = np.repeat(np.arange(len(faces)), 3)
+    incident = sparse.csr_array((np.ones(3 * len(faces)), (faces.ravel(), rows)), shape=(count, len(faces)))
+    adjacent = incident @ incident.T
+    near = (adjacent @ incident).tocsr()
+    near.sort_indices()
+    return near.indptr.astype(np.int64), near.indices.astype(np.int64)
+
+
+def steps_per_frame(frame_rate: float, outer_step: float) -> int:
+    """Return the number of outer steps in one frame, so that a step is at most `outer_step` long [s]."""
+    return max(1, ceil(1.0 / (frame_rate * outer_step) - 1e-9))
+
+
+def substeps(model: Model, step: float, options: StepOptions) -> tuple[int, int]:
+    """Return the number of bending steps per outer step, and the number of membrane steps per bending step.
+
+    The outer step has the length `step` [s].
+    """
+    bends = max(1, ceil(step / (options.bending_phase / model.bending_frequency)))
+    bends = max(bends, ceil(step * model.sticking_frequency / options.sticking_phase))
+    stretches = max(1, ceil(step / bends / (options.membrane_phase / model.membrane_frequency)))
+    return bends, stretches

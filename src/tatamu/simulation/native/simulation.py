@@ -1,0 +1,471 @@
+"""A running scene. `simulate` runs it to the end, or a controller advances it step by step.
+
+Time advances in outer steps of length H, and a whole number of outer steps makes a frame. A scene can be advanced in
+pieces, or continued from a saved state. The result has exactly the same bytes as without interruption.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from math import floor, inf
+
+import numpy as np
+
+from tatamu.base.errors import InputError, SceneError, SimulationError
+from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.topology import Topology, edge_lengths, principal_stretches
+from tatamu.simulation.native.air import Air, air_of, surface_of
+from tatamu.simulation.native.compiled import for_types_of
+from tatamu.simulation.native.contact import broad_phase
+from tatamu.simulation.native.contact.bodies.state import bodies_of
+from tatamu.simulation.native.contact.projection import Positions
+from tatamu.simulation.native.contact.state import initial_state
+from tatamu.simulation.native.contact.table import TablePlane
+from tatamu.simulation.native.contact.untangle import untangle
+from tatamu.simulation.native.elastic import bending, hysteresis
+from tatamu.simulation.native.grippers import Grippers
+from tatamu.simulation.native.led_bodies import BodyTarget, LedBodies
+from tatamu.simulation.native.memory.bands import BLOCK
+from tatamu.simulation.native.model import Model, model_of, steps_per_frame, substeps
+from tatamu.simulation.native.options import Options, StepOptions
+from tatamu.simulation.native.rest import Rest
+from tatamu.simulation.native.snapshot import SimulationState, copy_arrays, digest, set_arrays
+from tatamu.simulation.native.step import advance
+from tatamu.simulation.native.system import Span, State, StepSizes, System
+from tatamu.simulation.native.targets import HandTarget
+from tatamu.simulation.scene import Cloth, Scene
+
+FRAMES_AT_ONCE = 8
+"""Number of frames between two checks for interrupts.
+
+Interrupts come, for example, from Ctrl+C, and compiled loops do not notice them."""
+RECENT = 0.1
+"""Time before an error in which the motion of hands is checked [s].
+
+If a hand moved too fast within this time, the error names the hand as its cause."""
+LOCKED = 3000.0
+"""Largest value of Y h^2 / B without a warning [-].
+
+If the value is larger, a warning says that the cells of the mesh may be too stiff for natural folds. Y is the stiffness
+of the cloth, h the mean edge, and B the bending rigidity."""
+THICK = 0.5
+"""Largest thickness of the cloth without a warning, as a fraction of the shortest edge of the mesh [-]."""
+
+
+class Simulation:
+    """A scene that is advanced step by step.
+
+    For example::
+
+        simulation = Simulation(scene)
+        while not simulation.done:
+            simulation.advance(1 / 60, hands=[HandTarget(displacement=policy(simulation.positions))])
+
+    Attributes:
+        scene: The scene.
+        number: Number of outer steps that have been simulated.
+        mesh, contact, system: Data that the compiled loops read and write.
+    """
+
+    def __init__(self, scene: Scene, options: Options | None = None) -> None:
+        """Prepare the scene for simulation.
+
+        Args:
+            scene: The scene. Grippers follow its motions until `advance` receives targets for them.
+            options: Settings of the simulator; None for the defaults.
+
+        Raises:
+            SceneError: If the cloth is too thick for its mesh, or the simulation of the scene would take hours.
+        """
+        self.scene = scene
+        self.options = options or Options()
+        self.model = model_of(scene.cloth, scene.material, self.options)
+        self.per_frame = steps_per_frame(scene.frame_rate, self.options.step.outer_step)
+        self.sizes = _step_sizes(self.model, 1.0 / (scene.frame_rate * self.per_frame), self.options.step)
+        self.steps = int(scene.duration / self.sizes.outer_step + 1e-6)
+        self.number = 0
+        self._refuse()
+        self.mesh = self.model.mesh._replace(inverse_mass=self.model.mesh.inverse_mass.copy())
+        air = air_of(scene.gravity, scene.material)
+        self.contact = initial_state(self.mesh, self.options.contact.pairs_per_edge)
+        compiled = self.options.contact._replace(restored=np.array(self.options.contact.restored))
+        self.system = System(
+            state=_state(scene, self.model, air),
+            elastic=self.model.elastic,
+            mesh=self.mesh,
+            contact=self.contact,
+            air=air,
+            bodies=bodies_of(scene.bodies, scene.grippers, self.sizes.outer_step, self.steps, self.mesh),
+            plane=_plane(scene),
+            sizes=self.sizes,
+            options=compiled,
+            limits=self.options.limits,
+        )
+        self._latest = np.empty((FRAMES_AT_ONCE, *scene.cloth.vertices.shape))
+        self._positions = _read_only(self.system.state.positions.x)
+        self._velocities = np.empty((3, len(scene.cloth.vertices)))
+        self._loop: Callable[..., tuple[int, float]] | None = None
+        self._requested = 0.0
+        self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
+        self._bodies = LedBodies(scene, self.system.bodies, self.sizes.outer_step)
+        self._untangle_at = 0  # the initial state may pass through itself, for example if it comes from another mesh
+        self._rest = Rest()
+        self.search()
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.number * self.sizes.outer_step
+
+    @property
+    def done(self) -> bool:
+        """Whether the scene has ended."""
+        return self.number >= self.steps
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions of the vertices [m], shape (n, 3). The array is a read-only view, which `advance` changes."""
+        return self._positions
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities of the vertices [m/s], shape (n, 3). The array is read-only and is filled again at each use."""
+        np.take(self.system.state.V, self.model.slot, axis=1, out=self._velocities)
+        return _read_only(self._velocities.T)
+
+    @property
+    def closed(self) -> tuple[bool, ...]:
+        """Whether each gripper of the scene holds something."""
+        return self._grippers.closed
+
+    @property
+    def displacements(self) -> np.ndarray:
+        """Displacement of each gripper since it closed [m], shape (grippers, 3). It is zero for an open gripper."""
+        return self._grippers.displacements(self.number)
+
+    @property
+    def substeps(self) -> int:
+        """Number of membrane steps that have been simulated."""
+        return self.number * self.sizes.kicks * self.sizes.substeps_per_kick
+
+    def advance(
+        self,
+        seconds: float,
+        hands: Sequence[HandTarget | None] | None = None,
+        bodies: Sequence[BodyTarget | None] | None = None,
+    ) -> None:
+        """Simulate for the time `seconds`, and stop at the end of an outer step.
+
+        The end is the outer step nearest to the total time that was requested so far.
+
+        Args:
+            seconds: Time to simulate [s]. It must be at least one outer step, and must not exceed the end of the scene.
+            hands: Target of each gripper, in the order of the scene. None for one gripper, or for all, means no new
+                target. A gripper follows the motion of the scene until its first target. At a target, it opens or
+                closes immediately. Then it moves at constant velocity, reaches the displacement at the end of this
+                call, and stays there.
+            bodies: Target of each rigid body, such as a finger, in the order of the scene. None means no new target. A
+                body follows the motion of the scene until its first target. Then it moves and turns at constant
+                velocity, reaches the target at the end of the call, and stays there.
+
+        Raises:
+            InputError: If an argument is wrong. The message names the argument, and nothing is simulated.
+            SimulationError: If the cloth exceeded one of the limits in `LimitOptions`.
+        """
+        self._check_seconds(seconds)
+        requested = min(self._requested + seconds, self.scene.duration)
+        stop = max(self.number, min(self._step_at(requested), self.steps))
+        count = len(self.scene.grippers)
+        hands = [None] * count if hands is None else hands
+        if len(hands) != count:
+            raise InputError(f"hands: must be one for each of {count} grippers, given {len(hands)}")
+        fastest = self.options.limits.fastest_hand
+        poses = {} if bodies is None else self._bodies.check(bodies, self.number, stop, fastest)
+        self._grippers.lead(hands, self.number, stop, fastest)
+        self._bodies.lead(poses, self.number, stop)
+        self._requested = requested
+        while self.number < stop:
+            self._advance_to(stop)
+
+    def state(self) -> SimulationState:
+        """Return a copy of everything on which the rest of the rollout depends. The copy can be pickled."""
+        return SimulationState(
+            digest=self._digest,
+            number=self.number,
+            requested=self._requested,
+            untangle_at=self._untangle_at,
+            rest=self._rest,
+            grippers=self._grippers.state(),
+            bodies=self._bodies.state(),
+            arrays=copy_arrays(self.system),
+        )
+
+    def restore(self, state: SimulationState) -> None:
+        """Set the simulation to a saved state. It may come from another simulation with this scene and these options.
+
+        Raises:
+            InputError: If the state belongs to another scene, other options, or another version of the simulator.
+        """
+        if state.digest != self._digest:
+            raise InputError("state: must be of the same scene, options and version of tatamu, given that of others")
+        self.number = state.number
+        self._requested = state.requested
+        self._untangle_at = state.untangle_at
+        self._rest = state.rest
+        self._grippers.restore(state.grippers)
+        self._bodies.restore(state.bodies)
+        set_arrays(self.system, state.arrays)
+
+    def frames(self) -> np.ndarray:
+        """Simulate the scene from start to end, and return the positions in all frames [m], shape (f, n, 3).
+
+        Raises:
+            SimulationError: If the cloth exceeded one of the limits in `LimitOptions`.
+        """
+        x = self.system.state.positions.x
+        size = self.scene.frames * x.nbytes
+        single = size > self.options.limits.most_bytes_in_double
+        frames = np.empty((self.scene.frames, *x.shape), dtype=np.float32 if single else float)
+        frames[0] = x
+        last = (self.scene.frames - 1) * self.per_frame
+        while self.number < last:
+            begin = self.number // self.per_frame + 1
+            self._advance_to(last)
+            reached = self.number // self.per_frame + 1
+            frames[begin:reached] = self._latest[: reached - begin]
+        return frames
+
+    @cached_property
+    def _digest(self) -> str:
+        return digest(self.scene, self.options)
+
+    def _check_seconds(self, seconds: float) -> None:
+        step = self.sizes.outer_step
+        if self.done:
+            raise InputError(
+                f"seconds: must be within the scene, which ended after {self.time:.6g} s; give it a longer duration"
+            )
+        if not step <= seconds < inf:
+            raise InputError(f"seconds: must be finite and at least an outer step of {step:.3g} s, given {seconds}")
+
+    def _step_at(self, time: float) -> int:
+        return floor(time / self.sizes.outer_step + 0.5)
+
+    def _advance_to(self, last: int) -> None:
+        """Advance to outer step `last`, but at most to the next event, and at most by FRAMES_AT_ONCE frames.
+
+        At an event, a gripper opens or closes, layers are separated, or a test shows whether the cloth is at rest. The
+        positions in the frames in between are written to `_latest`.
+        """
+        self._work_grippers()
+        end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
+        if self._rest.reached:
+            self._latest[:] = self.system.state.positions.x
+            self.number = end
+            return
+        events = [self._untangle_at, self._rest.look_at, *self._grippers.events()]
+        stop = min([end, *(number for number in events if number > self.number)])
+        arguments = (self.system, self._grippers.hands(), self._latest, Span(self.number, stop, self.per_frame))
+        self._loop = self._loop or for_types_of(advance, arguments)
+        self.number, stretch = self._loop(*arguments)
+        self._check(stretch, self.number < stop)
+
+    def search(self) -> None:
+        """Search for candidates for contact at the present positions.
+
+        Layers must not have passed through each other.
+        """
+        broad_phase.search(self.system.state.positions.x, self.mesh, self.contact, self.system.options)
+
+    def warnings(self) -> list[str]:
+        """Return warnings about this rollout for the user, one per line."""
+        lines = []
+        if self.model.thickness > THICK * self.model.shortest:
+            lines.append("the cloth is thicker than half its shortest edge: neighbouring triangles may push each other")
+        ratio = locking(self.scene.cloth, self.scene.material)
+        if LOCKED < ratio < np.inf:
+            finer = 1e3 * float(self.model.lengths.mean()) * np.sqrt(LOCKED / ratio)
+            lines.append(
+                f"the cells are coarse for cloth that is so stiff to stretch and so limp: Y h^2 / B is {ratio:.2g}, "
+                f"above {LOCKED:g} it may drape too stiffly; take cells of {finer:.2g} mm, or less stretch_stiffness"
+            )
+        return lines
+
+    def _work_grippers(self) -> None:
+        """First open all grippers that must open now, and then close all grippers that must close now.
+
+        In this order, a gripper can grasp cloth in the same step in which another gripper releases it.
+        """
+        if not self._grippers.is_due(self.number) and self.number not in (self._untangle_at, self._rest.look_at):
+            return
+        opened = self._grippers.open_due(self.number)
+        for vertices in opened:
+            self._set_free(vertices, 1.0)
+        if opened or self.number == self._untangle_at:
+            self._untangle()
+        taken = self._grippers.close_due(self.number, self.system.state.positions.x)
+        for vertices in taken:
+            self._set_free(vertices, 0.0)
+        if taken:
+            self._rest = Rest()
+        elif opened or self.number == self._rest.look_at:
+            self._look_for_rest()
+
+    def _look_for_rest(self) -> None:
+        """Test whether the cloth is at rest. Cloth at rest does not move until a hand grasps it."""
+        later = any(number > self.number for number in self._grippers.events())
+        if later or any(self.closed) or self.scene.bodies:
+            self._rest = Rest()
+            return
+        options = self.options.rest
+        wait = max(1, self._grippers.step_at(options.every))
+        self._rest = self._rest.looked(self.number, self.system.state.positions.x, wait, options.still)
+        if self._rest.reached:
+            self.system.state.V[:] = 0.0
+
+    def _untangle(self) -> None:
+        """Separate layers that have passed through each other, for example after a pinch, and search candidates again.
+
+        The method plans another attempt if layers are still crossed or were separated. Layers that are still crossed
+        can be separated later, when the cloth has moved. Layers that were separated can cross again.
+        """
+        x = self.system.state.positions.x
+        apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
+        wait = max(1, self._grippers.step_at(self.options.untangle.again_after))
+        self._untangle_at = self.number + wait if left or apart is not x else -1
+        if apart is not x:
+            x[:] = apart
+            self.system.state.X[:, self.system.state.slot] = apart.T
+            self.search()
+
+    def _set_free(self, vertices: np.ndarray, free: float) -> None:
+        slot = self.model.slot[vertices]
+        inverse_mass = free / self.model.mass[vertices]
+        self.system.state.free[slot] = free
+        self.system.state.inverse_mass[slot] = inverse_mass
+        self.mesh.inverse_mass[vertices] = inverse_mass
+
+    def _check(self, stretch: float, stopped: bool) -> None:
+        time = self.number * self.sizes.outer_step
+        limits = self.options.limits
+        if not stopped and stretch <= limits.largest_stretch:
+            return
+        if time < RECENT:
+            self._refuse_stretched_start()
+        index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(RECENT))
+        if speed > limits.fastest_hand:
+            raise SceneError(
+                f"grippers.{index}: must move no faster than cloth follows, given {speed:.3g} m/s at t = {when:.3f} s; "
+                "arms reach 2 m/s"
+            )
+        if stretch > limits.largest_stretch:
+            raise SimulationError(
+                f"the cloth was stretched to {stretch:.3g} of its length by t = {time:.3f} s; "
+                f"the limit is {limits.largest_stretch:g}"
+            )
+        raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
+
+    def _refuse_stretched_start(self) -> None:
+        """Raise an error if the cloth is stretched at the start.
+
+        Explicit steps are stable only near the unstrained shape.
+        """
+        cloth = self.scene.cloth
+        limit = self.options.limits.largest_stretch
+        stretches = principal_stretches(cloth.vertices, cloth.rest, cloth.faces)
+        worst = int(stretches.argmax())
+        if not stretches[worst] <= limit:
+            raise SceneError(
+                f"cloth.vertices: must be stretched to at most {limit:g} of rest_vertices, "
+                f"given {stretches[worst]:.3g} in triangle {worst}"
+            )
+
+    def _refuse(self) -> None:
+        """Raise an error if the scene cannot be simulated."""
+        thickness = self.model.thickness
+        shortest = self.model.shortest
+        limits = self.options.limits
+        if thickness > limits.thickest * shortest:
+            raise SceneError(
+                f"the cloth is {thickness:g} m thick, its shortest edge {shortest:.3g} m long; neighbours would push "
+                f"one another apart beyond {limits.thickest:g} of an edge: give a coarser mesh"
+            )
+        work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
+        if work > limits.most_work:
+            raise SceneError(
+                f"the scene needs {work:.2g} steps of a vertex, the limit is {limits.most_work:g} (hours); stiff, "
+                "light or finely meshed cloth takes small steps: give a coarser mesh or a shorter duration"
+            )
+
+
+def locking(cloth: Cloth, material: Material) -> float:
+    """Return the ratio Y h^2 / B [-], which compares the stiffness in stretching with the stiffness in bending.
+
+    Y is the stiffness of the cloth, B its bending rigidity, and h the mean edge of its mesh. If B is zero, the ratio is
+    infinite.
+    """
+    edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
+    stiffness = max(material.stretch_stiffness, material.weft_stiffness)
+    rigidity = min(material.bending_rigidity, material.weft_rigidity)
+    return stiffness * edge * edge / rigidity if rigidity > 0.0 else np.inf
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.setflags(write=False)
+    return view
+
+
+def _step_sizes(model: Model, outer_step: float, options: StepOptions) -> StepSizes:
+    kicks, substeps_per_kick = substeps(model, outer_step, options)
+    kick = outer_step / kicks
+    substep = kick / substeps_per_kick
+    damping = min(options.membrane_damping, options.damping_part * substep)
+    return StepSizes(outer_step, kick, substep, kicks, substeps_per_kick, damping)
+
+
+def _plane(scene: Scene) -> TablePlane:
+    tilt = scene.table.tilt if scene.table else 0.0
+    return TablePlane(
+        present=scene.table is not None,
+        height=scene.table.height if scene.table else 0.0,
+        sine=float(np.sin(tilt)),
+        cosine=float(np.cos(tilt)),
+        half_thickness=0.5 * scene.material.thickness,
+        friction=scene.material.friction_table,
+    )
+
+
+def _state(scene: Scene, model: Model, air: Air) -> State:
+    count = len(scene.cloth.vertices)
+    elastic = model.elastic.bending
+    measures = np.concatenate([model.rest_measures, model.rest_measures[elastic.coupling_copies]])
+    X = np.zeros((3, model.width))
+    X[:, model.slot] = scene.cloth.vertices.T
+    inverse_mass = np.zeros(model.slots)
+    inverse_mass[model.slot] = 1.0 / model.mass
+    free = np.zeros(model.slots)
+    free[model.slot] = 1.0
+    return State(
+        X=X,
+        V=np.zeros((3, model.slots)),
+        Y=np.zeros_like(X),
+        F=np.zeros_like(X, dtype=np.float32),
+        inverse_mass=inverse_mass,
+        free=free,
+        slot=model.slot,
+        positions=Positions(
+            x=np.array(scene.cloth.vertices, order="C"),
+            start=np.empty((count, 3)),
+            predicted=np.array(scene.cloth.vertices, order="C"),
+        ),
+        triangle_forces=np.zeros(9 * BLOCK, dtype=np.float32),
+        hinges=bending.scratch(
+            elastic.hinges,
+            len(elastic.rest_moment),
+            len(elastic.coupling_copies),
+            slip=hysteresis.unslipped(elastic.friction, measures, elastic.couplings),
+        ),
+        surface=surface_of(model.slots, count, air),
+    )

@@ -1,0 +1,72 @@
+"""Functions that simulate a `Scene` and return a `Rollout`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache, partial
+from threading import Lock
+from time import perf_counter
+
+import numpy as np
+
+from tatamu.base.version import __version__
+from tatamu.simulation.native.options import Options
+from tatamu.simulation.native.precompile import compiling_beside, smallest_scene
+from tatamu.simulation.native.simulation import Simulation
+from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.side_by_side import side_by_side
+
+_LOADING = Lock()
+
+
+def simulate(scene: Scene, options: Options | None = None) -> Rollout:
+    """Simulate one scene.
+
+    Args:
+        scene: The scene.
+        options: Settings of the simulator that a study varies; None for the defaults.
+
+    Raises:
+        SimulationError: If the cloth was stretched too far or flew away, or the scene cannot be simulated.
+    """
+    started = perf_counter()
+    load_kernels()
+    simulation = Simulation(scene, options)
+    setup = perf_counter() - started
+    positions = simulation.frames()
+    info = {
+        "simulator": "native",
+        "version": __version__,
+        "wall_seconds": perf_counter() - started - setup,
+        "setup_seconds": setup,
+        "steps": simulation.number,
+        "substeps": simulation.substeps,
+        "warnings": simulation.warnings(),
+    }
+    return Rollout(np.arange(scene.frames) / scene.frame_rate, positions, np.array(scene.cloth.faces), info)
+
+
+def simulate_many(scenes: Sequence[Scene], options: Options | None = None) -> list[Rollout]:
+    """Simulate several scenes in parallel, one per processor. Compiled loops do not hold Python's lock.
+
+    Raises:
+        SimulationError: If a scene fails. If several scenes fail, the error of the first of them is raised.
+    """
+    return side_by_side(partial(simulate, options=options), scenes)
+
+
+def load_kernels() -> None:
+    """Compile the functions of the simulator, or load their compiled code from disk, once per process.
+
+    Meanwhile, other threads that call this function wait.
+    """
+    with _LOADING:
+        _loaded()
+
+
+@cache
+def _loaded() -> None:
+    with compiling_beside():
+        simulation = Simulation(smallest_scene())
+    simulation.frames()

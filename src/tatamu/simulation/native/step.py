@@ -1,0 +1,325 @@
+"""Time stepping: symplectic Euler at three rates.
+
+An outer step, the longest time step, has two parts. In the first part, bending changes ("kicks") the velocities once or
+more. After each kick, membrane, gravity and drag act in small substeps. (If gravity only acted once per outer step, the
+membrane would vibrate, and cloth would fall 0.2 % too far in half a second.) In the second part, contact and the table
+correct the positions, and the velocities change by the same corrections. If layers are crushed, contact is resolved
+several times per outer step. There is no linear solve, and no iteration to a tolerance. Held vertices have an inverse
+mass of zero. They follow their path at constant velocity within an outer step.
+
+A slot is the memory position of a vertex. In arrays such as X, some slots have copies behind the last slot. Forces are
+computed in single precision, from edges and strains that were computed in double precision. Positions and velocities
+have double precision.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.simulation.native import air as surroundings
+from tatamu.simulation.native.air import Air
+from tatamu.simulation.native.compiled import inlined, kernel, unlocked
+from tatamu.simulation.native.contact import gauss_seidel
+from tatamu.simulation.native.contact.bodies import near
+from tatamu.simulation.native.contact.bodies import sweep as rigid
+from tatamu.simulation.native.contact.bodies.state import Bodies, place
+from tatamu.simulation.native.elastic import bending, membrane
+from tatamu.simulation.native.model import ElasticModel
+from tatamu.simulation.native.system import Hands, Span, State, System
+
+
+@kernel
+def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
+    """Copy the values of the slots (memory positions) `copied` to the places behind the last slot."""
+    for k in range(3):
+        x = X[k]
+        for i in range(copied.shape[0]):
+            x[slots + i] = x[copied[i]]
+
+
+@kernel
+def _add_back(F: np.ndarray, copied: np.ndarray, slots: int) -> None:
+    """Add the forces on copies of slots (memory positions) to the forces on the slots, and clear the copies."""
+    for k in range(3):
+        f = F[k]
+        for i in range(copied.shape[0]):
+            f[copied[i]] += f[slots + i]
+            f[slots + i] = 0.0
+
+
+@kernel
+def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> None:
+    """Set Y to the positions that the vertices would reach in the time `ahead` [s] at their present velocities."""
+    n = V.shape[1]
+    for k in range(3):
+        y = Y[k, :n]
+        x = X[k, :n]
+        v = V[k, :n]
+        for i in range(n):
+            y[i] = x[i] + ahead * v[i]
+
+
+@inlined
+def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kick: float) -> None:
+    """Change the velocities by the impulse of the bending forces in a time `kick` [s]."""
+    slots = state.V.shape[1]
+    _look_ahead(state.Y, state.X, state.V, 0.0)
+    copy_out(state.Y, elastic.bending.copies, slots)
+    bending.add_force(state.Y, state.F, elastic.bending, state.hinges)
+    _add_back(state.F, elastic.bending.copies, slots)
+    if air.directional:
+        surroundings.resist(state.V, state.F, state.inverse_mass, state.surface, kick, 0.0, 0.0)
+    for k in range(3):
+        v = state.V[k]
+        f = state.F[k, :slots]
+        for i in range(slots):
+            v[i] += kick * state.inverse_mass[i] * f[i]
+            f[i] = 0.0
+
+
+@kernel
+def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
+    """Make a substep h of symplectic Euler, and set Y to the positions in the time `ahead` after it.
+
+    Forces, gravity and drag change the velocities first. Then the positions move by the new velocities. Drag depends on
+    the velocity alone, so it does not change the shape in which cloth rests.
+    """
+    n = state.V.shape[1]
+    slower = -h * air.drag / (1.0 + h * air.drag)
+    for k in range(3):
+        x = state.X[k, :n]
+        v = state.V[k, :n]
+        y = state.Y[k, :n]
+        f = state.F[k, :n]
+        fall = h * air.gravity if k == 2 else 0.0
+        for i in range(n):
+            faster = v[i] + state.free[i] * (slower * v[i] - fall) + h * state.inverse_mass[i] * f[i]
+            v[i] = faster
+            x[i] += h * faster
+            y[i] = x[i] + ahead * faster
+            f[i] = 0.0
+
+
+@inlined
+def _substep(state: State, elastic: ElasticModel, air: Air, h: float, damping: float) -> None:
+    """Compute the membrane forces at Y, and make one substep with them.
+
+    Y are the positions that the vertices would reach in the damping time tau_d. This gives Kelvin-Voigt damping.
+    """
+    slots = state.V.shape[1]
+    copy_out(state.Y, elastic.membrane.copies, slots)
+    membrane.add_force(state.Y, state.F, elastic.membrane, state.triangle_forces)
+    _add_back(state.F, elastic.membrane.copies, slots)
+    if air.directional:
+        slower = -h * air.drag / (1.0 + h * air.drag)
+        surroundings.resist(state.V, state.F, state.inverse_mass, state.surface, h, h * air.gravity, slower)
+    _kick_and_drift(state, air, h, damping)
+
+
+@kernel
+def _lead(state: State, hands: Hands, number: int, outer_step: float) -> None:
+    """Give held vertices the velocity that brings them onto their path at the end of outer step `number`."""
+    for i in range(hands.vertex.shape[0]):
+        v = hands.vertex[i]
+        for k in range(3):
+            target = hands.base[i, k] + hands.path[hands.gripper[i], number + 1, k]
+            state.V[k, state.slot[v]] = (target - state.positions.x[v, k]) / outer_step
+
+
+@kernel
+def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarray) -> float:
+    """Copy positions from slots (memory positions of vertices) to `x` and to `predicted`.
+
+    The function returns the sum of the squares of all coordinates [m^2].
+    """
+    row_x, row_y, row_z = X[0], X[1], X[2]
+    square = 0.0
+    for v in range(slot.shape[0]):
+        s = slot[v]
+        px, py, pz = row_x[s], row_y[s], row_z[s]
+        x[v, 0] = px
+        x[v, 1] = py
+        x[v, 2] = pz
+        predicted[v, 0] = px
+        predicted[v, 1] = py
+        predicted[v, 2] = pz
+        square += px * px + py * py + pz * pz
+    return square
+
+
+@kernel
+def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarray, V: np.ndarray, rate: float) -> None:
+    """Copy corrected positions back to slots (memory positions of vertices).
+
+    The corrections times `rate` [1/s] are added to the velocities.
+    """
+    row_x, row_y, row_z = X[0], X[1], X[2]
+    row_u, row_v, row_w = V[0], V[1], V[2]
+    for i in range(slot.shape[0]):
+        s = slot[i]
+        row_x[s] = x[i, 0]
+        row_y[s] = x[i, 1]
+        row_z[s] = x[i, 2]
+        row_u[s] += rate * (x[i, 0] - predicted[i, 0])
+        row_v[s] += rate * (x[i, 1] - predicted[i, 1])
+        row_w[s] += rate * (x[i, 2] - predicted[i, 2])
+
+
+@kernel
+def _longest_way(V: np.ndarray, seconds: float) -> float:
+    """Return the distance [m] that the fastest vertex moves in a given time at its present velocity."""
+    square = 0.0
+    for s in range(V.shape[1]):
+        square = max(square, V[0, s] * V[0, s] + V[1, s] * V[1, s] + V[2, s] * V[2, s])
+    return seconds * np.sqrt(square)
+
+
+@kernel
+def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
+    """Copy the positions of the vertices near rigid bodies from slots (memory positions).
+
+    If `to_start` is true, the positions are stored as positions at the start of a membrane step, otherwise at its end.
+    """
+    positions = bodies.near.positions
+    for b in range(bodies.radius.shape[0]):
+        for i in range(bodies.near.narrow.counts[b, 0]):
+            v = bodies.near.narrow.vertices[b, i]
+            for k in range(3):
+                if to_start:
+                    positions.start[v, k] = X[k, slot[v]]
+                else:
+                    positions.x[v, k] = X[k, slot[v]]
+                    positions.predicted[v, k] = X[k, slot[v]]
+
+
+@kernel
+def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
+    """Copy the corrected positions of the vertices near rigid bodies back to slots (memory positions).
+
+    Also add the corrections to the velocities, and update Y, the positions in the time `ahead` [s].
+    """
+    positions = bodies.near.positions
+    for b in range(bodies.radius.shape[0]):
+        for i in range(bodies.near.narrow.counts[b, 0]):
+            v = bodies.near.narrow.vertices[b, i]
+            s = state.slot[v]
+            for k in range(3):
+                state.V[k, s] += (positions.x[v, k] - positions.predicted[v, k]) / h
+                state.X[k, s] = positions.x[v, k]
+                state.Y[k, s] = positions.x[v, k] + ahead * state.V[k, s]
+                positions.predicted[v, k] = positions.x[v, k]  # because the vertex may be near another body, too
+                positions.start[v, k] = positions.x[v, k]
+
+
+@kernel
+def _meet_bodies(system: System, begin: float, end: float, number: int) -> None:
+    """Resolve contact with bodies after a membrane step, which is a part of outer step `number`.
+
+    The membrane step starts at the fraction `begin` of the outer step and ends at the fraction `end`. If cloth hangs
+    over a finger, its weight pulls the vertices on the finger down. In an outer step, this moves a vertex by
+    millimetres, which is too much for one correction. In a membrane step, the motion is small enough.
+    """
+    state = system.state
+    h = system.sizes.substep
+    place(system.bodies, number, begin, end)
+    _gather_near(state.X, state.slot, system.bodies, False)
+    rigid.sweep(system.bodies.near.positions, system.mesh, system.contact, system.bodies, system.options, h, 1.0)
+    _scatter_near(state, system.bodies, h, system.sizes.damping)
+
+
+@inlined
+def _outer_step(system: System, hands: Hands, number: int) -> bool:
+    """Make one outer step, and return whether the cloth stayed finite and near enough to the origin."""
+    state = system.state
+    sizes = system.sizes
+    positions = state.positions
+    counters = system.contact.counters
+    total = sizes.kicks * sizes.substeps_per_kick
+    farthest = system.limits.farthest
+    _lead(state, hands, number, sizes.outer_step)
+    if system.air.directional and number % surroundings.EVERY == 0:
+        surroundings.meet(
+            state.V,
+            state.surface,
+            system.air,
+            positions,
+            system.mesh.faces,
+            state.slot,
+            state.free,
+            surroundings.EVERY * sizes.outer_step,
+        )
+    counters.outer_step += 1
+    per_round = (total + counters.rounds - 1) // counters.rounds
+    longest = 0.0
+    done = 0
+    rigid_bodies = system.bodies.radius.shape[0] > 0
+    near_bodies = False
+    while done < total:
+        positions.start[:] = positions.x
+        until = min(done + per_round, total)
+        if rigid_bodies:
+            place(system.bodies, number, done / total, until / total)
+            longest_way = _longest_way(state.V, (until - done) * sizes.substep)
+            near_bodies = near.refresh(positions.x, longest_way, system.mesh, system.bodies)
+            if near_bodies:
+                _gather_near(state.X, state.slot, system.bodies, True)
+        for substep in range(done, until):
+            kicked = substep % sizes.substeps_per_kick == 0
+            if kicked:
+                _kick_by_bending(state, system.elastic, system.air, sizes.kick)
+            if kicked or substep == done:  # Y is not valid after bending or contact
+                _look_ahead(state.Y, state.X, state.V, sizes.damping)
+            _substep(state, system.elastic, system.air, sizes.substep, sizes.damping)
+            if near_bodies:
+                _meet_bodies(system, substep / total, (substep + 1) / total, number)
+        if not _gather(state.X, state.slot, positions.x, positions.predicted) < farthest * farthest:
+            return False
+        elapsed = (until - done) * sizes.substep
+        place(system.bodies, number, done / total, until / total)
+        correction = gauss_seidel.resolve(
+            positions, system.mesh, system.contact, system.bodies, system.plane, system.options, elapsed
+        )
+        _scatter(positions.x, positions.predicted, state.slot, state.X, state.V, 1.0 / elapsed)
+        longest = max(longest, correction)
+        done = until
+    counters.rounds = gauss_seidel.rounds_of_next_step(
+        counters.rounds, longest, system.mesh.thickness, total, system.options
+    )
+    return True
+
+
+@unlocked
+def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tuple[int, float]:
+    """Make outer steps, the longest time steps of the simulator.
+
+    Args:
+        system: The running scene. Its state is changed in place.
+        hands: Held vertices.
+        frames: Array that is filled with the positions [m] in the f frames after the first step, shape (f, n, 3).
+        span: Range of steps to make.
+
+    Returns:
+        The number of the step that was reached, and the largest stretch in the last frame. The number is `span.last`,
+        or less if the cloth exceeded a limit.
+    """
+    state = system.state
+    stretching = system.elastic.membrane
+    number = span.first
+    stretch = 1.0
+    begin = span.first // span.per_frame + 1
+    while number < span.last and stretch <= system.limits.largest_stretch:
+        until = min((number // span.per_frame + 1) * span.per_frame, span.last)
+        near = True
+        while near and number < until:
+            near = _outer_step(system, hands, number)
+            if near:
+                number += 1
+        framed = number % span.per_frame == 0
+        if framed or number < until:  # only here, so that the result does not depend on where a run is cut
+            copy_out(state.X, stretching.copies, state.V.shape[1])
+            stretch = membrane.largest_stretch(state.X, stretching)
+        if number < until:
+            break
+        if framed:
+            frames[number // span.per_frame - begin] = state.positions.x
+    return number, stretch

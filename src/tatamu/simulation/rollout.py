@@ -1,0 +1,64 @@
+"""A rollout: the motion that a simulator computes from a scene."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.base.files import foreign, read_npz, write_npz
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Positions of the cloth over time. Frame 0 is the start."""
+
+    times: np.ndarray
+    """Time of each of the f frames [s], shape (f,)."""
+    positions: np.ndarray
+    """Position of each of the n vertices in each frame [m], shape (f, n, 3)."""
+    faces: np.ndarray
+    """The m triangles, shape (m, 3)."""
+    info: dict[str, Any]
+    """Metadata with the keys simulator, version, wall_seconds, setup_seconds, steps, warnings."""
+    extra: dict[str, np.ndarray] = field(default_factory=dict)
+    """Additional arrays in the same file, such as the target shape `target`, shape (n, 3)."""
+
+    def save(self, path: Path | str) -> None:
+        """Write the rollout to an .npz file without pickles."""
+        arrays = {"times": self.times, "positions": self.positions, "faces": self.faces, **self.extra}
+        write_npz(Path(path), {**arrays, "info": np.array(json.dumps(self.info))})
+
+    @classmethod
+    def load(cls, path: Path | str) -> Rollout:
+        """Read a rollout from an .npz file.
+
+        Raises:
+            InputError: If the file cannot be read or is not a rollout.
+        """
+        arrays = read_npz(Path(path), "a rollout file")
+        with foreign(Path(path), "a rollout file"):
+            info = json.loads(str(arrays.pop("info")))
+            times, positions, faces = (arrays.pop(name) for name in ("times", "positions", "faces"))
+            _check(times, positions, faces)
+            if any(array.dtype.kind == "U" for array in arrays.values()):
+                raise ValueError("its only text must be info")
+            if not isinstance(info, dict):
+                raise ValueError("info must be an object")
+            return cls(times, positions, faces, info, arrays)
+
+
+def _check(times: np.ndarray, positions: np.ndarray, faces: np.ndarray) -> None:
+    if (times.ndim, positions.ndim, faces.ndim) != (1, 3, 2):
+        raise ValueError("times, positions, faces must have 1, 3, 2 dimensions")
+    if times.dtype.kind != "f" or positions.dtype.kind != "f" or faces.dtype.kind not in "iu":
+        raise ValueError("times and positions must be floating point numbers, faces integers")
+    if positions.shape != (len(times), positions.shape[1], 3) or not len(times) or faces.shape[1] != 3:
+        raise ValueError("positions must have a frame for each time, and x, y, z; faces 3 vertices each")
+    if not (np.isfinite(times).all() and np.isfinite(positions).all()):
+        raise ValueError("times and positions must be finite")
+    if not 0 <= faces.min(initial=0) <= faces.max(initial=0) < positions.shape[1]:
+        raise ValueError(f"faces must use vertices 0 to {positions.shape[1] - 1}")

@@ -1,0 +1,228 @@
+"""A scene: everything that a simulator needs to compute a rollout. See docs/reference/scene-and-rollout.md.
+
+Units are SI units, and z points up. The table's top is at z = `height`. The field `tilt` rotates the table about y, so
+that +x is downhill.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tatamu.base.arrays import LARGEST, Edges, Triangles, edges
+from tatamu.base.arrays import Index as Index
+from tatamu.base.arrays import Points as Points
+from tatamu.base.errors import InputError
+from tatamu.base.files import read_json, validated, write_text
+from tatamu.base.records import Record
+from tatamu.simulation.body import Body
+from tatamu.simulation.clearance import deepest
+from tatamu.simulation.material import GRAVITY, Material, Number
+from tatamu.simulation.mesh.topology import check_mesh
+
+LEAST_IN_PLANE = 1e-3
+"""Least length of the part of a warp direction in the plane of its triangle, as a fraction of the whole length [-]."""
+
+MOST_VERTICES = 150_000
+"""Largest number of vertices of a cloth. A cloth with this number takes ten seconds to prepare.
+
+Garments have about 2,000 vertices."""
+MOST_GRIPPERS = 1000
+"""Largest number of grippers of a scene. A hand that pinches layers together consists of several grippers."""
+MOST_BODIES = 100
+"""Largest number of rigid bodies of a scene. The number is limited because each body is compared with every
+triangle."""
+SAME_TIME = 1e-9
+"""Largest difference of times that count as equal [s]. Sums of time steps have rounding errors."""
+
+
+def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
+    if len(fibre) not in (1, len(faces)):
+        raise ValueError(f"fibre must be one vector or one for each of {len(faces)} triangles, given {len(fibre)}")
+    a, b, c = (rest[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    within = np.linalg.norm(np.cross(normal, fibre), axis=1) / np.linalg.norm(normal, axis=1)
+    if not (within > LEAST_IN_PLANE * np.maximum(np.linalg.norm(fibre, axis=1), 1e-30)).all():
+        wrong = int(np.argmin(within))
+        raise ValueError(
+            f"fibre must have a part in the plane of its triangle, triangle {wrong} has "
+            f"{fibre[min(wrong, len(fibre) - 1)].tolist()}"
+        )
+
+
+class Cloth(Record):
+    """The cloth as a triangle mesh of its mid-surface."""
+
+    vertices: Points
+    """Positions at the start [m], shape (n, 3)."""
+    faces: Triangles
+    """Triangles, shape (m, 3)."""
+    rest_vertices: Points | None = None
+    """Positions in the unstrained shape [m], shape (n, 3); None if it is the shape of `vertices`."""
+    seams: Edges = Field(default_factory=lambda: edges([]))
+    """The s edges of the mesh that hinge freely, shape (s, 2)."""
+    fibre: Points | None = None
+    """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles.
+
+    Only its part in the plane of each triangle is used. None stands for x, or for y in triangles perpendicular to x.
+    """
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.rest_vertices is not None and self.rest_vertices.shape != self.vertices.shape:
+            raise ValueError(
+                f"rest_vertices must be as many as vertices ({len(self.vertices)}), given {len(self.rest_vertices)}"
+            )
+        if len(self.vertices) > MOST_VERTICES:
+            raise ValueError(f"vertices must be at most {MOST_VERTICES}, given {len(self.vertices)}: coarsen it")
+        check_mesh(self.rest, self.faces, self.seams)
+        if self.fibre is not None:
+            _check_fibre(self.rest, self.faces, self.fibre)
+        return self
+
+    @property
+    def rest(self) -> np.ndarray:
+        """Positions in the unstrained shape [m], shape (n, 3)."""
+        return self.vertices if self.rest_vertices is None else self.rest_vertices
+
+
+class Table(Record):
+    """The plane of the table: z = height - x tan(tilt)."""
+
+    height: Number = Field(0.0, ge=-LARGEST, le=LARGEST)
+    """Height of the table's top at x = 0 [m]."""
+    tilt: Number = Field(0.0, ge=-1.5533, le=1.5533)
+    """Rotation of the table about y [rad], at most 89 degrees. With a positive tilt, +x is downhill."""
+
+
+class Gripper(Record):
+    """Vertices that are held from the time `closes` to the time `opens`.
+
+    The vertices keep their arrangement and follow `displacements`.
+    """
+
+    hand: Literal["left", "right"] | None = None
+    """Hand to which the gripper belongs; None if the scene does not name hands.
+
+    Fingers that press layers together are several grippers of one hand. The first gripper moves like the hand.
+    """
+    vertices: Annotated[list[Index], Field(min_length=1)]
+    """Indices of the held vertices."""
+    closes: Number = Field(0.0, ge=0.0)
+    """Time at which the gripper closes [s]."""
+    opens: Number | None = None
+    """Time at which the gripper opens again [s]; None if it never opens."""
+    times: Annotated[list[Number], Field(min_length=1)]
+    """Times of the knots of the motion [s], increasing."""
+    displacements: Points
+    """Displacement at each knot from the position at which the gripper closed [m], shape (k, 3).
+
+    The displacement is linear between knots, and constant after the last knot.
+    """
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        sorted_vertices = sorted(self.vertices)
+        twice = next((one for one, other in pairwise(sorted_vertices) if one == other), None)
+        if twice is not None:
+            raise ValueError(f"vertices must be different from one another, given {twice} twice")
+        if self.opens is not None and not self.opens > self.closes:
+            raise ValueError(f"opens must be later than closes ({self.closes:g} s), given {self.opens:g} s")
+        for earlier, later in pairwise(self.times):
+            if not later > earlier:
+                raise ValueError(f"times must increase from knot to knot, given {earlier:g}, {later:g}")
+        if len(self.times) != len(self.displacements):
+            raise ValueError(
+                f"displacements must be as many as times ({len(self.times)}), given {len(self.displacements)}"
+            )
+        return self
+
+    def path(self, times: np.ndarray) -> np.ndarray:
+        """Return the displacements from the position at which the gripper closed [m], shape (k, 3), at k times.
+
+        The times [s] have the shape (k,). The displacements are zero before the first knot of the motion.
+        """
+        path = np.column_stack([np.interp(times, self.times, column) for column in self.displacements.T])
+        path[times < self.times[0] - SAME_TIME] = 0.0
+        return path
+
+    def displacement(self, time: float) -> np.ndarray:
+        """Return the displacement from the position at which the gripper closed [m], shape (3,), at a time [s]."""
+        return self.path(np.array([time]))[0]
+
+
+class Scene(Record):
+    """Cloth, material, table, hands, rigid bodies and time: the complete input of a simulator."""
+
+    version: Literal[1] = 1
+    cloth: Cloth
+    material: Material
+    table: Table | None = None
+    grippers: Annotated[list[Gripper], Field(max_length=MOST_GRIPPERS)] = Field(default_factory=list)
+    bodies: Annotated[list[Body], Field(max_length=MOST_BODIES)] = Field(default_factory=list)
+    """Rigid bodies with which the cloth collides, at most 100."""
+    gravity: Number = Field(GRAVITY, ge=0.0, le=1e3)
+    """Downward acceleration of gravity [m/s^2]."""
+    duration: Number = Field(gt=0.0, le=3600.0)
+    """Length of the rollout [s]."""
+    frame_rate: Number = Field(60.0, gt=0.0, le=1e4)
+    """Number of frames per second of the rollout [1/s]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        count = len(self.cloth.vertices)
+        for number, gripper in enumerate(self.grippers):
+            if max(gripper.vertices) >= count:
+                raise ValueError(
+                    f"grippers.{number}.vertices must be below {count}, the number of vertices, "
+                    f"given {max(gripper.vertices)}"
+                )
+        self._check_held_once()
+        for number, body in enumerate(self.bodies):
+            depth = 0.5 * self.material.thickness + deepest(body, self.cloth.vertices, self.cloth.faces)
+            if depth > self.material.thickness:
+                raise ValueError(
+                    f"bodies.{number} must begin outside the cloth, or inside it by at most its thickness "
+                    f"({self.material.thickness:g} m), given {depth:.3g} m; move the body or the cloth"
+                )
+        if self.frames > 200_000:
+            raise ValueError(f"duration x frame_rate must be at most 200000 frames, given {self.frames}")
+        return self
+
+    def _check_held_once(self) -> None:
+        """Check that no vertex is held by two grippers at the same time."""
+        holders: dict[int, list[tuple[float, float, int]]] = {}
+        for number, gripper in enumerate(self.grippers):
+            end = np.inf if gripper.opens is None else gripper.opens
+            for vertex in gripper.vertices:
+                holders.setdefault(vertex, []).append((gripper.closes, end, number))
+        for spans in holders.values():
+            for (_, end, one), (start, _, other) in pairwise(sorted(spans)):
+                if start < end:
+                    first, second = sorted((one, other))
+                    raise ValueError(f"grippers {first} and {second} hold the same vertex at the same time")
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of the rollout, including the start."""
+        return int(np.floor(self.duration * self.frame_rate + 1e-6)) + 1
+
+    def save(self, path: Path | str) -> None:
+        """Write the scene file."""
+        write_text(Path(path), self.model_dump_json(exclude_none=False) + "\n")
+
+    @classmethod
+    def load(cls, path: Path | str) -> Scene:
+        """Read and validate a scene file.
+
+        Raises:
+            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
+        """
+        value = read_json(Path(path))
+        if not isinstance(value, dict):
+            raise InputError(f"{path}: (whole file): must be a JSON object, given {type(value).__name__}")
+        return validated(cls, value, path)

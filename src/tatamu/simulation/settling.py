@@ -1,0 +1,13 @@
+"""Air drag near critical damping. Cloth with this drag comes to rest soon. The drag does not change its final shape."""
+
+from __future__ import annotations
+
+from tatamu.simulation.material import Material
+
+MOST_DRAG = 1e3
+"""Largest air drag that a material may have [N s/m^3]."""
+
+
+def settling(material: Material, rate: float) -> Material:
+    """Return the material with drag that critically damps motions of the angular frequency `rate` [rad/s]."""
+    return material.model_copy(update={"air_drag": min(2.0 * rate * material.areal_density, MOST_DRAG)})

@@ -1,0 +1,41 @@
+"""The digest of the source code on which a rollout depends.
+
+With it, tatamu recognises kept simulations that another version of the code made.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+"""Folder of the package tatamu."""
+PARTS = ("simulation",)
+"""Folders and files of the package on which a rollout depends."""
+
+
+@cache
+def source_digest() -> str:
+    """Return a digest of the code that determines a rollout. Comments, docstrings and layout do not change it."""
+    files = [
+        path for part in PARTS for path in ([ROOT / part] if part.endswith(".py") else (ROOT / part).rglob("*.py"))
+    ]
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        digest.update(f"{path.relative_to(ROOT).as_posix()} {code_of(path.read_text())}".encode())
+    return digest.hexdigest()
+
+
+def code_of(source: str) -> str:
+    """Return the syntax tree of a module as text, without standalone strings such as docstrings."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = [each for each in node.body if not _is_text(each)]
+    return ast.dump(tree)
+
+
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)

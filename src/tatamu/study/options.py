@@ -1,0 +1,179 @@
+"""The options of learning and their defaults, which are defined only here.
+
+The command line, sweep files, results, and the command on the result page are generated from these records or read
+them. The module imports little, so that `tatamu --help` is quick.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self
+
+from pydantic import ConfigDict, Field, StrictBool, StrictInt, ValidationError, model_validator
+
+from tatamu.base.errors import InputError, describe
+from tatamu.base.records import Record
+
+MOST_PARALLEL = 16
+"""Largest number of pending trials, which run at the same time.
+
+With more pending trials, each trial would be proposed from too few results.
+"""
+USUAL_PENDING = 2
+"""Default number of pending trials, which run at the same time.
+
+This number is equal on all machines, because the results of a study depend on it.
+
+With more pending trials, fewer results of earlier trials are known when a new trial starts. The parameters of the new
+trial are then chosen less well. Also, a bad trial is stopped later, because the best known trial is worse.
+"""
+USUAL_QUANTILE = 0.975
+"""Default fraction of the simulations with random disturbances in which a fold must succeed."""
+
+
+def _metavar(text: str) -> dict[str, Any]:
+    """Return extra data for a field: the placeholder that the command line shows for the option's value."""
+    return {"metavar": text}
+
+
+class Options(Record):
+    """Base of records of options. The descriptions of their fields are the help texts of the command line."""
+
+    model_config = ConfigDict(allow_inf_nan=True)  # the checks report such numbers
+
+    def __init__(self, **given: Any) -> None:
+        """Make a record of options.
+
+        Raises:
+            InputError: If a value is wrong. The message names the field.
+        """
+        try:
+            super().__init__(**given)
+        except ValidationError as error:
+            raise InputError(describe(error).removeprefix("(whole file): ")) from None
+
+
+class FoldOptions(Options):
+    """Options of the garment and its fold, given by names and files."""
+
+    garment: str = Field(description="A name (`tatamu garments`) or a file.", json_schema_extra=_metavar("GARMENT"))
+    size: str | None = Field(
+        None, description="Width x length in metres, such as 0.34x0.80.", json_schema_extra=_metavar("WxL")
+    )
+    scale: float | None = Field(
+        None,
+        description="Metres per unit of the garment's file, such as 0.001; default: as it says.",
+        json_schema_extra=_metavar("M"),
+    )
+    fold: str = Field(
+        "half",
+        description="How to fold it: half; towel: quarters; tshirt: shop; trousers: leg, thirds; a plan of your own; "
+        "auto or another that `tatamu plans` lists.",
+        json_schema_extra=_metavar("NAME|FILE.toml"),
+    )
+    hands: StrictInt | None = Field(None, description="Fold with 1 hand or 2; default: the plan's number, usually 2.")
+    material: str | None = Field(
+        None,
+        description="A material file, or a preset such as denim; default: the garment's own.",
+        json_schema_extra=_metavar("FILE.toml"),
+    )
+    spacing: float | None = Field(
+        None, description="Mesh spacing in metres; default: half the bending length, or coarser."
+    )
+    simulator: str = Field("native", description="native, blender or mujoco.")
+    robot: str | None = Field(
+        None, description="Only folds within reach of hironx, nextage, or a .toml that describes a robot."
+    )
+
+
+class LearnOptions(Options):
+    """Options of the search for a fold."""
+
+    trials: StrictInt | Literal["auto"] = Field(
+        50,
+        description="Number of trials of the whole study; auto: until the expected gain is below 0.1 %.",
+        json_schema_extra=_metavar("N|auto"),
+    )
+    seed: StrictInt = Field(0, description="Random seed of the search.")
+    sampler: str = Field("gp", description="How to search: gp, tpe, cmaes, lm or random.")
+    grasps: Literal["integer", "continuous"] = Field(
+        "integer", description="Search grasps as integer, or continuous and floored as in the paper."
+    )
+    disturbances: Any = Field(
+        None,
+        description="Errors of hands, cloth and table that the fold has to tolerate; none: the paper's C. Default: as "
+        "the study started, as the robot's .toml says, or default.",
+        json_schema_extra=_metavar("default|none|FILE.toml"),
+    )
+    """Name or file as on the command line, or `Disturbances`; None for the default disturbances."""
+    quantile: float | Literal["mean"] | None = Field(
+        None,
+        description="Share of the disturbed simulations in which the fold is to hold, or mean: minimise the mean "
+        f"objective over all; default: {USUAL_QUANTILE}.",
+        json_schema_extra=_metavar("Q|mean"),
+    )
+    coarse: StrictBool | None = Field(
+        None, description="Search on a coarser mesh first, and end on the default one (default, if there is one)."
+    )
+    parallel: StrictInt | None = Field(
+        None,
+        description=f"Trials pending at a time, on any number of cores; default: {USUAL_PENDING}. With 1 each is "
+        "proposed from all results before it.",
+    )
+    baselines: StrictBool = Field(True, description="Also score three fixed trajectories.")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        from tatamu.search.registry import check_search
+
+        check_search(self.sampler)
+        if self.trials == "auto" and self.sampler != "gp":
+            raise InputError(f"trials: auto is for the sampler gp, which estimates the gain, given {self.sampler}")
+        if self.trials != "auto" and not 1 <= self.trials <= 10_000:
+            raise InputError(f"trials: must be from 1 to 10000, given {self.trials}")
+        if not 0 <= self.seed < 2**32:
+            raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {self.seed}")
+        if self.parallel is not None and not 1 <= self.parallel <= MOST_PARALLEL:
+            raise InputError(f"parallel: must be from 1 to {MOST_PARALLEL}, given {self.parallel}")
+        if isinstance(self.quantile, float) and not 0.0 < self.quantile < 1.0:
+            raise InputError(f"quantile: must be above 0 and below 1, given {self.quantile:g}")
+        if self.disturbances == "none" and self.quantile is not None:
+            raise InputError("quantile: requires disturbances; omit it with disturbances none")
+        return self
+
+    @property
+    def names_disturbances(self) -> bool:
+        """Whether disturbances are given. If they are not, a resumed study keeps its disturbances."""
+        return self.disturbances is not None or self.quantile is not None
+
+    @property
+    def chosen_quantile(self) -> float | None:
+        """The quantile of the objective that is minimised; None if the mean is minimised."""
+        chosen = USUAL_QUANTILE if self.quantile is None else self.quantile
+        return None if chosen == "mean" else chosen
+
+
+class TaskRequest(LearnOptions, FoldOptions):
+    """The options of `tatamu learn`, and of one task of a sweep."""
+
+    @property
+    def learning(self) -> LearnOptions:
+        """The options of the search."""
+        return LearnOptions(**{name: getattr(self, name) for name in LearnOptions.model_fields})
+
+    def words(self) -> list[str]:
+        """Return the words of the command line that give these options. The garment is first; defaults are omitted."""
+        found = [self.garment]
+        for name, field in type(self).model_fields.items():
+            value = getattr(self, name)
+            if name == "garment" or value == field.default:
+                continue
+            option = name.replace("_", "-")
+            found += (
+                [f"--{option}" if value else f"--no-{option}"]
+                if isinstance(value, bool)
+                else [
+                    f"--{option}",
+                    repr(value) if isinstance(value, float) else str(value),
+                ]
+            )
+        return found
