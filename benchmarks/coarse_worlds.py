@@ -30,7 +30,7 @@ from tatamu.evaluation.robustness.judge import verdict_in
 from tatamu.folding.score import ALPHA, Limits
 from tatamu.folding.task import Task
 from tatamu.search import Parameters
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 from tatamu.study.options import LearnOptions
 
 TRIALS = 24

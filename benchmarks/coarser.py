@@ -31,7 +31,7 @@ from tatamu.folding.interpolation import interpolated
 from tatamu.folding.task import Task, make_task
 from tatamu.search import LOW, Parameters, Proposal
 from tatamu.simulation.mesh.crossings import crossings
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 from tatamu.study.options import LearnOptions
 
 TWO_LAYERS = ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0))

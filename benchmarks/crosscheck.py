@@ -33,8 +33,8 @@ from tatamu.simulation.mesh.topology import areas, lumped
 from tatamu.simulation.presets import load_preset
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulation.simulators import simulate
-from tatamu.study import Result
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 from tatamu.validation.checks.friction import layers
 
 PARTS = ("friction", "rounds", "small", "towel")

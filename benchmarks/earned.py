@@ -38,8 +38,8 @@ from tatamu.folding.score import Limits
 from tatamu.folding.task import Task, make_task
 from tatamu.search import Parameters
 from tatamu.simulation.simulators import named
-from tatamu.study import Result
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 DRAWS = 100
 UNUSED_SEED = 1000

@@ -32,8 +32,8 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.report.still import scene_picture
 from tatamu.show.image import save_png
 from tatamu.simulation.simulators import simulate
-from tatamu.study import Result
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 GARMENTS: dict[str, dict[str, Any]] = {
     "towel half": {"garment": "towel", "fold": "half", "spacing": 0.03},

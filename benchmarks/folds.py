@@ -27,8 +27,10 @@ from tatamu.garments import make_garment
 from tatamu.report import picture
 from tatamu.simulation.mesh.crossings import crossings
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
-from tatamu.study import Result, ResultFolder, ResultRecord
+from tatamu.study.folder import ResultFolder
 from tatamu.study.options import LearnOptions
+from tatamu.study.record import ResultRecord
+from tatamu.study.result import Result
 
 FOLDS = {
     "tshirt-half": ("tshirt", "half", 3, 50),

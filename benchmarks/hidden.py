@@ -31,8 +31,9 @@ from tatamu.evaluation.disturbances import Split, World, hand_failure, split
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, make_task
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 WIDER = 2.0
 """Deviations of the hidden set-ups over the usual ones."""

@@ -27,7 +27,8 @@ from tatamu.evaluation import Nominal
 from tatamu.evaluation.disturbances import NOMINAL, Stream, default_disturbances, sample_worlds
 from tatamu.evaluation.robustness import Verdict
 from tatamu.folding.task import make_task
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 MANIPULATIONS = {
     "x1 .08 z1 .19 x2 .44 z2 .02": {"x1": 0.08, "z1": 0.19, "x2": 0.44, "z2": 0.02, "g1": 0, "g2": 0},

@@ -28,7 +28,8 @@ from tatamu.evaluation import Evaluation, Nominal
 from tatamu.folding.parameters import first_curves
 from tatamu.folding.task import make_task
 from tatamu.search import find_search
-from tatamu.study import Progress, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.loop import Progress
 from tatamu.study.options import LearnOptions
 
 TRIALS = 50

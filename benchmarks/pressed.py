@@ -21,7 +21,8 @@ from tatamu.evaluation import Nominal
 from tatamu.folding.parameters import later_curves
 from tatamu.folding.press import Press
 from tatamu.folding.task import Task
-from tatamu.study import PlanResult, Result
+from tatamu.study.plan import PlanResult
+from tatamu.study.result import Result
 
 
 def pressed(task: Task, weight: float) -> Task:

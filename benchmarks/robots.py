@@ -25,8 +25,8 @@ from tatamu.robots.planned import Planned
 from tatamu.robots.refold import refold
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.report import save as save_rehearsal
-from tatamu.study import Result
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 SPACING = 0.02
 SIMULATORS = ("native", "mujoco")

@@ -26,7 +26,8 @@ from tatamu.evaluation.robustness import Verdict
 from tatamu.folding.score import Limits
 from tatamu.folding.task import Task
 from tatamu.simulation.material import Material
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 SHEAR = {"towel": 34.0, "tshirt": 27.5, "trousers": 69.5}
 """Shear stiffness [N/m]: median of ten fabrics, grey interlock and black denim of Wang et al. 2011."""

@@ -28,7 +28,9 @@ from tatamu.evaluation import Nominal
 from tatamu.folding.baselines import triangle
 from tatamu.folding.task import make_task
 from tatamu.simulation.side_by_side import processors
-from tatamu.study import PlanRecord, ResultFolder, ResultRecord
+from tatamu.study.folder import ResultFolder
+from tatamu.study.plan_record import PlanRecord
+from tatamu.study.record import ResultRecord
 
 NOMINAL = ["--disturbances", "none"]
 CASES = {

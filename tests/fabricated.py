@@ -21,7 +21,7 @@ from tatamu.folding.manipulation import Manipulation
 from tatamu.report import picture, write_report
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 LENGTH, WIDTH, THICKNESS = 0.80, 0.34, 0.002
 MATERIAL = {

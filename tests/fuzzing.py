@@ -46,8 +46,9 @@ from tatamu.simulation.native.simulation import Simulation
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
 from tatamu.study.options import TaskRequest
+from tatamu.study.result import Result
 from tatamu.study.store import file_store, load_settings
 from tatamu.sweep.description import read_sweep
 from tests.fabricated import write_fold

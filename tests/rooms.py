@@ -11,7 +11,7 @@ from typing import NamedTuple
 from tests.test_structure import ORDER, SOURCE
 
 PAGE = SOURCE.parents[1] / "docs" / "architecture.md"
-START, END = "<!-- rooms -->\n", "<!-- end -->"
+START, END = "<!--rooms-->\n", "<!--end-->"
 
 
 class Size(NamedTuple):

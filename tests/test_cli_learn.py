@@ -23,7 +23,7 @@ from tatamu.evaluation.pace import simulation_seconds
 from tatamu.folding.score import MEASURES
 from tatamu.folding.trial_scene import scene_of
 from tatamu.report.conclusion import Conclusion
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 from tests.fabricated import changed, write_fold
 from tests.scenes import scene
 from tests.small_studies import learn_plain, plain, timeless, towel

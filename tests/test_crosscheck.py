@@ -24,9 +24,9 @@ from tatamu.simulation.mesh.subdivision import subdivided
 from tatamu.simulation.mesh.topology import Topology, areas
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tatamu.simulation.simulators import SIMULATORS, simulate
-from tatamu.study import Result
 from tatamu.study.options import LearnOptions
 from tatamu.study.record import describe_task
+from tatamu.study.result import Result
 from tests import shifted
 from tests.foreign import GOOD
 from tests.scenes import CLOTH, scene, sheet

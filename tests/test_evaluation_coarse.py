@@ -39,7 +39,8 @@ from tatamu.folding.parameters import search_space
 from tatamu.garments import make_garment
 from tatamu.search import HIGH, LOW, Proposal, Schedule
 from tatamu.simulation.material import Material
-from tatamu.study import ResultFolder, StudyRecord
+from tatamu.study.folder import ResultFolder
+from tatamu.study.record import StudyRecord
 from tatamu.study.setup import LATER_SHARE, ROBUST_SHARE, make_schedule
 from tests.small_studies import timeless
 

@@ -21,8 +21,8 @@ from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.simulation.clearance import deepest
 from tatamu.simulation.scene import Scene
-from tatamu.study import Result
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 SMALL: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 THICK = Fingers(thickness=0.008, width=0.02)

@@ -62,7 +62,7 @@ def test_a_commit_that_finds_the_disk_full_does_not_call_the_study_unreadable(tm
 
     from optuna.exceptions import StorageInternalError
 
-    from tatamu.study import ResultFolder
+    from tatamu.study.folder import ResultFolder
     from tatamu.study.store import file_store
 
     def commits() -> None:

@@ -14,9 +14,9 @@ from tatamu.api import learn
 from tatamu.base.errors import InputError
 from tatamu.folding.task import make_task
 from tatamu.simulation.material import load_material
-from tatamu.study import Result
 from tatamu.study.inputs import Sources, keep_inputs, kept_input
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 from tests.foreign import svg
 
 LOOP = '<path id="o" d="M50 20 L250 20 L290 380 L10 380 Z"/>'
@@ -42,7 +42,9 @@ def desk(tmp_path: Path) -> Path:
     (desk / "garments" / "bag.toml").write_text(GARMENT)
     (desk / "patterns" / "bag.svg").write_text(svg(LOOP))
     (desk / "plan.toml").write_text(PLAN)
-    shutil.copy(Path(__file__).parent.parent / "src" / "tatamu" / "presets" / "cotton.toml", desk / "mine.toml")
+    shutil.copy(
+        Path(__file__).parent.parent / "src" / "tatamu" / "simulation" / "presets" / "cotton.toml", desk / "mine.toml"
+    )
     return desk
 
 

@@ -21,7 +21,7 @@ from tatamu.evaluation.disturbances import Disturbances, World, load_disturbance
 from tatamu.evaluation.robustness import Spread, SuccessRate, Verdict
 from tatamu.folding.score import Limits
 from tatamu.folding.task import make_task
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 from tatamu.study.options import LearnOptions
 from tests.commands import tatamu
 
@@ -138,7 +138,7 @@ def test_a_killed_run_goes_on(learned: Path, tmp_path: Path) -> None:
     code = (
         "import os, sys; from pathlib import Path\n"
         "from tests.test_margins import ONE; from tatamu.after.margins import measure\n"
-        "from tatamu.study import Result\n"
+        "from tatamu.study.result import Result\n"
         "measure(Result.load(sys.argv[1]), ONE, out=Path(sys.argv[2]), draws=4, "
         "progress=lambda done, total: os._exit(9) if done == 4 else None)"
     )

@@ -16,7 +16,7 @@ from tatamu.evaluation.disturbances import World
 from tatamu.evaluation.robustness import MeshVerdict, Verdict
 from tatamu.evaluation.robustness.meshes import SlackRange, fit_distances, select_pairs
 from tatamu.folding.score import Limits
-from tatamu.study import Result
+from tatamu.study.result import Result
 from tests.test_margins import UP, learned
 
 __all__ = ["learned"]

@@ -20,8 +20,8 @@ from tatamu.folding.task import make_task
 from tatamu.garments import load_garment, make_garment
 from tatamu.garments.meshfile import read_mesh
 from tatamu.simulation.material import Material
-from tatamu.study import Result
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 from tests.foreign import svg
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"

@@ -41,8 +41,8 @@ from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, make_task
 from tatamu.simulation.rollout import Rollout
-from tatamu.study import Result
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 from tests.commands import tatamu
 
 SLOPES = {

@@ -21,7 +21,8 @@ from tatamu.simulation.material import PRESETS, load_material
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth
-from tatamu.study import Progress, Result
+from tatamu.study.loop import Progress
+from tatamu.study.result import Result
 from tests.fabricated import write_fold
 from tests.scenes import scene, sheet
 

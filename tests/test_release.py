@@ -35,7 +35,7 @@ def test_the_changelog_has_the_version_with_its_date() -> None:
 
 
 def test_words_do_not_change_the_digest_of_the_simulators() -> None:
-    file = ROOT / "src" / "tatamu" / "simulators" / "native" / "air.py"
+    file = ROOT / "src" / "tatamu" / "simulation" / "native" / "air.py"
     source = file.read_text()
     reworded = re.sub(r'"""[A-Z].*?"""', '"""Other words."""', source, flags=re.DOTALL) + "\n# a comment\n"
     assert reworded != source and code_of(reworded) == code_of(source)

@@ -17,7 +17,7 @@ from tatamu.folding.score import Score
 from tatamu.report.measures import MEASURES, grade
 from tatamu.show.page import inline, render
 from tatamu.simulation.rollout import Rollout
-from tatamu.study import Result
+from tatamu.study.result import Result
 from tests.fabricated import changed, report, rewritten, write_fold
 from tests.pages import charts, replay, shown
 

@@ -21,7 +21,7 @@ from tatamu.show.packing import motion
 from tatamu.show.raster import View, rasterise, vertex_normals
 from tatamu.show.replay import FRAMES, frames
 from tatamu.show.tube import tube
-from tatamu.study import Result
+from tatamu.study.result import Result
 from tests.fabricated import changed, grid, report, rewritten, write_fold
 from tests.pages import shown, unpacked
 

@@ -28,7 +28,7 @@ from tatamu.evaluation.nominal import penalty
 from tatamu.folding.manipulation import Manipulation, trajectory_lengths
 from tatamu.folding.parameters import search_space
 from tatamu.folding.task import Reach, make_task
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 from tatamu.study.record import describe_task
 from tests.small_studies import X, learn_plain, timeless
 from tests.small_studies import towel as task

@@ -30,7 +30,7 @@ from tatamu.folding.parameters import ARCHED, HIGH, search_space, transfer
 from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
 from tatamu.search import Space
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 from tests.small_studies import plain, timeless, towel
 
 

@@ -16,9 +16,10 @@ import optuna
 import pytest
 
 from tatamu import InputError, Result
-from tatamu.study import ResultFolder, StudyRecord, Trial
-from tatamu.study.record import describe_task
+from tatamu.study.folder import ResultFolder
+from tatamu.study.record import StudyRecord, describe_task
 from tatamu.study.store import file_store, load_settings
+from tatamu.study.trial import Trial
 from tests.small_studies import X, learn_plain, timeless, towel
 
 RECORD = StudyRecord(task=describe_task(towel()), sampler="random", seed=0)

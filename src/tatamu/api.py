@@ -8,7 +8,6 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tatamu import study
 from tatamu.after.feedback import CorrectionRecord, Observation, Observed, ruler, write_corrected
 from tatamu.after.feedback import corrected as corrected_fold
 from tatamu.after.feedback import observe as observe_fold
@@ -31,10 +30,16 @@ from tatamu.robots import load as load_robot
 from tatamu.robots.motion import Pace
 from tatamu.search import Parameters
 from tatamu.study.database import SharedDatabase
+from tatamu.study.folder import ResultFolder
+from tatamu.study.learn import Places
+from tatamu.study.learn import learn as learn_study
+from tatamu.study.loop import Progress
 from tatamu.study.options import FoldOptions, LearnOptions
+from tatamu.study.plan import PlanResult as LearnedPlan
+from tatamu.study.result import Result as LearnedFold
 
 
-class Result(study.Result):
+class Result(LearnedFold):
     """A learned fold.
 
     Its attributes and methods for users are `.best`, `.score`, `.manipulation`, `.scene`, `.rollout`, `.held`,
@@ -57,7 +62,7 @@ class Result(study.Result):
         return embedded(self)
 
 
-class PlanResult(study.PlanResult):
+class PlanResult(LearnedPlan):
     """A learned plan, which folds a garment in several steps.
 
     Attributes and methods for users are `.steps`, `.final`, `.rollout` and `.save(folder)`.
@@ -79,10 +84,10 @@ class PlanResult(study.PlanResult):
         return "".join(embedded(step) for step in self.steps)
 
 
-def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
+def _public(found: LearnedFold | LearnedPlan) -> Result | PlanResult:
     """Return the same result as a `Result` or `PlanResult` of this module, which can also write its page."""
     given = {each.name: getattr(found, each.name) for each in fields(found)}
-    if isinstance(found, study.Result):
+    if isinstance(found, LearnedFold):
         return Result(**given)
     return PlanResult(**{**given, "steps": [_public(step) for step in found.steps]})
 
@@ -124,10 +129,10 @@ def learn(
     *,
     out: Path | str | None = None,
     evaluate: Evaluator | Callable[[Mapping[str, int | float]], float] | None = None,
-    after: Sequence[study.Result | Path | str] = (),
+    after: Sequence[LearnedFold | Path | str] = (),
     executor: Executor | None = None,
     database: SharedDatabase | None = None,
-    progress: Callable[[study.Progress], object] = lambda now: None,
+    progress: Callable[[Progress], object] = lambda now: None,
 ) -> Result | PlanResult:
     """Learn a task. The command `tatamu learn` does the same computation.
 
@@ -154,24 +159,24 @@ def learn(
     if after:
         if options.names_disturbances and options.disturbances is not None:
             raise InputError("disturbances: are those of the observed folds; give after or disturbances, not both")
-        runs = [each if isinstance(each, study.Result) else study.Result.load(each) for each in after]
+        runs = [each if isinstance(each, LearnedFold) else LearnedFold.load(each) for each in after]
         known = known_of(runs, task, options.grasps)
         task, first = replace(task, shift=known.shift), known.first
         options = options.model_copy(update={"disturbances": known.disturbances})
     evaluator = evaluate if isinstance(evaluate, Evaluator | None) else OwnObjective(Nominal(task), evaluate)
-    places = study.Places(
+    places = Places(
         out=None if out is None else Path(out),
         executor=executor,
         database=database,
         progress=progress,
         written=_write_page,
     )
-    return _public(study.learn(task, options, places, evaluator, first))
+    return _public(learn_study(task, options, places, evaluator, first))
 
 
-def _write_page(found: study.Result | study.PlanResult) -> None:
+def _write_page(found: LearnedFold | LearnedPlan) -> None:
     """Write the page of a result into its folder."""
-    if isinstance(found, study.Result):
+    if isinstance(found, LearnedFold):
         write_report(found)
     else:
         write_plan_report(found)
@@ -183,12 +188,12 @@ def load(folder: Path | str) -> Result | PlanResult:
     Raises:
         InputError: If a file is missing, damaged, of another version, or does not fit the other files.
     """
-    is_plan = study.ResultFolder(Path(folder)).holds_plan
-    return _public(study.PlanResult.load(folder) if is_plan else study.Result.load(folder))
+    is_plan = ResultFolder(Path(folder)).holds_plan
+    return _public(LearnedPlan.load(folder) if is_plan else LearnedFold.load(folder))
 
 
 def measure_margins(
-    result: study.Result,
+    result: LearnedFold,
     draws: int = DRAWS,
     *,
     disturbances: Disturbances | str | None = None,
@@ -230,7 +235,7 @@ def measure_margins(
 
 
 def observe(
-    result: study.Result,
+    result: LearnedFold,
     *,
     left: Sequence[float] | None = None,
     right: Sequence[float] | None = None,
@@ -275,7 +280,7 @@ def observe(
     return observe_fold(result, measured, executor=executor, progress=progress)
 
 
-def correct(observed: Observed | study.Result, *, out: Path | str | None = None) -> Result:
+def correct(observed: Observed | LearnedFold, *, out: Path | str | None = None) -> Result:
     """Return the fold with corrected grasps, releases and heights. The corrections undo the errors of the set-up.
 
     Args:
@@ -293,7 +298,7 @@ def correct(observed: Observed | study.Result, *, out: Path | str | None = None)
     return Result(**{each.name: getattr(made, each.name) for each in fields(made)})
 
 
-def check(result: study.Result, simulator: str) -> Opinion:
+def check(result: LearnedFold, simulator: str) -> Opinion:
     """Simulate the best manipulation of a fold in another simulator. The result has `.score` and `.holds`.
 
     Raises:
@@ -321,7 +326,7 @@ class FoldPlan:
     """A robot's motion that carries out a learned fold. It has passed all checks."""
 
     plan: RobotPlan
-    result: study.Result
+    result: LearnedFold
 
     def export(self, folder: Path | str) -> Path:
         """Write the folder of the plan with joint trajectories, ROS bags and checks, and return the folder.
@@ -336,7 +341,7 @@ class FoldPlan:
 
 
 def plan_for(
-    result: study.Result,
+    result: LearnedFold,
     robot: str = "hironx",
     *,
     place: tuple[float, float, float] | None = None,

@@ -25,7 +25,7 @@ from tatamu.cli.program import run as run_program
 from tatamu.cli.progress import prepare
 from tatamu.cluster import executor_at
 from tatamu.simulation.simulators import require
-from tatamu.study import Progress
+from tatamu.study.loop import Progress
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 

@@ -12,7 +12,8 @@ import numpy as np
 from scipy.stats import median_abs_deviation
 
 from studies.paper.experiment import Study
-from tatamu.study import MOMENTS, Result, Trial
+from tatamu.study.result import MOMENTS, Result
+from tatamu.study.trial import Trial
 
 AFTER = tuple(count for count, _ in MOMENTS.values())
 """Numbers of trials after which Fig. 6 of the paper shows the vertex errors of the best fold."""

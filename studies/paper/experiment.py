@@ -18,8 +18,10 @@ from tatamu.report import write_report
 from tatamu.search import check_search
 from tatamu.simulation.material import Material, load_material
 from tatamu.simulation.simulators import named
-from tatamu.study import Places, Progress, Result, learn
+from tatamu.study.learn import Places, learn
+from tatamu.study.loop import Progress
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
 """Fold plan that is learned for each garment.

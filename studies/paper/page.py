@@ -26,7 +26,7 @@ from tatamu.show.image import data_uri, save_png
 from tatamu.show.page import render
 from tatamu.show.shading import shrink, to_pixels
 from tatamu.simulation.mesh.crossings import crossings
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 BLACK = "#111111"
 TABLES = (

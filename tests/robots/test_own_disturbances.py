@@ -17,9 +17,10 @@ from tatamu.cli import main
 from tatamu.evaluation.disturbances import Disturbances, default_disturbances
 from tatamu.robots import load
 from tatamu.robots.description import disturbances_of, files_of
-from tatamu.study import ResultFolder, StudyRecord
+from tatamu.study.folder import ResultFolder
 from tatamu.study.inputs import Sources, keep_inputs
 from tatamu.study.options import FoldOptions, LearnOptions
+from tatamu.study.record import StudyRecord
 from tatamu.study.store import load_settings
 from tests.robots.arms import pair
 

@@ -15,7 +15,7 @@ from tatamu.cli.cluster import SchedulerOption
 
 if TYPE_CHECKING:
     from tatamu.folding.score import Score
-    from tatamu.study import Result
+    from tatamu.study.result import Result
 
 
 @app.command()
@@ -55,7 +55,7 @@ def check(
     """
     from tatamu.cli.progress import prepare
     from tatamu.simulation.simulators import require
-    from tatamu.study import Result
+    from tatamu.study.result import Result
 
     if everything == (simulator is not None):
         raise InputError("check: give either --simulator or --all")

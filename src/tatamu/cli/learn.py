@@ -32,7 +32,7 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
         raise InputError("GARMENT: must be given, unless --after names an observed fold whose garment is folded again")
     from tatamu.after.feedback.known import TRIALS
     from tatamu.report.command import request
-    from tatamu.study import Result
+    from tatamu.study.result import Result
 
     if names_garment:
         return {"trials": TRIALS}
@@ -112,8 +112,8 @@ def _learn(
         from tatamu.folding.advice import UncarriedWarning, advice
         from tatamu.folding.baselines import BASELINES
         from tatamu.search import Schedule
-        from tatamu.study import Result
         from tatamu.study.database import shared_database  # the import takes seconds
+        from tatamu.study.result import Result
 
         database = connections.enter_context(shared_database(storage))
         task = task_of(options)

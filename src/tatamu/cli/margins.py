@@ -16,7 +16,7 @@ from tatamu.cli.cluster import SchedulerOption
 if TYPE_CHECKING:
     from tatamu.evaluation.disturbances import Disturbances
     from tatamu.folding.score import Limits
-    from tatamu.study import ResultFolder
+    from tatamu.study.folder import ResultFolder
 
 
 @app.command()
@@ -63,7 +63,7 @@ def margins(
     """
     from tatamu.cluster import executor_at
     from tatamu.folding.score import Limits
-    from tatamu.study import ResultFolder
+    from tatamu.study.folder import ResultFolder
 
     given = None if disturbances is None else _load(disturbances)
     if not 0.0 < distance <= 1.0:
@@ -120,7 +120,7 @@ def _one(
     from tatamu.cli.progress import prepare
     from tatamu.report import write_report
     from tatamu.simulation.simulators import require
-    from tatamu.study import Result
+    from tatamu.study.result import Result
 
     learned = Result.load(folder.path)
     chosen = simulator or learned.simulator

@@ -158,7 +158,7 @@ def _from_photo(
     from tatamu.cameras.board import PAPERS
     from tatamu.cameras.mounting import parse_pose
     from tatamu.cli.locate import parse_corners
-    from tatamu.study import Result
+    from tatamu.study.result import Result
 
     scale = board if board is not None else sheet
     if scale is None or (board is not None and sheet is not None):
@@ -229,7 +229,7 @@ def _observed(folder: Path, observation: Observation | None, scheduler: str | No
     from tatamu.after.margins.terminal import reporting
     from tatamu.cli.progress import prepare
     from tatamu.cluster import executor_at
-    from tatamu.study import Result
+    from tatamu.study.result import Result
 
     learned = Result.load(folder)
     place = ObservedFolder.of(folder)

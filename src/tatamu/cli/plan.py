@@ -105,7 +105,7 @@ def plan(
 
 def _robot_of(folder: Path) -> str | None:
     """Return the name or file of the robot for which a fold was learned; None if it was learned without a robot."""
-    from tatamu.study import ResultFolder
+    from tatamu.study.folder import ResultFolder
     from tatamu.study.inputs import kept_input
 
     results = ResultFolder(folder)

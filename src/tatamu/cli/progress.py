@@ -16,7 +16,7 @@ from rich.progress import Progress as Bar
 
 if TYPE_CHECKING:
     from tatamu.folding.task import Task
-    from tatamu.study import Progress
+    from tatamu.study.loop import Progress
 
 LINE_EVERY = 5.0
 """Time between two printed lines [s], if the output is not a terminal."""

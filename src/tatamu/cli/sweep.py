@@ -20,8 +20,8 @@ from tatamu.cli.cluster import at_a_time as most_at_a_time
 from tatamu.study.options import TaskRequest
 
 if TYPE_CHECKING:
-    from tatamu.study import Progress
     from tatamu.study.database import SharedDatabase
+    from tatamu.study.loop import Progress
     from tatamu.sweep import SweepTask, TaskRecord
 
 
@@ -72,7 +72,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
     """Raise an error if a task of a sweep is impossible. This is done before any task starts."""
     from tatamu.api import task_of
     from tatamu.simulation.simulators import require
-    from tatamu.study import check_pending
+    from tatamu.study.setup import check_pending
 
     made: set[str] = set()
     for task in tasks:
@@ -93,7 +93,7 @@ def _pending(tasks: Sequence[SweepTask]) -> int:
 
     This number may differ between tasks.
     """
-    from tatamu.study import usual_pending
+    from tatamu.study.setup import usual_pending
 
     options = [TaskRequest(**task.options) for task in tasks]
     return min(each.parallel or usual_pending(each.simulator) for each in options)

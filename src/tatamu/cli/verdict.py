@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tatamu.report.conclusion import Conclusion, of_fold, of_plan
-from tatamu.study import PlanResult, Result, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.plan import PlanResult
+from tatamu.study.result import Result
 
 
 def conclusion_of(result: Result | PlanResult) -> Conclusion:

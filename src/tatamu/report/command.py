@@ -7,10 +7,11 @@ from pathlib import Path
 
 from tatamu.evaluation.disturbances import default_disturbances
 from tatamu.folding.task import TaskOptions
-from tatamu.study import Result, ResultRecord
 from tatamu.study.folder import SCENE
 from tatamu.study.inputs import kept_input
 from tatamu.study.options import USUAL_QUANTILE, TaskRequest
+from tatamu.study.record import ResultRecord
+from tatamu.study.result import Result
 
 
 def learn(fold: Result) -> str:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 from tatamu.folding.score import Limits, Measured
 from tatamu.report.measures import OVERLAP, SUCCESS, grade
-from tatamu.study import PlanRecord, ResultRecord
+from tatamu.study.plan_record import PlanRecord
+from tatamu.study.record import ResultRecord
 
 LATE = 0.6
 """Fraction of the trials of a search, from the first trial on.

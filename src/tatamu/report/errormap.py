@@ -13,7 +13,7 @@ from tatamu.report.topview import Extent, extent
 from tatamu.show.chart import Chart, Plot, axis, traces
 from tatamu.show.palette import SCALE
 from tatamu.show.raster import rasterise
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 CELLS = 45_000
 """Approximate number of cells (pixels) of a map of errors."""

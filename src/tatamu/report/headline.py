@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from tatamu.report.measures import FAILED, GRADES, MEASURES, SUCCESS, Measure, grade
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 GAUGE = (0.0005, 0.08)
 """Smallest and largest mean vertex distance [m] on the gauge, a bar that shows how good a fold is.

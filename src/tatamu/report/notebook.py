@@ -10,7 +10,7 @@ from tatamu.report.still import render as still
 from tatamu.show.image import data_uri
 from tatamu.show.page import render
 from tatamu.show.shading import shrink, to_pixels
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 SMALLER = 4
 """Factor by which the picture in the notebook is smaller than the rendered image."""

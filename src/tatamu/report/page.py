@@ -13,7 +13,8 @@ from tatamu.report.measures import MEASURES, SUCCESS
 from tatamu.report.replay import replay
 from tatamu.show.chart import Chart
 from tatamu.show.page import Charts, render
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 
 def write_report(fold: Result, file: Path | None = None) -> Path:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.show.chart import LEGEND, Plot, axis, traces
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
 ALIKE = 0.01

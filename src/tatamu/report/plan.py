@@ -20,7 +20,9 @@ from tatamu.report.replay import hands
 from tatamu.show.page import render
 from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.simulation.rollout import Rollout
-from tatamu.study import PlanResult, Result, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.plan import PlanResult
+from tatamu.study.result import Result
 
 LIFT = 0.10
 """Height by which the hands rise in the replay between a release and the next grasp [m]."""

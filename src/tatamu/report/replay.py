@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 
 def replay(fold: Result, largest: float) -> dict[str, Any]:

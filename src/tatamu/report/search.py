@@ -9,7 +9,8 @@ import numpy as np
 
 from tatamu.report.measures import GRADES
 from tatamu.show.chart import Plot, axis, line, note, traces
-from tatamu.study import ResultRecord, Trial
+from tatamu.study.record import ResultRecord
+from tatamu.study.trial import Trial
 
 
 def objective(result: ResultRecord) -> Plot:

@@ -15,7 +15,7 @@ from tatamu.show.solids import moving
 from tatamu.show.tube import tube
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 SIZE = (720, 1280)
 """Height and width of the picture [pixels]."""

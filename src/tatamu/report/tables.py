@@ -8,7 +8,7 @@ import numpy as np
 
 from tatamu.folding.score import Score
 from tatamu.report.measures import grade
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 Facts = list[tuple[str, str]]
 """Rows of a table: pairs of a name and a value, both as plain text."""

@@ -17,7 +17,7 @@ from tatamu.show.raster import View, rasterise
 from tatamu.show.replay import HAND_COLOURS
 from tatamu.show.shading import cloth, occlusion, see, shade, shrink, to_pixels
 from tatamu.show.shapes import Dot, Picture
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 WIDE = 600
 """Usual width of the images that are stored in the page [pixels]."""

@@ -10,7 +10,7 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import FINGERS, ON_TABLE, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
 from tatamu.simulation.rollout import Rollout
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 
 AT_THE_JAW = 0.04
 """Radius around a tool [m]. Cloth within this radius counts as held or lifted by the fingers."""

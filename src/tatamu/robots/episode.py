@@ -16,7 +16,7 @@ from tatamu.robots.commands import SHUT
 from tatamu.robots.keys import state_names
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.plan import RobotPlan
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 
 FPS = 30
 """Frames per second. This is LeRobot's usual rate."""

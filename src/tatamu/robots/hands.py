@@ -16,7 +16,7 @@ from tatamu.base.curves import Bezier, arc_lengths, minimum_jerk
 from tatamu.base.errors import InputError
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, VIA_EVERY, Manipulation, Timing
 from tatamu.simulation.scene import Gripper, Scene
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 
 Travel = Callable[[np.ndarray], np.ndarray]
 """Function from times [s] to the distance of a hand along its curve [m]."""

@@ -12,7 +12,7 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_json, read_text, validated
 from tatamu.robots.planfile import PlanFile
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 
 ARMS = ("larm", "rarm")
 FOLD = "fold"

@@ -20,7 +20,8 @@ from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import capabilities, named
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 MOST_HALVINGS = 2
 """Largest number of times that the edges of a mesh are halved. Each halving divides a triangle into four triangles."""

@@ -10,20 +10,15 @@ import hashlib
 from functools import cache
 from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
-"""Folder of the package tatamu."""
-PARTS = ("simulation",)
-"""Folders and files of the package on which a rollout depends."""
+ROOT = Path(__file__).parent
+"""Folder of all code on which a rollout depends."""
 
 
 @cache
 def source_digest() -> str:
     """Return a digest of the code that determines a rollout. Comments, docstrings and layout do not change it."""
-    files = [
-        path for part in PARTS for path in ([ROOT / part] if part.endswith(".py") else (ROOT / part).rglob("*.py"))
-    ]
     digest = hashlib.sha256()
-    for path in sorted(files):
+    for path in sorted(ROOT.rglob("*.py")):
         digest.update(f"{path.relative_to(ROOT).as_posix()} {code_of(path.read_text())}".encode())
     return digest.hexdigest()
 

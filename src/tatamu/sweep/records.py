@@ -16,7 +16,9 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import read_json, validated, write_json
 from tatamu.base.records import OpenRecord
 from tatamu.base.version import __version__
-from tatamu.study import PlanRecord, ResultFolder, ResultRecord
+from tatamu.study.folder import ResultFolder
+from tatamu.study.plan_record import PlanRecord
+from tatamu.study.record import ResultRecord
 
 State = Literal["waiting", "running", "complete", "failed"]
 

@@ -20,7 +20,7 @@ from tatamu.base.records import OpenRecord
 from tatamu.evaluation.disturbances import Disturbances, disturbed_scene, mean_world, read_disturbances
 from tatamu.folding.shift import HandShift
 from tatamu.simulation.material import Number
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 FILE = "correction.json"
 

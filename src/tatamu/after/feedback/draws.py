@@ -21,7 +21,7 @@ from tatamu.evaluation.robustness import FoldOnMesh, Verdict, VerdictCache, simu
 from tatamu.folding.marks import MARKS
 from tatamu.simulation.side_by_side import executor_of, processors
 from tatamu.simulation.simulators import capabilities
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 USUAL = 100
 """Number of draws with the standard deviations that the user gave.

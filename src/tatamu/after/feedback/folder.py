@@ -19,7 +19,7 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import read_text, write_json, write_text
 from tatamu.base.version import __version__ as VERSION
 from tatamu.evaluation.disturbances import Disturbances
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 
 OBSERVED = "observed"
 POSTERIOR = "posterior.toml"

@@ -21,7 +21,7 @@ from tatamu.folding.parameters import Grasps, transfer
 from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task
 from tatamu.search import Parameters
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 TRIALS = 20
 """Default number of trials. Few trials suffice, because the search starts from a fold that is nearly right."""

@@ -18,7 +18,8 @@ from tatamu.after.feedback.posterior import IMPLAUSIBLE, Fold, Posterior, poster
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, World, default_disturbances, hand_errors, split
 from tatamu.folding.shift import HandShift
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 BEYOND = "beyond everything that was drawn: check the grasp or the scale, look again; it is left out"
 

@@ -17,7 +17,7 @@ from tatamu.base.files import MIB, read_bytes
 from tatamu.cameras.locate import locate
 from tatamu.cameras.pose import Pose
 from tatamu.cameras.reading import FoldReading, view_fold
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 LARGEST = 256 * MIB
 """Largest size of a photograph's file [bytes]."""

@@ -14,7 +14,7 @@ from tatamu.evaluation.disturbances import CHANNELS
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.shift import HandShift
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 MARK_TITLES = dict(
     zip(

@@ -35,7 +35,7 @@ from tatamu.folding.score import Limits
 from tatamu.folding.task import Task
 from tatamu.simulation.side_by_side import executor_of, processors
 from tatamu.simulation.simulators import capabilities
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 DRAWS = 200
 """Default number of joint draws, in which all disturbances have random values."""

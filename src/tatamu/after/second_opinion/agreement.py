@@ -31,7 +31,7 @@ from tatamu.simulation.mesh.subdivision import on_coarse_mesh
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import named
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 LEARNED = "learned"
 

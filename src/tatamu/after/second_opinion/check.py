@@ -15,7 +15,7 @@ from tatamu.simulation.mesh.subdivision import on_coarse_mesh, subdivided
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import named
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 
 @dataclass(frozen=True)

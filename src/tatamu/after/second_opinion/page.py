@@ -21,7 +21,7 @@ from tatamu.show.chart import Chart, Plot, axis, traces
 from tatamu.show.image import save_png
 from tatamu.show.page import render
 from tatamu.show.shading import shrink, to_pixels
-from tatamu.study import Result
+from tatamu.study.result import Result
 
 
 def save(opinion: Opinion, folder: Path) -> Path:

@@ -14,8 +14,9 @@ from tatamu.policies.dataset.distribution import choose, draw
 from tatamu.policies.dataset.specification import DatasetSpecification
 from tatamu.policies.dataset.subject import Subject, fields_of
 from tatamu.search import Parameters
-from tatamu.study import Result, ResultFolder
+from tatamu.study.folder import ResultFolder
 from tatamu.study.inputs import kept_input
+from tatamu.study.result import Result
 from tatamu.sweep import SweepFolder
 
 MOST_RUNS = 10_000
