@@ -171,7 +171,7 @@ def test_a_study_that_is_killed_while_it_writes_is_written_the_next_time(
     folder = tmp_path / "study"
     shutil.copytree(learned, folder)
     with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
-        killed.setattr("tatamu.study.ResultFolder.write_record", interrupt)
+        killed.setattr("tatamu.study.folder.ResultFolder.write_record", interrupt)
         learn_plain(task(), folder, trials=7)
     learn_plain(task(), folder, trials=7)
     assert len(json.loads((folder / "result.json").read_text())["trials"]) == 7
