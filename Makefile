@@ -107,7 +107,7 @@ calibration: $(DEV)  ## the proofs of docs/notes/calibration.md: hidden material
 	$(BIN)/python -m benchmarks.cloths --write-docs
 
 validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page in runs/validation; minutes
-	$(BIN)/python -m benchmarks.textbook --out runs/validation --write-docs
+	$(BIN)/python -m tests.physics --out runs/validation --write-docs
 
 real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
 	$(BIN)/python -m studies.real_cloth --data $(DATA) --out runs/real-cloth --write-docs

@@ -17,6 +17,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+from tests.physics.checks.friction import layers
 
 from benchmarks.tables import markdown, publish
 from tatamu.after.second_opinion.agreement import Agreement, compare, manipulations
@@ -35,7 +36,6 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulation.simulators import simulate
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
-from tatamu.validation.checks.friction import layers
 
 PARTS = ("friction", "rounds", "small", "towel")
 SMALL_SIZE, SMALL_SPACING = (0.20, 0.40), 0.015

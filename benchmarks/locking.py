@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
+from tests.physics.scenes import held
 
 from benchmarks.tables import markdown, publish
 from tatamu import Scene, simulate
@@ -19,7 +20,6 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.native.simulation import locking
 from tatamu.simulation.scene import Cloth
-from tatamu.validation.scenes import held
 
 SIDE, HELD = 0.16, 0.03
 """Of the sheet, and radius of what is held [m]."""

@@ -1,4 +1,4 @@
-"""Where each simulator falls short: `tatamu validate` in all, and a towel fold, for docs/notes/simulators.md.
+"""Where each simulator falls short: the textbook checks in all, and a towel fold, for docs/notes/simulators.md.
 
     python benchmarks/simulators.py --out runs/simulators [--simulators native blender mujoco] [--long] [--write-docs]
 
@@ -15,14 +15,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tests.physics import Subject, validate
+from tests.physics.checks import CHECKS
+
 from benchmarks.tables import markdown, publish
 from benchmarks.timed_folds import towel
 from tatamu.base.errors import TatamuError
 from tatamu.base.files import write_json
 from tatamu.simulation.blender.process import WORKERS
 from tatamu.simulation.simulators import SIMULATORS, simulate
-from tatamu.validation import Subject, validate
-from tatamu.validation.checks import CHECKS
 
 WHOLE = ("incline", "layers")
 """Checks of which every case is run, and has rows of its own."""

@@ -11,14 +11,14 @@ import argparse
 from functools import partial
 
 import numpy as np
+from tests.physics.meshes import LAYOUTS, Layout, irregular, mirrored, turned
+from tests.physics.scenes import raised
 
 from benchmarks.tables import markdown, publish
 from tatamu.simulation.mesh.topology import Topology, areas, lumped
 from tatamu.simulation.native.elastic import curvature, membrane
 from tatamu.simulation.native.elastic.stable_step import hinge_gradients, hinge_stiffness
 from tatamu.simulation.native.options import ElasticOptions
-from tatamu.validation.meshes import LAYOUTS, Layout, irregular, mirrored, turned
-from tatamu.validation.scenes import raised
 
 LENGTH, WIDTH = 0.10, 0.06
 SPACINGS = (0.02, 0.01, 0.005)
@@ -28,7 +28,7 @@ OTHERS: dict[str, list[Layout]] = {
     "8 more irregular": [partial(irregular, seed=seed) for seed in range(2, 10)],
     "6 more angles": [partial(turned, degrees=angle) for angle in (7.0, 13.0, 20.0, 26.0, 35.0, 41.0)],
 }
-"""Meshes that no check of `tatamu validate` has: the part of C in Q was chosen on them."""
+"""Meshes that no textbook check has: the part of C in Q was chosen on them."""
 
 
 def tip(layout: Layout, spacing: float, angle_sum_part: float = PARTS["Q"]) -> float:

@@ -4,18 +4,19 @@ The tables "tangle" and "tangle: pokes" of docs/notes/validation.md:
 
     python benchmarks/tangle.py [--folds 600] [--pokes 200] [--write-docs]
 
-The folds are those of `tatamu validate --only folds`, with other seeds: what passes there in none of 64 may still
-happen once in hundreds.
+The folds are those of `python -m tests.physics --only folds`, with other seeds, because what happens in none of 64
+may happen once in hundreds.
 """
 
 from __future__ import annotations
 
 import argparse
 
+from tests.physics.checks.bodies import deepest_poke
+from tests.physics.checks.tangle import crossings_of_fold
+
 from benchmarks.tables import markdown, publish
 from tatamu.simulation.native import simulate
-from tatamu.validation.checks.bodies import deepest_poke
-from tatamu.validation.checks.tangle import crossings_of_fold
 
 FIRST = 300
 """Seed of the first fold."""

@@ -17,8 +17,8 @@ from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
-from tatamu.validation.meshes import LAYOUTS, Mesh, right
-from tatamu.validation.scenes import joined, raised, sewn
+from tests.physics.meshes import LAYOUTS, Mesh, right
+from tests.physics.scenes import joined, raised, sewn
 
 DECADES = {
     "areal_density": (1e-3, 10.0),

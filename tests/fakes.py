@@ -8,8 +8,8 @@ import numpy as np
 
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
-from tatamu.validation import Subject
-from tatamu.validation.limits import NATIVE
+from tests.physics import Subject
+from tests.physics.limits import NATIVE
 
 Motion = Callable[[Scene, float], np.ndarray]
 """Scene and time [s] to positions, shape (n, 3)."""

@@ -12,8 +12,8 @@ from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
-from tatamu.validation.scenes import sewn
 from tests import abuse
+from tests.physics.scenes import sewn
 from tests.scenes import scene
 
 BATCH = 50

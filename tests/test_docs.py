@@ -19,6 +19,7 @@ from tatamu.cli.app import app
 from tatamu.simulation.capabilities import Capabilities
 from tatamu.simulation.simulators import SIMULATORS, capabilities
 from tests import rooms
+from tests.physics.__main__ import app as physics
 from tests.test_structure import ORDER, SOURCE
 
 ROOT = Path(__file__).parent.parent
@@ -75,20 +76,13 @@ def test_the_index_has_every_page_and_every_picture_is_shown() -> None:
     assert not pictures - set().union(*map(targets, NAMES))
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("docs/")])
-def test_a_page_begins_by_saying_what_it_contains(name: str) -> None:
-    title, first = re.sub(r"\A---\n.*?\n---\n\n", "", read(name), flags=re.DOTALL).split("\n\n")[:2]
-    if first.startswith("```{include} "):  # a page of the site that shows a file of the repository
-        return
-    assert re.fullmatch(r"# [^\n]+", title) and re.match(r"This (page|notebook)\b", first), name
-
-
 def commands() -> dict[str, set[str]]:
     """Every command of the command line with its options."""
     group = typer.main.get_command(app)
     return {
         name: options_of(command)
         for name, command in group.commands.items()  # type: ignore[attr-defined]
+        if not command.hidden
     }
 
 
@@ -127,7 +121,7 @@ def test_every_option_named_alone_belongs_to_some_command(name: str) -> None:
 def options_of_programs() -> frozenset[str]:
     files = [path for folder in ("benchmarks", "studies") for path in (ROOT / folder).rglob("*.py")]
     given = {option for file in files for option in re.findall(r'add_argument\(\s*"(--[a-z-]+)"', file.read_text())}
-    typed = {option for app in (paper, real_cloth) for option in options_of(typer.main.get_command(app))}
+    typed = {option for app in (paper, physics, real_cloth) for option in options_of(typer.main.get_command(app))}
     return frozenset(given | typed)
 
 

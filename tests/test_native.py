@@ -16,10 +16,10 @@ from tatamu.base.errors import SceneError
 from tatamu.simulation import native
 from tatamu.simulation.mesh.topology import areas, lumped
 from tatamu.simulation.native import LimitOptions, Options, StepOptions, simulator
-from tatamu.validation.checks.refinement import TOWEL, score
-from tatamu.validation.manipulations import EDGE, RandomFold
-from tatamu.validation.manipulations import scene_of as folded
-from tatamu.validation.subject import Subject
+from tests.physics.checks.refinement import TOWEL, score
+from tests.physics.manipulations import EDGE, RandomFold
+from tests.physics.manipulations import scene_of as folded
+from tests.physics.subject import Subject
 from tests.scenes import CLOTH, held, scene, sheet
 
 

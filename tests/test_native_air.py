@@ -13,7 +13,7 @@ from tatamu.simulation.native.air import air_of, meet, resist, surface_of
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.scene import Cloth, Scene, Table
 from tatamu.simulation.simulators import capabilities
-from tatamu.validation.scenes import on_incline
+from tests.physics.scenes import on_incline
 
 TRIANGLE = np.array([[0, 1, 2]])
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tatamu.validation.meshes import LAYOUTS
+from tests.physics.meshes import LAYOUTS
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from tatamu.simulation.mesh.topology import Topology, areas
 from tatamu.simulation.native.elastic import bending, curvature, membrane, symmetric
 from tatamu.simulation.native.memory.bands import BLOCK, Bands, bands, slots, turned, turned_hinges
 from tatamu.simulation.native.options import ElasticOptions
-from tatamu.validation.meshes import LAYOUTS
+from tests.physics.meshes import LAYOUTS
 from tests.scenes import CLOTH
 
 Mesh = tuple[np.ndarray, np.ndarray]

@@ -12,8 +12,8 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.native.elastic import bending, hysteresis
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import capabilities
-from tatamu.validation.checks.motion import rolled
-from tatamu.validation.frictional_strip import loop
+from tests.physics.checks.motion import rolled
+from tests.physics.frictional_strip import loop
 from tests.scenes import CLOTH
 from tests.test_native_forces import Elastic, irregular, regular
 

@@ -8,7 +8,7 @@ import pytest
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.native.memory.lattice import SMALLEST_PATCH, Patch, patches
-from tatamu.validation.meshes import LAYOUTS
+from tests.physics.meshes import LAYOUTS
 
 Mesh = tuple[np.ndarray, np.ndarray]
 

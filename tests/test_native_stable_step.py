@@ -18,7 +18,7 @@ from tatamu.simulation.native.elastic.stable_step import (
 from tatamu.simulation.native.model import model_of, substeps
 from tatamu.simulation.native.options import Options, StepOptions
 from tatamu.simulation.scene import Cloth
-from tatamu.validation.meshes import LAYOUTS
+from tests.physics.meshes import LAYOUTS
 from tests.scenes import CLOTH
 
 Mesh = tuple[np.ndarray, np.ndarray]

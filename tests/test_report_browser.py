@@ -22,10 +22,10 @@ from tatamu.garments import make_garment
 from tatamu.report.candidates import page as candidates_page
 from tatamu.report.garment import page as garment_page
 from tatamu.simulation.rollout import Rollout
-from tatamu.validation import validate
-from tatamu.validation.page import page as validation_page
 from tests.fabricated import TIMING, changed, report, rewritten, write_fold
 from tests.fakes import subject
+from tests.physics import validate
+from tests.physics.page import page as validation_page
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 FLAGS = [

@@ -27,7 +27,6 @@ ORDER = [
     "sweep",
     "policies",
     "envs",
-    "validation",
     "api",
     "cli",
 ]

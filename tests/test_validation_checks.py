@@ -14,8 +14,9 @@ from tatamu.simulation.heavy_strip.cantilever import cantilever
 from tatamu.simulation.heavy_strip.chain import FoldedStrip
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
-from tatamu.validation.check import Case
-from tatamu.validation.checks import (
+from tests.fakes import Motion, still, subject
+from tests.physics.check import Case
+from tests.physics.checks import (
     CHECKS,
     air,
     bending,
@@ -31,14 +32,13 @@ from tatamu.validation.checks import (
     symmetry,
     tangle,
 )
-from tatamu.validation.findings import Findings, Row
-from tatamu.validation.frictional_strip import residual_curvature, turned_strip
-from tatamu.validation.manipulations import half_fold_target
-from tatamu.validation.plate import falling, hanging
-from tatamu.validation.references import catenary, hang_displacement, off_axis_stiffness, shear_sag
-from tatamu.validation.report import run
-from tatamu.validation.subject import Subject
-from tests.fakes import Motion, still, subject
+from tests.physics.findings import Findings, Row
+from tests.physics.frictional_strip import residual_curvature, turned_strip
+from tests.physics.manipulations import half_fold_target
+from tests.physics.plate import falling, hanging
+from tests.physics.references import catenary, hang_displacement, off_axis_stiffness, shear_sag
+from tests.physics.report import run
+from tests.physics.subject import Subject
 
 Question = Callable[[Subject], Findings]
 

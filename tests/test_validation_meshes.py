@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose
 
 from tatamu.simulation.mesh.crossings import crossings, crossings_over_time
 from tatamu.simulation.mesh.topology import Topology, areas, check_mesh
-from tatamu.validation.meshes import LAYOUTS, Mesh, irregular, mirrored, right
-from tatamu.validation.scenes import joined, raised, vertex_areas
+from tests.physics.meshes import LAYOUTS, Mesh, irregular, mirrored, right
+from tests.physics.scenes import joined, raised, vertex_areas
 
 NO_SEAMS = np.empty((0, 2), dtype=np.int64)
 

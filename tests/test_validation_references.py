@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from tatamu.simulation.heavy_strip.cantilever import chord
 from tatamu.simulation.material import Material
 from tatamu.simulation.native.elastic import curvature, membrane
-from tatamu.validation import frictional_strip, plate, references
+from tests.physics import frictional_strip, plate, references
 
 
 def test_catenary_has_the_span_and_the_length() -> None:

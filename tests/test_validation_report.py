@@ -1,23 +1,25 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from tatamu.base.errors import InputError
-from tatamu.cli import main
+from tatamu.cli.program import run
 from tatamu.simulation.scene import Scene
-from tatamu.validation import Subject, validate
-from tatamu.validation.checks import CHECKS
-from tatamu.validation.findings import Row, absolute, relative, small
-from tatamu.validation.limits import LIMITS
-from tatamu.validation.page import page
-from tatamu.validation.report import select_cases
-from tatamu.validation.terminal import console, number, table
 from tests.fakes import subject
+from tests.physics import Subject, validate
+from tests.physics.__main__ import app
+from tests.physics.checks import CHECKS
+from tests.physics.findings import Row, absolute, relative, small
+from tests.physics.limits import LIMITS
+from tests.physics.page import page
+from tests.physics.report import select_cases
+from tests.physics.terminal import number, table
 
 
 def falls(scene: Scene, time: float, factor: float = 1.0) -> np.ndarray:
@@ -28,11 +30,10 @@ def falls_too_far(scene: Scene, time: float) -> np.ndarray:
     return falls(scene, time, 1.01)
 
 
-def command(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["tatamu", "validate", *arguments])
+def command(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Any:
+    monkeypatch.setattr("sys.argv", ["physics", *arguments])
     with pytest.raises(SystemExit) as stopped:
-        main()
-    assert isinstance(stopped.value.code, int)
+        run(app, "physics")
     return stopped.value.code
 
 
@@ -97,7 +98,7 @@ def test_quick_leaves_out_cases_and_never_adds_any() -> None:
 
 
 def test_every_limit_is_used_and_a_simulator_without_limits_is_not_judged() -> None:
-    source = "".join(f.read_text() for f in (Path(__file__).parents[1] / "src/tatamu/validation").rglob("*.py"))
+    source = "".join(f.read_text() for f in (Path(__file__).parent / "physics").rglob("*.py"))
     for quantity in LIMITS["native"]:
         assert f'"{quantity}"' in source.replace("chord at {1e3 * spacing:g} mm", 'chord at 10 mm" "chord at 5 mm')
     known = subject(falls)
@@ -108,7 +109,7 @@ def test_every_limit_is_used_and_a_simulator_without_limits_is_not_judged() -> N
 
 def test_table_shows_units_and_verdicts() -> None:
     report = validate(subject(falls_too_far), ["fall"])
-    screen = console()
+    screen = Console(width=100)
     with screen.capture() as capture:
         screen.print(table(report.results[0]))
     assert "height after 0.5 s [m]" in capture.get() and "FAIL" in capture.get()

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from benchmarks.tables import IMAGES, markdown, publish
 from scipy.optimize import brentq
+from tests.physics.scenes import held
 
 from studies.paper.claims import TWO_PEAKS
 from studies.paper.experiment import FOLDS, SPACING, Choices
@@ -30,7 +31,6 @@ from tatamu.simulation.material import GRAVITY, Material, load_material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.scene import Cloth, Scene
 from tatamu.simulation.simulators import simulate
-from tatamu.validation.scenes import held
 
 PARTS = ("cloth", "time", "run")
 Row = dict[str, object]

@@ -15,6 +15,7 @@ from typing import Annotated
 
 import typer
 from benchmarks.tables import publish
+from rich.console import Console
 from rich.progress import Progress
 
 from studies.real_cloth import notes
@@ -27,7 +28,6 @@ from tatamu.cli.cluster import SchedulerOption
 from tatamu.cli.program import run as run_program
 from tatamu.cluster import executor_at
 from tatamu.simulation.simulators import require
-from tatamu.validation.terminal import console
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -51,7 +51,7 @@ def predict(
     """
     require(simulator)
     tests = load(data, only or [])
-    screen = console()
+    screen = Console(highlight=False)
     with executor_at(scheduler) as executor, Progress(console=screen, transient=True) as progress:
         bar = progress.add_task("")
         bench = Bench(

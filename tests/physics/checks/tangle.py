@@ -19,12 +19,12 @@ from tatamu.simulation.mesh.crossings import crossings_over_time
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, small
-from tatamu.validation.manipulations import PATCH, RandomFold, scene_of
-from tatamu.validation.meshes import irregular
-from tatamu.validation.scenes import joined, raised
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Curve, Figure, Findings, small
+from tests.physics.manipulations import PATCH, RandomFold, scene_of
+from tests.physics.meshes import irregular
+from tests.physics.scenes import joined, raised
+from tests.physics.subject import Subject
 
 LIMP = Material(areal_density=0.15, stretch_stiffness=200.0, bending_rigidity=2e-6, thickness=0.001)
 SIDE = 0.2

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from tatamu.show.chart import Chart, Plot, axis, traces
 from tatamu.show.page import render
 from tatamu.show.palette import SERIES
-from tatamu.validation.findings import Curve, Figure
-from tatamu.validation.report import CheckResult, Report
-from tatamu.validation.terminal import cells
+from tests.physics.findings import Curve, Figure
+from tests.physics.report import CheckResult, Report
+from tests.physics.terminal import cells
 
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross")
 LONG = 16
@@ -19,7 +20,7 @@ LONG = 16
 def page(report: Report) -> str:
     """Return the page with the results of all checks as HTML."""
     return render(
-        "validation/page.html",
+        Path(__file__).with_name("page.html"),
         charts={result.check.name: _charts(result) for result in report.results},
         title=f"Validation of the simulator {report.simulator}",
         report=report,

@@ -9,13 +9,13 @@ import numpy as np
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import ROW, staggered
 from tatamu.simulation.scene import Cloth, Gripper, Scene
-from tatamu.validation.check import Case, Check
-from tatamu.validation.checks.bending import LENGTH, WIDTH, chord_of, strip_material, tip_of
-from tatamu.validation.checks.motion import rolled
-from tatamu.validation.findings import Curve, Figure, Findings, absolute
-from tatamu.validation.frictional_strip import loop, residual_curvature, turned_strip
-from tatamu.validation.scenes import hanging, raised
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.checks.bending import LENGTH, WIDTH, chord_of, strip_material, tip_of
+from tests.physics.checks.motion import rolled
+from tests.physics.findings import Curve, Figure, Findings, absolute
+from tests.physics.frictional_strip import loop, residual_curvature, turned_strip
+from tests.physics.scenes import hanging, raised
+from tests.physics.subject import Subject
 
 FRICTION = 10.0
 """Ratio HB / B of the strips [1/m]: frictional moment of bending HB divided by bending rigidity B.

@@ -13,15 +13,15 @@ import numpy as np
 from tatamu.simulation.heavy_strip.cantilever import chord
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.scene import Cloth
-from tatamu.validation.check import Case, Check
-from tatamu.validation.checks.bending import DENSITY, chord_of, strip_material, tip_of
-from tatamu.validation.checks.bending import droop as hung_over
-from tatamu.validation.checks.stretch import settled, shear
-from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative
-from tatamu.validation.meshes import LAYOUTS, mirrored
-from tatamu.validation.references import off_axis_rigidity, off_axis_stiffness
-from tatamu.validation.scenes import hanging, raised
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.checks.bending import DENSITY, chord_of, strip_material, tip_of
+from tests.physics.checks.bending import droop as hung_over
+from tests.physics.checks.stretch import settled, shear
+from tests.physics.findings import Curve, Figure, Findings, absolute, relative
+from tests.physics.meshes import LAYOUTS, mirrored
+from tests.physics.references import off_axis_rigidity, off_axis_stiffness
+from tests.physics.scenes import hanging, raised
+from tests.physics.subject import Subject
 
 WOVEN = Material(
     areal_density=0.2,

@@ -8,7 +8,7 @@ import numpy as np
 
 from tatamu.simulation.mesh.topology import Topology, areas, lumped
 from tatamu.simulation.scene import Cloth, Gripper
-from tatamu.validation.meshes import Mesh
+from tests.physics.meshes import Mesh
 
 
 def held(vertices: np.ndarray | Sequence[int]) -> Gripper:

@@ -15,12 +15,12 @@ import numpy as np
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Scene, Table
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative, small
-from tatamu.validation.meshes import right
-from tatamu.validation.references import incline_acceleration, incline_threshold
-from tatamu.validation.scenes import joined, on_incline
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Curve, Figure, Findings, absolute, relative, small
+from tests.physics.meshes import right
+from tests.physics.references import incline_acceleration, incline_threshold
+from tests.physics.scenes import joined, on_incline
+from tests.physics.subject import Subject
 
 COEFFICIENTS = (0.2, 0.4, 0.6, 0.8, 1.0)
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)

@@ -4,7 +4,7 @@ A check makes scenes, which are the input of a simulation, and evaluates rollout
 does not depend on a simulator. All checks are listed in docs/reference/checks.md.
 """
 
-from tatamu.validation.report import Report, validate
-from tatamu.validation.subject import Subject
+from tests.physics.report import Report, validate
+from tests.physics.subject import Subject
 
 __all__ = ["Report", "Subject", "validate"]

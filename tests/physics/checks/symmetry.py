@@ -17,11 +17,11 @@ import numpy as np
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Findings, small
-from tatamu.validation.manipulations import RandomFold, scene_of
-from tatamu.validation.scenes import flat
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Findings, small
+from tests.physics.manipulations import RandomFold, scene_of
+from tests.physics.scenes import flat
+from tests.physics.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 

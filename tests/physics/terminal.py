@@ -1,18 +1,12 @@
-"""The report on a terminal: one table for each check, and a progress bar below the tables."""
+"""The report on a terminal: one table for each check, and a line that counts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Row
-from tatamu.validation.report import CheckResult, Report
+from tests.physics.findings import Row
+from tests.physics.report import CheckResult, Report
 
 VERDICT = {True: "[green]pass[/]", False: "[bold red]FAIL[/]", None: "[dim]stated[/]"}
 
@@ -69,37 +63,4 @@ def summary(report: Report) -> str:
     """Return a line with three numbers: rows with a limit, rows that failed, and rows without a limit."""
     stated = len(report.rows) - report.judged
     verdict = "[green]all pass[/]" if report.failures == 0 else f"[bold red]{report.failures} fail[/]"
-    return f"{report.simulator}: {report.judged} judged, {verdict}; {stated} stated without a limit"
-
-
-def console() -> Console:
-    """Return a console for the terminal. Without a terminal, it has a width of a hundred columns."""
-    plain = Console(highlight=False)
-    return plain if plain.is_terminal else Console(highlight=False, width=100)
-
-
-class Display:
-    """A progress bar with the tables of finished checks above it."""
-
-    def __init__(self, console: Console, progress: Progress, total: int) -> None:
-        self.console = console
-        self.progress = progress
-        self.task = progress.add_task("", total=total)
-        self.begun = False
-
-    def before(self, check: Check, case: Case) -> None:
-        """Show the name of a case that starts."""
-        self.progress.update(self.task, description=f"{check.name}: {case.label}", advance=int(self.begun))
-        self.begun = True
-
-    def after(self, result: CheckResult) -> None:
-        """Show the table of a finished check."""
-        self.console.print(table(result))
-
-
-@contextmanager
-def display(console: Console, total: int) -> Iterator[Display]:
-    """Yield a display that shows progress over `total` cases."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
-        yield Display(console, progress, total)
+    return f"{report.simulator}: {report.judged} judged, {verdict}; {stated} reported without a limit"

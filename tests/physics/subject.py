@@ -11,8 +11,8 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Scene
 from tatamu.simulation.simulators import named
-from tatamu.validation.limits import LIMITS
-from tatamu.validation.scenes import held
+from tests.physics.limits import LIMITS
+from tests.physics.scenes import held
 
 
 @dataclass(frozen=True)

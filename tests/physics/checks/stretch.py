@@ -13,12 +13,12 @@ import numpy as np
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tatamu.simulation.settling import settling
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, relative, small
-from tatamu.validation.meshes import LAYOUTS, right
-from tatamu.validation.references import catenary, hang_displacement, pulled_width, shear_sag
-from tatamu.validation.scenes import flat, hanging, held, raised, upright
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Curve, Figure, Findings, relative, small
+from tests.physics.meshes import LAYOUTS, right
+from tests.physics.references import catenary, hang_displacement, pulled_width, shear_sag
+from tests.physics.scenes import flat, hanging, held, raised, upright
+from tests.physics.subject import Subject
 
 FABRICS = {
     "woven": Material(areal_density=0.2, stretch_stiffness=1000.0, poisson_ratio=0.0, bending_rigidity=2e-5),

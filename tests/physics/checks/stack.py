@@ -9,11 +9,11 @@ import numpy as np
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Scene, Table
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, relative, small
-from tatamu.validation.meshes import staggered_across
-from tatamu.validation.scenes import joined, raised
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Curve, Figure, Findings, relative, small
+from tests.physics.meshes import staggered_across
+from tests.physics.scenes import joined, raised
+from tests.physics.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=2e-5, thickness=0.001)
 SIDE = 0.16

@@ -21,11 +21,11 @@ from tatamu.simulation.heavy_strip.chain import FoldedStrip, start
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative
-from tatamu.validation.meshes import LAYOUTS, Mesh, mirrored, right
-from tatamu.validation.scenes import held, raised
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Curve, Figure, Findings, Row, absolute, relative
+from tests.physics.meshes import LAYOUTS, Mesh, mirrored, right
+from tests.physics.scenes import held, raised
+from tests.physics.subject import Subject
 
 LENGTH, WIDTH = 0.10, 0.06
 GAMMAS = (1.0, 3.0, 10.0, 30.0, 100.0)

@@ -10,12 +10,12 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Scene, Table
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, relative, small
-from tatamu.validation.meshes import right
-from tatamu.validation.references import arc_energy, fall
-from tatamu.validation.scenes import flat, held, raised, vertex_areas
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Curve, Figure, Findings, relative, small
+from tests.physics.meshes import right
+from tests.physics.references import arc_energy, fall
+from tests.physics.scenes import flat, held, raised, vertex_areas
+from tests.physics.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 

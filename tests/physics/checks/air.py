@@ -9,11 +9,11 @@ import numpy as np
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Scene
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative
-from tatamu.validation.plate import falling, hanging, swing_of
-from tatamu.validation.scenes import held, on_incline, raised
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Curve, Figure, Findings, absolute, relative
+from tests.physics.plate import falling, hanging, swing_of
+from tests.physics.scenes import held, on_incline, raised
+from tests.physics.subject import Subject
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 STIFF = Material(areal_density=0.2, stretch_stiffness=1000.0, bending_rigidity=1.0)

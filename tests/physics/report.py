@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from tatamu.base.errors import InputError, SimulationError, WorkerKilledError
+from tatamu.base.errors import InputError, SimulationError
 from tatamu.base.version import __version__
-from tatamu.validation.check import Case, Check
-from tatamu.validation.checks import CHECKS
-from tatamu.validation.findings import Curve, Row
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.checks import CHECKS
+from tests.physics.findings import Curve, Row
+from tests.physics.subject import Subject
 
 
 @dataclass
@@ -114,9 +113,7 @@ def validate(
     subject: Subject,
     names: Iterable[str] = (),
     quick: bool = False,
-    before: Callable[[Check, Case], None] = lambda check, case: None,
     after: Callable[[CheckResult], None] = lambda result: None,
-    executor: Executor | None = None,
 ) -> Report:
     """Run checks on a simulator.
 
@@ -124,51 +121,13 @@ def validate(
         subject: The simulator.
         names: Names of the checks to run; empty for all.
         quick: Whether to omit the long cases.
-        before: Function that is called before each case.
-        after: Function that is called after each check.
-        executor: Executor that runs all cases at the same time; None to run them in this process, one by one.
+        after: Called after each check.
     """
-    pairs = select_cases(names, quick)
-    results_of_cases = _results(pairs, subject, executor)
     results = []
-    for check, cases in pairs:
-        done = []
-        for case in cases:
-            before(check, case)
-            done.append(next(results_of_cases))
-        results.append(CheckResult(check, done))
+    for check, cases in select_cases(names, quick):
+        results.append(CheckResult(check, [run(case, subject) for case in cases]))
         after(results[-1])
     return Report(subject.name, results)
-
-
-def _results(
-    pairs: Sequence[tuple[Check, Sequence[Case]]], subject: Subject, executor: Executor | None
-) -> Iterator[CaseResult]:
-    """Yield the results of the cases of checks, in the order of the cases.
-
-    If an executor is given, it receives all cases at once.
-    """
-    cases = [(check, case) for check, cases in pairs for case in cases]
-    if executor is None:
-        return (run(case, subject) for _, case in cases)
-    futures = [executor.submit(run_named, check.name, case.label, subject.name) for check, case in cases]
-    return (_result(future, case) for future, (_, case) in zip(futures, cases, strict=True))
-
-
-def _result(future: Future[CaseResult], case: Case) -> CaseResult:
-    try:
-        return future.result()
-    except WorkerKilledError as error:
-        return CaseResult(case.label, [_failed_row(error)])
-
-
-def run_named(check: str, label: str, simulator: str) -> CaseResult:
-    """Run a case of a check on a simulator.
-
-    Case and simulator are given by name, so that another process can call this function.
-    """
-    case = next(case for case in CHECKS[check].cases if case.label == label)
-    return run(case, Subject.named(simulator))
 
 
 def run(case: Case, subject: Subject) -> CaseResult:
@@ -179,10 +138,6 @@ def run(case: Case, subject: Subject) -> CaseResult:
         for finding in case.run(subject):
             (result.rows if isinstance(finding, Row) else result.curves).append(finding)  # type: ignore[arg-type]
     except SimulationError as error:
-        result.rows.append(_failed_row(error))
+        result.rows.append(Row("ran to the end", None, np.nan, np.nan, 0.0, "-", str(error)))
     result.seconds = perf_counter() - started
     return result
-
-
-def _failed_row(error: SimulationError) -> Row:
-    return Row("ran to the end", None, np.nan, np.nan, 0.0, "-", str(error))

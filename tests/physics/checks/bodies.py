@@ -23,13 +23,13 @@ from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
-from tatamu.validation.check import Case, Check
-from tatamu.validation.checks.friction import threshold
-from tatamu.validation.checks.motion import masses, mechanical
-from tatamu.validation.findings import Curve, Figure, Findings, relative, small
-from tatamu.validation.meshes import mirrored, right
-from tatamu.validation.scenes import flat, held, raised
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.checks.friction import threshold
+from tests.physics.checks.motion import masses, mechanical
+from tests.physics.findings import Curve, Figure, Findings, relative, small
+from tests.physics.meshes import mirrored, right
+from tests.physics.scenes import flat, held, raised
+from tests.physics.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
 DRAPED = FABRIC.model_copy(update={"bending_rigidity": 1e-4, "air_drag": 2.0})

@@ -10,7 +10,7 @@ from tatamu.base.curves import bezier
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Gripper, Scene, Table
-from tatamu.validation.scenes import flat
+from tests.physics.scenes import flat
 
 LENGTH, WIDTH = 0.28, 0.20
 """Length and width of the towel [m].

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from tatamu.validation.findings import Figure, Findings
-from tatamu.validation.subject import Subject
+from tests.physics.findings import Figure, Findings
+from tests.physics.subject import Subject
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from tatamu.base.errors import SimulationError
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import SIMULATORS
-from tatamu.validation.check import Case, Check
-from tatamu.validation.checks.symmetry import carried, folded
-from tatamu.validation.findings import Findings, small
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.checks.symmetry import carried, folded
+from tests.physics.findings import Findings, small
+from tests.physics.subject import Subject
 
 
 def different(first: Rollout, second: Rollout) -> float:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tatamu.validation.check import Check
-from tatamu.validation.checks import (
+from tests.physics.check import Check
+from tests.physics.checks import (
     air,
     bending,
     bodies,

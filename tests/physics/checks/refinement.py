@@ -21,11 +21,11 @@ from scipy.stats import spearmanr
 from tatamu.base.errors import SimulationError
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
-from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, small
-from tatamu.validation.manipulations import EDGE, LENGTH, PATCH, RandomFold, half_fold_target, scene_of
-from tatamu.validation.scenes import vertex_areas
-from tatamu.validation.subject import Subject
+from tests.physics.check import Case, Check
+from tests.physics.findings import Curve, Figure, Findings, Row, absolute, small
+from tests.physics.manipulations import EDGE, LENGTH, PATCH, RandomFold, half_fold_target, scene_of
+from tests.physics.scenes import vertex_areas
+from tests.physics.subject import Subject
 
 TOWEL = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 COUNT = 30

@@ -1,27 +1,17 @@
-"""Results of docs/notes/validation.md: every textbook check on a simulator, as a table and a picture.
-
-    python benchmarks/textbook.py --out runs/validation [--simulator native] [--only hang] [--write-docs]
-
-Writes what `tatamu validate --out` writes, and `validation.png`.
-"""
+"""What docs/notes/validation.md shows of a report: a row for each check, and a picture."""
 
 from __future__ import annotations
 
-import argparse
-import shutil
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from benchmarks.tables import IMAGES, markdown, publish
 from matplotlib.axes import Axes
 
-from benchmarks.tables import IMAGES, markdown, publish
-from tatamu.base.files import write_json, write_text
 from tatamu.show.palette import COLOURS, SERIES
-from tatamu.validation import Subject, validate
-from tatamu.validation.findings import Curve, Figure, Row
-from tatamu.validation.page import page
-from tatamu.validation.report import Report
+from tests.physics.findings import Curve, Figure, Row
+from tests.physics.report import Report
 
 SHOWN = ("hang", "shear", "catenary", "cantilever", "order", "crease", "threshold", "stack", "refinement")
 """Figures of the picture, by key."""
@@ -29,6 +19,13 @@ COLUMNS = 3
 MARKS = "osD^x+"
 INK = COLOURS["ink"][0]
 GRID = COLOURS["line"][0]
+
+
+def write(report: Report) -> None:
+    """Write the table and the picture of a report into the docs."""
+    judged = f"{report.judged - report.failures} of {report.judged} judged quantities are within their limits."
+    publish("results", f"{judged}\n\n{markdown(rows(report))}")
+    draw(report, IMAGES / "validation.png")
 
 
 def rows(report: Report) -> list[dict[str, str]]:
@@ -98,30 +95,3 @@ def _panel(axis: Axes, curves: list[Curve], asked: Figure) -> None:
         axis.set_aspect("equal", adjustable="datalim")
     axis.grid(color=GRID, linewidth=0.6)
     axis.legend(fontsize=6, frameon=False, ncols=1 + (len(seen) > 6))
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--simulator", default="native")
-    parser.add_argument("--only", action="append", default=[], metavar="CHECK")
-    parser.add_argument(
-        "--write-docs", action="store_true", help="write table and picture into docs/notes/validation.md"
-    )
-    options = parser.parse_args()
-    report = validate(
-        Subject.named(options.simulator), options.only, after=lambda result: print(result.check.name, flush=True)
-    )
-    write_json(options.out / "validation.json", report.to_json())
-    write_text(options.out / "validation.html", page(report))
-    draw(report, options.out / "validation.png")
-    table = markdown(rows(report))
-    print(table)
-    if options.write_docs:
-        summary = f"{report.judged - report.failures} of {report.judged} judged quantities are within their limits.\n\n"
-        publish("results", summary + table)
-        shutil.copy(options.out / "validation.png", IMAGES / "validation.png")
-
-
-if __name__ == "__main__":
-    main()
