@@ -1,188 +1,171 @@
-"""Figures of docs/notes/second-opinion.md: friction of layers, and how far simulators agree on towels.
+"""How far simulators agree over folds of one towel: docs/notes/second-opinion.md.
 
-    python benchmarks/crosscheck.py --out DIR [--simulators native,blender,mujoco] [--only towel] [--write-docs]
+    python -m benchmarks.crosscheck --out runs/crosscheck [--simulators native,mujoco] [--only towel]
+    python -m benchmarks.crosscheck --out runs/agreement --fold runs/towel
 
-Parts: `friction` of moving layers; stacks at rest by Blender's `rounds` of contact; the `small` towel; the default
-`towel`, which takes half an hour of processor time in Blender and hours in MuJoCo. A fold that is there already is not
-run again.
+Every simulation is kept in --out. To resume an interrupted run, run the same command again.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
-from itertools import pairwise
+from itertools import combinations
 from pathlib import Path
-from typing import Any
-from unittest.mock import patch
+from typing import Any, NamedTuple
 
 import numpy as np
-from tests.physics.checks.friction import layers
+from scipy.stats import spearmanr
 
 from benchmarks.tables import markdown, publish
-from tatamu.after.second_opinion.agreement import Agreement, compare, manipulations
 from tatamu.after.second_opinion.check import modify_scene
-from tatamu.after.second_opinion.matrix import HEAD, pair_cells, save
 from tatamu.api import learn
-from tatamu.folding.score import score
-from tatamu.folding.task import make_task
-from tatamu.simulation.blender import mapping
-from tatamu.simulation.material import GRAVITY
-from tatamu.simulation.mesh.meshing import staggered_rectangle
+from tatamu.base.errors import SimulationError
+from tatamu.evaluation.nominal import penalty
+from tatamu.folding.baselines import BASELINES
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.score import Score, score
+from tatamu.folding.task import Task, make_task
+from tatamu.folding.trial_scene import scene_of
 from tatamu.simulation.mesh.subdivision import on_coarse_mesh
-from tatamu.simulation.mesh.topology import areas, lumped
-from tatamu.simulation.presets import load_preset
-from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
 
-PARTS = ("friction", "rounds", "small", "towel")
-SMALL_SIZE, SMALL_SPACING = (0.20, 0.40), 0.015
-"""Size of the small towel, and spacing of its mesh [m], which is fine enough for MuJoCo's bending."""
-Row = dict[str, str]
-ROUNDS = (2, 4, 8, 12, 48)
-"""Blender's rounds of contact in each substep; Blender's default is 2, tatamu's is 12."""
-FRICTION, TILT, DURATION = 0.5, 21.5, 0.6
-"""Between layers; of the table [degrees], under which nothing should move up to 26.6; how long [s]."""
-ON = ("2 layers: on the table [mm]", "on 1st", "4 layers: on the table [mm]", "on the 1st", "on the 2nd", "on the 3rd")
-START = 0.05
-"""Time at which the upper sheet starts to move [s]."""
+PARTS = {"small": {"size": (0.20, 0.40), "spacing": 0.015}, "towel": {}}
+"""The two towels. The mesh of the small towel is fine enough for the bending of MuJoCo."""
+LEARNED = "learned"
+HALVED = "native, half the spacing"
 
 
-def drawn(mu: float, speed: float) -> tuple[Scene, int, float]:
-    """A sheet drawn over another on a table without friction: scene, vertices of the lower one, m_upper / m_lower."""
-    (lower, faces), (upper, more) = staggered_rectangle(0.12, 0.5, 0.013), staggered_rectangle(0.09, 0.2, 0.013)
-    terry = load_preset("terry").material
-    thickness = terry.thickness
-    vertices = np.concatenate([lower, upper - np.array([0.1, 0.0, -thickness])]) + np.array([0.0, 0.0, thickness / 2])
-    faces = np.concatenate([faces, more + len(lower)])
-    front = len(lower) + np.flatnonzero(upper[:, 0] > upper[:, 0].max() - 1e-6)
-    hand = Gripper(
-        vertices=front.tolist(), times=[START, START + 1.0], displacements=np.array([[0.0, 0, 0], [speed, 0, 0]])
-    )
-    scene = Scene(
-        cloth=Cloth(vertices=vertices, faces=faces),
-        material=terry.model_copy(update={"friction_table": 0.0, "friction_cloth": mu, "air_drag": 0.0}),
-        table=Table(),
-        grippers=[hand],
-        duration=START + min(0.25, 0.12 / speed),
-        frame_rate=120.0,
-    )
-    weights = lumped(areas(vertices, faces), faces, len(vertices))
-    free = np.setdiff1d(np.arange(len(lower), len(vertices)), front)
-    return scene, len(lower), float(weights[free].sum() / weights[: len(lower)].sum())
+class Entry(NamedTuple):
+    """A manipulation in one simulator."""
+
+    objective: float
+    """C, or the penalty of a failed trial."""
+    score: Score | None
+    final: np.ndarray | None
+    """Final positions [m], shape (n, 3); None after a failure."""
 
 
-def carried(simulator: str, mu: float, speed: float) -> float:
-    """Acceleration of the lower sheet over mu g m_upper / m_lower, while the upper one slides on it."""
-    scene, count, ratio = drawn(mu, speed)
-    rollout = simulate(scene, simulator)
-    cloth = scene.cloth
-    weights = lumped(areas(cloth.vertices, cloth.faces), cloth.faces, len(cloth.vertices))[:count]
-    velocity = np.gradient(np.average(rollout.positions[:, :count, 0], axis=1, weights=weights), rollout.times)
-    exact = mu * GRAVITY * ratio
-    sliding = (rollout.times > START + 0.01) & (rollout.times <= START + 0.8 * speed / exact)
-    return float(np.polyfit(rollout.times[sliding], velocity[sliding], 1)[0] / exact)
+Column = dict[str, Entry]
+"""The entries of a simulator, by manipulation."""
 
 
-def friction(simulators: list[str]) -> list[Row]:
-    """Return the friction of moving layers over Coulomb's."""
-    cases = [(mu, speed) for mu in (0.2, 0.5) for speed in (0.3, 1.0)]
-    return [
+def manipulations(learned: Result, count: int) -> dict[str, tuple[Scene, float]]:
+    """Return scenes and lengths of the hands' paths [m]: the learned fold, hand-designed curves and random folds."""
+    fold = learned.task.fold
+    made = {name: make(fold) for name, (_, make) in BASELINES.items()}
+    random = np.random.default_rng(0)
+    made |= {f"random-{index}": draw(learned.task, random) for index in range(count)}
+    scenes = {name: (scene_of(fold, each), each.trajectory_length) for name, each in made.items()}
+    return {LEARNED: (learned.scene, learned.score.trajectory_length), **scenes}
+
+
+def draw(task: Task, random: np.random.Generator) -> Manipulation:
+    """Return a manipulation that is uniformly distributed over the search space."""
+    return task.manipulation(
         {
-            "lower sheet's acceleration over Coulomb's": f"mu = {mu:g}, {speed:g} m/s",
-            **{name: f"{carried(name, mu, speed):.2f}" for name in simulators},
+            name: float(random.integers(int(among.low), int(among.high), endpoint=True))
+            if among.whole
+            else float(random.uniform(among.low, among.high))
+            for name, among in task.space.bounds.items()
         }
-        for mu, speed in cases
-    ]
+    )
 
 
-def rounds(simulators: list[str]) -> list[Row]:
-    """Stacks on a table tilted by less than would move them: how far each layer slips on what it lies on."""
-    rows = []
-    for name in simulators:
-        for many in ROUNDS if name == "blender" else (None,):
-            with patch.object(mapping, "COLLISION_LOOPS", many):
-                cells = [f"{1e3 * way:.2f}" for count in (2, 4) for way in slips(name, count)]
-            rows.append({"": name if many is None else f"{name}, {many} rounds", **dict(zip(ON, cells, strict=True))})
-    return rows
+def compare(learned: Result, simulators: list[str], folder: Path, count: int) -> dict[str, Column]:
+    """Return the column of each simulator; `HALVED` stands for `native` on a finer mesh."""
+    made = manipulations(learned, count)
+    return {
+        simulator: {
+            name: entry(learned, final(learned, scene, simulator, folder / simulator / f"{name}.npy"), length)
+            for name, (scene, length) in made.items()
+        }
+        for simulator in simulators
+    }
 
 
-def slips(simulator: str, count: int) -> list[float]:
-    """Way down of each layer relative to the one below, or to the table [m]."""
-    scene, members = layers(count, FRICTION, np.radians(TILT), DURATION)
-    rollout = simulate(scene, simulator)
-    down = [np.cos(np.radians(TILT)), 0.0, -np.sin(np.radians(TILT))]
-    ways = [float((rollout.positions[-1] - rollout.positions[0])[layer].mean(axis=0) @ down) for layer in members]
-    return [upper - lower for lower, upper in pairwise([0.0, *ways])]
+def final(learned: Result, scene: Scene, simulator: str, path: Path) -> np.ndarray | None:
+    """Return the final positions from the file, which is empty after a failure, or simulate the scene."""
+    if not path.exists():
+        print(f"{path.stem} in {simulator}", flush=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        halved = simulator == HALVED
+        try:
+            rollout = simulate(modify_scene(scene, None, halved), "native" if halved else simulator)
+            found = on_coarse_mesh(rollout, learned.faces).positions[-1]
+        except SimulationError:
+            found = np.empty((0, 3))
+        np.save(path, found)
+    kept = np.load(path)
+    return kept if len(kept) else None
 
 
-def pairs(agreement: Agreement) -> list[Row]:
-    """Return a row for each pair of simulators."""
-    return [dict(zip(HEAD, pair_cells(pair), strict=True)) for pair in agreement.pairs]
+def entry(learned: Result, end: np.ndarray | None, length: float) -> Entry:
+    if end is None:
+        return Entry(penalty(learned.task.fold, length), None, None)
+    reached = score(learned.task.fold, length, end)
+    return Entry(reached.objective, reached, end)
 
 
-def distances(agreement: Agreement) -> list[Row]:
+def pair(columns: dict[str, Column], first: str, second: str) -> dict[str, str]:
+    """Return the row that compares two simulators."""
+    both = {name: (columns[first][name], columns[second][name]) for name in columns[first]}
+    finished = {name: (a, b) for name, (a, b) in both.items() if a.score and b.score}
+    apart = {
+        name: 1e3 * float(np.linalg.norm(a.final - b.final, axis=1).mean())  # type: ignore[operator]
+        for name, (a, b) in finished.items()
+    }
+    distances = [(a.score.mean_vertex_distance, b.score.mean_vertex_distance) for a, b in finished.values()]  # type: ignore[union-attr]
+    return {
+        "simulators": f"{first}, {second}",
+        "rank of C": f"{spearmanr([(a.objective, b.objective) for a, b in both.values()]).statistic:.2f}",
+        "rank of mean distance": f"{spearmanr(distances).statistic:.2f}",
+        "mean [mm]": f"{np.mean(list(apart.values())):.1f}",
+        "median [mm]": f"{np.median(list(apart.values())):.1f}",
+        "learned [mm]": f"{apart[LEARNED]:.1f}" if LEARNED in apart else "–",
+    }
+
+
+def distances(columns: dict[str, Column]) -> list[dict[str, str]]:
     """Return the mean vertex distance of each manipulation in each simulator."""
-    return [{"manipulation": name, **_distances(agreement, name)} for name in agreement.manipulations]
+    names = next(iter(columns.values()))
+    return [{"manipulation": name, **{who: _millimetres(own[name]) for who, own in columns.items()}} for name in names]
 
 
-def _distances(agreement: Agreement, name: str) -> Row:
-    scores = {simulator: agreement.entries[name, simulator].score for simulator in agreement.simulators}
-    return {who: f"{1e3 * score.mean_vertex_distance:.1f}" if score else "failed" for who, score in scores.items()}
-
-
-def on_half_the_mesh(learned: Result, count: int) -> dict[object, Row]:
-    """Mean vertex distance of each manipulation in `native` on half the mesh spacing."""
-    found: dict[object, Row] = {}
-    for name, (scene, way) in manipulations(learned, count, seed=0).items():
-        print(name, "in native on half the spacing", flush=True)
-        rollout = on_coarse_mesh(simulate(modify_scene(scene, None, halved=True), "native"), learned.faces)
-        reached = score(learned.task.fold, way, rollout.positions[-1])
-        found[name] = {"native, half the spacing": f"{1e3 * reached.mean_vertex_distance:.1f}"}
-    return found
-
-
-def agreed(simulators: list[str], folder: Path, options: argparse.Namespace, **size: Any) -> Agreement:
-    """Learn a towel in `native` by 15 trials and compare the simulators on it."""
-    settings = LearnOptions(trials=15, seed=0, disturbances="none", coarse=False)
-    learned = learn(make_task("towel", **size), settings, out=folder / "towel")
-    assert isinstance(learned, Result)
-    told = lambda manipulation, simulator: print(manipulation, "in", simulator, flush=True)  # noqa: E731
-    agreement = compare(learned, simulators, folder / "agreement", count=options.random, progress=told)
-    save(agreement, folder / "agreement")
-    return agreement
+def _millimetres(found: Entry) -> str:
+    return f"{1e3 * found.score.mean_vertex_distance:.1f}" if found.score else "failed"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--simulators", default="native,blender,mujoco")
     parser.add_argument("--random", type=int, default=10)
+    parser.add_argument("--fold", type=Path, metavar="DIR", help="a learned fold in place of the two towels")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
     parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/second-opinion.md")
     options = parser.parse_args()
     names = options.simulators.split(",")
+    if options.fold:
+        columns = compare(Result.load(options.fold), names, options.out, options.random)
+        print(
+            markdown([pair(columns, *two) for two in combinations(names, 2)]), markdown(distances(columns)), sep="\n\n"
+        )
+        return
     for part in options.only:
-        for mark, rows in made(part, names, options):
+        size: Any = PARTS[part]
+        folder = options.out / part
+        settings = LearnOptions(trials=15, seed=0, disturbances="none", coarse=False)
+        learned = learn(make_task("towel", **size), settings, out=folder / "towel")
+        finer = [HALVED] if part == "small" else []
+        columns = compare(learned, [*names, *finer], folder / "agreement", options.random)
+        tables = {part: [pair(columns, *two) for two in combinations(names, 2)], f"{part}, each": distances(columns)}
+        for mark, rows in tables.items():
             print(markdown(rows), flush=True)
             if options.write_docs:
                 publish(f"agreement: {mark}", markdown(rows))
-
-
-def made(part: str, names: list[str], options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:
-    """The tables of a part, and where they go."""
-    if part == "friction":
-        yield part, friction(names)
-    elif part == "rounds":
-        yield part, rounds(names)
-    else:
-        size = {"size": SMALL_SIZE, "spacing": SMALL_SPACING} if part == "small" else {}
-        agreement = agreed(names, options.out / part, options, **size)
-        yield part, pairs(agreement)
-        finer = on_half_the_mesh(agreement.learned, options.random) if part == "small" else {}
-        yield f"{part}, each", [{**row, **finer.get(row["manipulation"], {})} for row in distances(agreement)]
 
 
 if __name__ == "__main__":

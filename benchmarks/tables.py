@@ -64,8 +64,6 @@ PLACES = {
     "abuse": NOTES / "benchmarks.md",
     "checks": NOTES / "simulators.md",
     "fold": NOTES / "simulators.md",
-    "agreement: friction": NOTES / "second-opinion.md",
-    "agreement: rounds": NOTES / "second-opinion.md",
     "agreement: small": NOTES / "second-opinion.md",
     "agreement: small, each": NOTES / "second-opinion.md",
     "agreement: towel": NOTES / "second-opinion.md",

@@ -148,18 +148,6 @@ def test_the_worst_case_of_a_check_stands_for_it(modules: Any) -> None:
     assert row["error of"] == "|sag|"  # a table of Markdown escapes it, once
 
 
-def test_slips_are_of_each_layer_on_the_one_below(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    opinion = modules("crosscheck")
-    scene, members = opinion.layers(4, opinion.FRICTION, np.radians(opinion.TILT), opinion.DURATION)
-    down = np.array([np.cos(scene.table.tilt), 0.0, -np.sin(scene.table.tilt)])
-    end = scene.cloth.vertices.copy()
-    for layer, way in zip(members, (0.001, 0.003, 0.003, 0.007), strict=True):
-        end[layer] += way * down
-    moved = Rollout(np.zeros(2), np.stack([scene.cloth.vertices, end]), scene.cloth.faces, {})
-    monkeypatch.setattr(opinion, "simulate", lambda scene, simulator: moved)
-    assert np.allclose(opinion.slips("native", 4), [0.001, 0.002, 0.0, 0.004], atol=1e-12)
-
-
 def test_cloths_are_compared_by_what_all_finished(modules: Any) -> None:
     cloths = modules("cloths")
     row = {

@@ -87,7 +87,13 @@ def commands() -> dict[str, set[str]]:
 
 
 def options_of(command: Any) -> set[str]:
-    return {option for p in command.params for option in [*p.opts, *p.secondary_opts] if option.startswith("-")}
+    return {
+        option
+        for p in command.params
+        if not getattr(p, "hidden", False)
+        for option in [*p.opts, *p.secondary_opts]
+        if option.startswith("-")
+    }
 
 
 def uses(name: str) -> Iterator[tuple[str, list[str]]]:

@@ -1,6 +1,5 @@
-"""Cross-checks: simulates a learned fold in another simulator, and compares simulators over several folds."""
+"""A second opinion: a learned fold, simulated again in another simulator."""
 
-from tatamu.after.second_opinion.agreement import Agreement, compare
 from tatamu.after.second_opinion.check import Opinion, check
 
-__all__ = ["Agreement", "Opinion", "check", "compare"]
+__all__ = ["Opinion", "check"]
