@@ -158,7 +158,8 @@ def main() -> None:
         size: Any = PARTS[part]
         folder = options.out / part
         settings = LearnOptions(trials=15, seed=0, disturbances="none", coarse=False)
-        learned = learn(make_task("towel", **size), settings, out=folder / "towel")
+        learn(make_task("towel", **size), settings, out=folder / "towel")
+        learned = Result.load(folder / "towel")
         finer = [HALVED] if part == "small" else []
         columns = compare(learned, [*names, *finer], folder / "agreement", options.random)
         tables = {part: [pair(columns, *two) for two in combinations(names, 2)], f"{part}, each": distances(columns)}

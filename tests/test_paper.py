@@ -11,20 +11,26 @@ import pytest
 from studies.paper import Choices, Study, run
 from studies.paper.__main__ import app
 from studies.paper.claims import claims, separation
+from studies.paper.li import Li
 from studies.paper.page import TABLES, page
 
 from tatamu.base.errors import InputError
 from tatamu.cli.program import run as run_program
+from tatamu.folding.baselines import li_2015
+from tatamu.folding.score import score
+from tatamu.folding.trial_scene import scene_of
 from tatamu.simulation.blender.quads import joined
 from tatamu.simulation.blender.recipe import written
 from tatamu.simulation.material import PRESETS, load_material
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth
+from tatamu.simulation.simulators import simulate
 from tatamu.study.loop import Progress
 from tatamu.study.result import Result
 from tests.fabricated import write_fold
 from tests.scenes import scene, sheet
+from tests.small_studies import towel
 
 PAPER = {
     "tshirt": (0.3, 15.0, 5.0, 25.0, 80.0, 6.0, 15.0),
@@ -192,6 +198,19 @@ def test_cloth_in_blender_starts_with_as_many_vertices(tmp_path: Path) -> None:
     assert len(request["vertices"]) == len(strip.vertices)
     assert {vertex for face in request["faces"] for vertex in face} == set(range(len(strip.vertices)))
     json.dumps(request, allow_nan=False)
+
+
+def test_the_method_of_li_starts_with_their_curve_at_the_corners_and_leads_down() -> None:
+    task = towel()
+    method = Li(task, 12)
+    method.search()
+    objectives = [objective for objective, _ in method.done.values()]
+    first = method.parameters(np.array(next(iter(method.done))))
+    assert len(objectives) == 12 and first["g1"] == first["g2"] == 0
+    made = li_2015(task.fold)
+    reached = score(task.fold, made.trajectory_length, simulate(scene_of(task.fold, made)).positions[-1])
+    assert objectives[0] == pytest.approx(reached.objective)
+    assert min(objectives[5:]) < min(objectives[:5])
 
 
 def test_a_plan_of_several_steps_is_refused() -> None:
