@@ -124,7 +124,7 @@ def main(
         for point, (objective, _) in method.done.items()
     ]
     write_json(out, {"garment": garment, "fold": fold, "simulator": simulator, "trials": rows})
-    print(f"minimum C = {min(row['objective'] for row in rows):.4f} after {len(rows)} trials: {out}")
+    print(f"minimum C = {min(objective for objective, _ in method.done.values()):.4f} after {len(rows)} trials: {out}")
 
 
 if __name__ == "__main__":
