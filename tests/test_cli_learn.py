@@ -17,12 +17,13 @@ from rich.console import Console
 
 from tatamu import InputError, Progress, Task, learn, load
 from tatamu.cli import main
-from tatamu.cli.progress import LearningDisplay, Workload, duration, prepare
+from tatamu.cli.progress import LearningDisplay, Workload, prepare
 from tatamu.cli.verdict import conclusion_of, kept, verdict_lines
 from tatamu.evaluation.pace import simulation_seconds
 from tatamu.folding.score import MEASURES
 from tatamu.folding.trial_scene import scene_of
 from tatamu.report.conclusion import Conclusion
+from tatamu.show.progress import duration
 from tatamu.study.folder import ResultFolder
 from tests.fabricated import changed, write_fold
 from tests.scenes import scene
@@ -227,11 +228,6 @@ def test_the_work_that_is_left_counts_all_that_follows() -> None:
     assert two.seconds(2, 2.0, 10) == pytest.approx(20.0 + 2 * page)
 
 
-@pytest.mark.parametrize(("seconds", "said"), [(0.2, "1 s"), (59.4, "59 s"), (70, "1 min 10 s"), (7500, "2 h 5 min")])
-def test_durations_are_words(seconds: float, said: str) -> None:
-    assert duration(seconds) == said
-
-
 class Watched:
     """A display on a clock that the test sets, of a simulator that compiles so many functions."""
 
@@ -385,7 +381,7 @@ def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
     text = io.StringIO()
     simulator = SimpleNamespace(prepare=lambda: time.sleep(0.2), compilation=lambda: (compiled, 80))
     monkeypatch.setattr("tatamu.simulation.simulators.named", lambda name: simulator)
-    monkeypatch.setattr("tatamu.cli.progress.LINE_EVERY", 0.01)
+    monkeypatch.setattr("tatamu.cli.progress.BAR_EVERY", 0.01)
     prepare("native", Console(file=text))
     assert ("compiling the simulator" in text.getvalue()) == bool(compiled)
 

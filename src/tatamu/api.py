@@ -328,6 +328,13 @@ class FoldPlan:
     plan: RobotPlan
     result: LearnedFold
 
+    def __repr__(self) -> str:
+        checks = self.plan.checks.values()
+        return (
+            f"<FoldPlan for {self.plan.task.robot.name}: {self.plan.motion.times[-1]:.1f} s, "
+            f"{sum(check.ok for check in checks)} of {len(checks)} checks passed>"
+        )
+
     def export(self, folder: Path | str) -> Path:
         """Write the folder of the plan with joint trajectories, ROS bags and checks, and return the folder.
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -43,6 +42,7 @@ def calibrate(
     from tatamu.calibration.page import page, shown
     from tatamu.calibration.parameters import SYMBOLS
     from tatamu.cli.progress import prepare
+    from tatamu.show.progress import progress
     from tatamu.simulation.simulators import require
 
     if spacing is not None and not 1e-3 <= spacing <= 0.1:
@@ -54,8 +54,14 @@ def calibrate(
     require(simulator)
     given = load_measurements(measurements)
     prepare(simulator)
-    with progress() as tick:
-        found = run(given, simulator, spacing, tick)
+    counts: Counter[str] = Counter()
+    with progress("simulating the tests") as report:
+
+        def show(test: str) -> None:
+            counts[test] += 1
+            report(counts.total(), what=", ".join(f"{name} {count}" for name, count in counts.items()))
+
+        found = run(given, simulator, spacing, show)
     drawn = page(found)
     write_text(picture, drawn)
     found.save(out)
@@ -65,27 +71,3 @@ def calibrate(
     for text in advice_on(found):
         print(text)
     print(f"{out}: for the simulator {simulator}; {picture} shows the fits")
-
-
-@contextmanager
-def progress() -> Iterator[Callable[[str], None]]:
-    """Yield a callback that prints the progress of a calibration.
-
-    It prints the names of the simulated tests, and how often each test was simulated so far.
-    """
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    counts: dict[str, int] = {}
-
-    def line() -> str:
-        return ", ".join(f"{name} {count}" for name, count in counts.items())
-
-    with console.status("simulating") as status:
-
-        def tick(what: str) -> None:
-            counts[what] = counts.get(what, 0) + 1
-            status.update(f"simulating: {line()}")
-
-        yield tick
-    console.print(f"simulated: {line()}", highlight=False)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from tatamu.base.errors import InputError
 from tatamu.cli.app import app
@@ -44,6 +43,7 @@ def check(
     from tatamu.after.second_opinion.check import check as run
     from tatamu.after.second_opinion.page import save
     from tatamu.cli.progress import prepare
+    from tatamu.show.progress import progress
     from tatamu.simulation.material import load_material
     from tatamu.simulation.simulators import require
     from tatamu.study.result import Result
@@ -56,7 +56,7 @@ def check(
     learned = Result.load(folder)
     prepare(simulator)
     given = load_material(material) if material else None
-    with Console().status(f"{learned.name} in {simulator}"):
+    with progress(f"{learned.name} in {simulator}"):
         opinion = run(learned, simulator, given, halve)
     page = save(opinion, out or folder / f"check-{simulator}")
     here = learned.score

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from tatamu.base.errors import InputError
 from tatamu.cli.app import app
@@ -41,10 +40,10 @@ def dataset(
 
     The dataset does not depend on the number of workers. To resume an interrupted command, run the same command again.
     """
-    from tatamu.after.margins.terminal import reporting
-    from tatamu.cli.progress import prepare
+    from tatamu.cli.progress import prepare, resumable
     from tatamu.cluster import executor_at
     from tatamu.policies.dataset import DatasetFolder, make_dataset, read_specification
+    from tatamu.show.progress import progress
     from tatamu.simulation.side_by_side import processors
 
     if workers is not None and not 1 <= workers <= MOST_AT_A_TIME:
@@ -56,8 +55,8 @@ def dataset(
         prepare("native")
     count = min(workers or processors(), wanted.episodes)
     with executor_at(scheduler) as remote, _processes(count if remote is None else 1) as local:
-        with reporting(Console(), out.name, "episodes") as progress:
-            found = make_dataset(wanted, out, executor=remote or local, progress=progress)
+        with resumable(f"finished episodes are kept in {out}"), progress(out.name, unit="episodes") as report:
+            found = make_dataset(wanted, out, executor=remote or local, progress=report)
     about = found.read()
     print(f"{about.successes} of {about.episodes} episodes succeed, {about.frames} frames")
     print(f"dataset: {found.page}")

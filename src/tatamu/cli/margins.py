@@ -116,9 +116,10 @@ def _one(
 ) -> None:
     from tatamu.after.margins import measure
     from tatamu.after.margins.page import write_page
-    from tatamu.after.margins.terminal import reporting, summary, table
-    from tatamu.cli.progress import prepare
+    from tatamu.after.margins.terminal import summary, table
+    from tatamu.cli.progress import prepare, resumable
     from tatamu.report import write_report
+    from tatamu.show.progress import progress
     from tatamu.simulation.simulators import require
     from tatamu.study.result import Result
 
@@ -128,8 +129,8 @@ def _one(
     if executor is None:
         prepare(chosen)
     target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
-    console = Console()
-    with reporting(console, f"margins of {folder.path.name}") as progress:
+    kept = f"finished simulations are kept in {target}"
+    with resumable(kept), progress(f"margins of {folder.path.name}", unit="simulations") as report:
         measured = measure(
             learned,
             disturbances,
@@ -140,12 +141,12 @@ def _one(
             simulator=simulator,
             fine=fine,
             executor=executor,
-            progress=progress,
+            progress=report,
         )
     folder.write_margins(measured.result, target)
     page = write_page(measured, target)
     if target == folder.margins_folder:
         write_report(learned)  # the headline shows the new success rate
-    console.print(table(measured.result))
+    Console().print(table(measured.result))
     print(summary(measured.result))
     print(f"margins: {page}")

@@ -222,13 +222,11 @@ def correct(
 
 def _observed(folder: Path, observation: Observation | None, scheduler: str | None) -> Observed:
     """Infer errors from an observation of a real fold, and print the progress on the console."""
-    from rich.console import Console
-
     from tatamu.after.feedback import ObservedFolder, keep
     from tatamu.after.feedback import observe as observe_fold
-    from tatamu.after.margins.terminal import reporting
-    from tatamu.cli.progress import prepare
+    from tatamu.cli.progress import prepare, resumable
     from tatamu.cluster import executor_at
+    from tatamu.show.progress import progress
     from tatamu.study.result import Result
 
     learned = Result.load(folder)
@@ -238,8 +236,9 @@ def _observed(folder: Path, observation: Observation | None, scheduler: str | No
     with executor_at(scheduler) as executor:
         if executor is None and not place.has_draws:
             prepare(learned.simulator)
-        with reporting(Console(), f"draws of {folder.name}") as progress:
-            observed = observe_fold(learned, observation, executor=executor, progress=progress)
+        kept = f"finished simulations are kept in {folder}"
+        with resumable(kept), progress(f"scenarios of {folder.name}", unit="simulations") as report:
+            observed = observe_fold(learned, observation, executor=executor, progress=report)
     keep(observed)
     return observed
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from threading import Event, Thread, current_thread, main_thread
 from time import monotonic
@@ -14,10 +14,14 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from tatamu.cli.app import Interrupted
+from tatamu.show.progress import Report, duration, progress
+
 if TYPE_CHECKING:
     from tatamu.folding.task import Task
     from tatamu.study.loop import Progress
 
+COMPILING = "compiling the simulator, once on this machine"
 LINE_EVERY = 5.0
 """Time between two printed lines [s], if the output is not a terminal."""
 BAR_EVERY = 0.2
@@ -64,8 +68,17 @@ def ticking(every: float, look: Callable[[], None]) -> Iterator[None]:
         thread.join()
 
 
+@contextmanager
+def resumable(kept: str) -> Iterator[None]:
+    """Say at Ctrl-C what is kept, such as "finished simulations are kept in runs/towel", and how to resume."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(f"interrupted; {kept}; run the same command again to resume") from None
+
+
 def prepare(simulator: str, console: Console | None = None) -> None:
-    """Load or compile a simulator, and print the progress of the compilation.
+    """Load or compile a simulator, and show the progress of compiling.
 
     Raises:
         InputError: If there is no simulator with this name.
@@ -73,36 +86,24 @@ def prepare(simulator: str, console: Console | None = None) -> None:
     from tatamu.simulation.simulators import named
 
     chosen = named(simulator)
-    console = console or Console(stderr=True)
-    began = monotonic()
-    with console.status("preparing the simulator") if console.is_terminal else nullcontext() as status:
+    report: Report | None = None
 
-        def look() -> None:
-            done, total = chosen.compilation()
-            text = f"{compiling(done, total, monotonic() - began)} ({done}/{total})"
-            if status:
-                status.update(text if done else "preparing the simulator")
-            elif done:
-                console.print(text, soft_wrap=True, markup=False, highlight=False)
+    def look() -> None:
+        nonlocal report
+        done, total = chosen.compilation()
+        if done and report is None:  # nothing is shown if the simulator need not be compiled
+            report = stack.enter_context(progress(COMPILING, total, console=console))
+        if done and report is not None:
+            report(done, total)
 
-        with ticking(BAR_EVERY if console.is_terminal else LINE_EVERY, look):
-            chosen.prepare()
+    with ExitStack() as stack, ticking(BAR_EVERY, look):
+        chosen.prepare()
 
 
 def compiling(done: int, total: int, seconds: float) -> str:
     """Return the progress of compiling a simulator as text: `done` of `total` parts were compiled in `seconds` [s]."""
     left = duration(seconds * (total - done) / max(done, 1))
-    return f"compiling the simulator, once on this machine, about {left} left"
-
-
-def duration(seconds: float) -> str:
-    """Return a time [s] as text, such as "8 s", "1 min 10 s" or "2 h 5 min"."""
-    whole = max(round(seconds), 1)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
+    return f"{COMPILING}, about {left} left"
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from tatamu.cli.app import app
 
@@ -43,6 +42,7 @@ def rehearse(
     from tatamu.robots.refold import refold
     from tatamu.robots.rehearsal import rehearse as rehearsed
     from tatamu.robots.report import save, summary
+    from tatamu.show.progress import progress
     from tatamu.simulation.simulators import require
 
     if simulator != "none":
@@ -51,10 +51,9 @@ def rehearse(
     if planned.plan.hover and simulator != "none":
         print(f"no cloth: the plan moves {1e3 * planned.plan.hover:.0f} mm above it with open jaws")
         simulator = "none"
-    console = Console()
-    with console.status("the robot moves"):
+    with progress("the robot moves"):
         result = rehearsed(planned)
-    with console.status(f"the cloth in {simulator}, with the robot's hands and with floating ones"):
+    with progress(f"the cloth in {simulator}, with the robot's hands and with floating ones"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":
         print(f"warning: no cloth: {result.planned.fold.scene_file}: there is no such file")

@@ -50,6 +50,10 @@ class Fold:
     press: Press | None = None
     """The press that flattens the fold after the hands have left; None if the fold is not pressed."""
 
+    def __repr__(self) -> str:
+        hands = "one hand" if self.hands == 1 else "two hands"
+        return f"<Fold of {self.garment.name}: {hands}, {self.candidates} grasp candidates for each>"
+
     @property
     def normal(self) -> np.ndarray:
         """Horizontal unit vector across the fold line, from the side that moves to the side that stays, shape (2,)."""

@@ -174,6 +174,12 @@ class Manipulation:
     patches: tuple[tuple[int, ...], ...] = ()
     """Indices of the vertices that each hand holds."""
 
+    def __repr__(self) -> str:
+        hands = "one hand" if len(self.grasps) == 1 else "two hands"
+        return (
+            f"<Manipulation: {hands} at the vertices {' and '.join(map(str, self.grasps))}, {self.timing.ends:.2f} s>"
+        )
+
     def describe(self) -> ManipulationFile:
         """Return the content of `manipulation.json`.
 

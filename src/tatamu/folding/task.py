@@ -112,6 +112,10 @@ class Task:
     shift: tuple[HandShift, ...] = ()
     """Correction of each hand's path, left before right; empty if no correction is needed."""
 
+    def __repr__(self) -> str:
+        number, count = self.step
+        return f"<Task: {self.garment!r}, fold {self.plan.name}, step {number} of {count}, simulator {self.simulator}>"
+
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling, without the robot.
 

@@ -74,6 +74,9 @@ class Garment:
     source: GarmentSource | None = None
     """The arguments of `make_garment`; None if the garment was made in another way."""
 
+    def __repr__(self) -> str:
+        return f"<Garment {self.name}: {self.size[0]:.2f} x {self.size[1]:.2f} m, {len(self.vertices)} vertices>"
+
     @property
     def spacing_given(self) -> bool:
         """Whether the spacing (edge length) of the mesh was chosen by the user."""

@@ -27,6 +27,13 @@ class Rollout:
     extra: dict[str, np.ndarray] = field(default_factory=dict)
     """Additional arrays in the same file, such as the target shape `target`, shape (n, 3)."""
 
+    def __repr__(self) -> str:
+        simulator = self.info.get("simulator", "unknown")
+        return (
+            f"<Rollout of {self.positions.shape[1]} vertices: {len(self.times)} frames to {self.times[-1]:.2f} s, "
+            f"simulator {simulator}>"
+        )
+
     def save(self, path: Path | str) -> None:
         """Write the rollout to an .npz file without pickles."""
         arrays = {"times": self.times, "positions": self.positions, "faces": self.faces, **self.extra}

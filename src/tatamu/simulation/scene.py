@@ -84,6 +84,11 @@ class Cloth(Record):
             _check_fibre(self.rest, self.faces, self.fibre)
         return self
 
+    def __repr__(self) -> str:
+        return f"<Cloth of {len(self.vertices)} vertices and {len(self.faces)} faces>"
+
+    __str__ = __repr__
+
     @property
     def rest(self) -> np.ndarray:
         """Positions in the unstrained shape [m], shape (n, 3)."""
@@ -192,6 +197,14 @@ class Scene(Record):
         if self.frames > 200_000:
             raise ValueError(f"duration x frame_rate must be at most 200000 frames, given {self.frames}")
         return self
+
+    def __repr__(self) -> str:
+        return (
+            f"<Scene of {len(self.cloth.vertices)} vertices: grippers {len(self.grippers)}, bodies {len(self.bodies)}, "
+            f"{self.duration:g} s>"
+        )
+
+    __str__ = __repr__
 
     def _check_held_once(self) -> None:
         """Check that no vertex is held by two grippers at the same time."""

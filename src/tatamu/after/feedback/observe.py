@@ -44,6 +44,13 @@ class Observed:
     newest: int
     """Index in `folds` of the fold that was observed last."""
 
+    def __repr__(self) -> str:
+        before, after = (1e3 * each.distance for each in (self.correction.before, self.correction.after))
+        return (
+            f"<Observed folds of {self.learned.name}: {len(self.folds)}; the next is expected {before:.1f} mm from the "
+            f"target, {after:.1f} mm after the correction>"
+        )
+
     @property
     def number(self) -> int:
         """Number of observed folds."""

@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from tatamu.after.margins.page import sureness
 from tatamu.after.margins.texts import TITLES, amount, reach, simulated
 from tatamu.evaluation.robustness import MarginsResult, Spread
-
-EVERY = 50
-"""Number of simulations between two printed lines if the output is not a terminal."""
 
 
 def table(margins: MarginsResult) -> Table:
@@ -51,20 +43,3 @@ def _spread(spread: Spread) -> str:
         f"{1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at 90 %, "
         f"{1e3 * spread.worst:.1f} mm at worst"
     )
-
-
-@contextmanager
-def reporting(console: Console, title: str, what: str = "simulations") -> Iterator[Callable[[int, int], None]]:
-    """Yield a callback that draws a progress bar. Without a terminal, it prints a line after every 50 simulations."""
-    if not console.is_terminal:
-        yield lambda done, total: _line(console, title, done, total, what)
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        line = bar.add_task(title, total=None)
-        yield lambda done, total: bar.update(line, completed=done, total=total)
-
-
-def _line(console: Console, title: str, done: int, total: int, what: str) -> None:
-    if done and done % EVERY == 0:
-        console.print(f"{title}: {done} of {total} {what}", soft_wrap=True, markup=False)

@@ -32,6 +32,10 @@ class Opinion:
     error: str | None
     """Reason why the simulation failed; None if it succeeded."""
 
+    def __repr__(self) -> str:
+        ends = self.error if self.score is None else f"{1e3 * self.score.mean_vertex_distance:.1f} mm from the target"
+        return f"<Opinion of {self.simulator} on {self.learned.name}: {'succeeds' if self.holds else 'fails'}, {ends}>"
+
     @property
     def apart(self) -> np.ndarray:
         """Distance between the final positions of each vertex in both simulators [m], shape (n,)."""
