@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 import tatamu as tt
+from tatamu.folding.trial_scene import scene_of
 from tests.fabricated import write_fold
 
 
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    learned = tt.load(Path(write_fold(tmp_path_factory.mktemp("fold") / "towel", spacing=0.08, frames=24)))
-    assert isinstance(learned, tt.Result)
-    task = learned.task
-    records = [task, task.fold, task.garment, learned.manipulation, learned.scene, learned.scene.cloth, learned.rollout]
+    folder = write_fold(tmp_path_factory.mktemp("fold") / "towel", spacing=0.08, frames=24)
+    rollout = tt.Rollout.load(folder / "rollout.npz")
+    task = tt.make_task("towel", spacing=0.08)
+    manipulation = task.manipulation(task.space.middle())
+    scene = scene_of(task.fold, manipulation)
+    records = [task, task.fold, task.garment, manipulation, scene, scene.cloth, rollout]
     return {type(each).__name__: text for each in records for text in (repr(each), str(each))}
 
 
