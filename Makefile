@@ -11,7 +11,7 @@ LEROBOT = .venv-lerobot/.ready
 
 .PHONY: help learn blender test test-slow oldest lint wheel docs learning search holds earned coarser loop loop-closed \
         times folds garments calibration validate real-cloth robots presets photographs foreign own-garments golden tangle \
-        locking statics bench cluster datasets abuse fuzz lerobot simulators crosscheck paper format clean
+        locking statics bench gallery cluster datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -147,6 +147,9 @@ locking: $(READY)  ## the table of docs/notes/native.md: cells that are too coar
 
 statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout of a mesh
 	$(BIN)/python -m benchmarks.statics --write-docs
+
+gallery: $(DEV)  ## docs/gallery.md, the moving picture and the captures of the guide; minutes; films need OpenGL
+	MUJOCO_GL=$(or $(MUJOCO_GL),egl) $(BIN)/python -m benchmarks.gallery --out runs/gallery
 
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/notes/benchmarks.md; hours
 	$(BIN)/tatamu install blender

@@ -11,10 +11,21 @@ from tatamu.base.files import read_text, write_text
 
 NOTES = Path("docs/notes")
 """Folder of the pages with measured tables."""
+GUIDE = Path("docs/guide")
+"""Folder of the guide, whose pages have captures of what commands print."""
 IMAGES = Path("docs/images")
 """Folder of the pictures and drawings of the docs."""
 README = Path("README.md")
 PLACES = {
+    "capture: learn": GUIDE / "learning.md",
+    "capture: plan": GUIDE / "plan.md",
+    "capture: rehearse": GUIDE / "rehearse.md",
+    "capture: calibrate": GUIDE / "calibration.md",
+    "capture: margins": GUIDE / "margins.md",
+    "capture: check": GUIDE / "second-opinion.md",
+    "capture: observe": GUIDE / "observation.md",
+    "gallery: garments": Path("docs/gallery.md"),
+    "gallery: robots": Path("docs/gallery.md"),
     "earned: short": README,
     "earned": NOTES / "margins.md",
     "speed: short": README,

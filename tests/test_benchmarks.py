@@ -127,6 +127,7 @@ def test_every_benchmark_and_study_publishes_under_names_that_have_a_place(modul
     made |= {f"fingers: {part}" for part in ("folds", "cost", "hands")}
     made |= {f"photographs: {part}" for part in ("scale", "look", "folds")}
     made |= {f"datasets: {part}" for part in ("speed", "pictures", "read back", "policy")}
+    made |= {f"capture: {name}" for name in modules("gallery").CAPTURES}
     made |= set(modules("coarser").MARKS)
     made |= {"checks", "fold", "cloth", "time", "run", "outcomes", "answers"}  # of `simulators` and `studies.paper`
     assert named | made == places
