@@ -9,9 +9,9 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
-.PHONY: help learn blender test test-slow oldest lint wheel docs learning search holds earned coarser loop loop-closed \
+.PHONY: help learn blender test test-slow oldest lint wheel docs learning earned loop-closed \
         times folds garments calibration validate real-cloth robots presets photographs foreign own-garments golden tangle \
-        locking statics bench gallery cluster datasets abuse fuzz lerobot simulators crosscheck paper format clean
+        bench datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -63,23 +63,8 @@ format: $(DEV)
 learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, against random search and baselines
 	$(BIN)/python -m benchmarks.learning --out runs/learning --write-docs
 
-search: $(DEV)  ## the tables of docs/notes/search.md: the search against its alternatives; hours; `pip install torch` for one row
-	$(BIN)/python -m studies.search --out runs/search --write-docs
-
-holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbed worlds against those of least C; hours
-	$(BIN)/python -m benchmarks.holds meshes --write-docs
-	$(BIN)/python -m benchmarks.holds folds --out runs/holds --write-docs
-	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
-	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
-
 earned: $(DEV)  ## learned folds against the curves that a search is given: the table of README.md; hours
 	$(BIN)/python -m benchmarks.earned --out runs/earned --write-docs
-
-coarser: $(READY)  ## how coarser meshes rank folds: the table of docs/notes/learning.md; a quarter of an hour
-	$(BIN)/python -m benchmarks.coarser --out runs/coarser --write-docs
-
-loop: $(DEV)  ## what a trial costs beside its simulation and its proposal; a minute
-	$(BIN)/python -m benchmarks.loop --write-docs
 
 loop-closed: $(DEV)  ## hidden set-ups observed and corrected: the tables of docs/notes/observation.md; half an hour
 	$(BIN)/python -m benchmarks.loop_closed --write-docs
@@ -142,24 +127,12 @@ golden: $(DEV)  ## what this tree makes of many commands, to be compared with an
 tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
 	$(BIN)/python -m benchmarks.tangle --write-docs
 
-locking: $(READY)  ## the table of docs/notes/native.md: cells that are too coarse for stiff, limp cloth
-	$(BIN)/python -m benchmarks.locking --write-docs
-
-statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout of a mesh
-	$(BIN)/python -m benchmarks.statics --write-docs
-
 gallery: $(DEV)  ## docs/gallery.md, the moving picture and the captures of the guide; minutes; films need OpenGL
 	MUJOCO_GL=$(or $(MUJOCO_GL),egl) $(BIN)/python -m benchmarks.gallery --out runs/gallery
 
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/notes/benchmarks.md; hours
 	$(BIN)/tatamu install blender
 	$(BIN)/python -m benchmarks.speed --out runs/speed --write-docs
-
-readers: $(READY)  ## docstrings and pages for a reader who does not know the project, drawn with SEED=..
-	$(BIN)/python -m studies.readers --seed $(or $(SEED),0)
-
-cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed; overhead; 1,000 workers: docs/notes/cluster.md; half an hour
-	$(BIN)/python -m studies.cluster_storm --write-docs
 
 datasets: $(DEV)  ## what an episode of a dataset costs, and a policy cloned from 200: docs/notes/datasets.md; minutes
 	$(BIN)/python -m benchmarks.datasets --out runs/datasets --write-docs

@@ -2,9 +2,6 @@
 
 - `real_cloth` compares published measurements of real cloth with predictions of a simulator.
 - `paper` repeats section VI of the paper that tatamu's method comes from, with its figures, tables and claims.
-- `search` compares the default search with other searches.
-- `cluster_storm` tests a cluster whose workers, database and client are killed, and measures its overhead.
-- `readers` prints random docstrings and pages for the readers' test.
 
 `python -m studies.NAME --help` shows the options of a study. `benchmarks.tables` writes the tables into the docs.
 """

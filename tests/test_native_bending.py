@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import importlib
-from pathlib import Path
-from typing import Any
-
 import pytest
 
+from tests import statics
 from tests.physics.meshes import LAYOUTS
 
 
-@pytest.fixture
-def statics(monkeypatch: pytest.MonkeyPatch) -> Any:
-    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent))
-    return importlib.import_module("benchmarks.statics")
-
-
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_a_cantilever_sags_right_on_every_layout(statics: Any, layout: str) -> None:
+def test_a_cantilever_sags_right_on_every_layout(layout: str) -> None:
     assert statics.tip(LAYOUTS[layout], 0.01) == pytest.approx(1.0, abs=0.015)
     assert statics.tip(LAYOUTS[layout], 0.005) == pytest.approx(1.0, abs=0.004)
 
 
-def test_meshes_that_no_check_has_are_right_on_average(statics: Any) -> None:
+def test_meshes_that_no_check_has_are_right_on_average() -> None:
     for layouts in statics.OTHERS.values():
         tips = [statics.tip(layout, 0.005) for layout in layouts]
         assert sum(tips) / len(tips) == pytest.approx(1.0, abs=0.003)
@@ -31,6 +22,6 @@ def test_meshes_that_no_check_has_are_right_on_average(statics: Any) -> None:
 
 
 @pytest.mark.parametrize("layout", ["right triangles at 45 deg", "irregular"])
-def test_the_two_operators_of_curvature_err_to_opposite_sides(statics: Any, layout: str) -> None:
+def test_the_two_operators_of_curvature_err_to_opposite_sides(layout: str) -> None:
     assert statics.tip(LAYOUTS[layout], 0.005, statics.PARTS["R^-1"]) > 1.02
     assert statics.tip(LAYOUTS[layout], 0.005, statics.PARTS["C"]) < 0.98

@@ -57,7 +57,7 @@ class ElasticOptions(NamedTuple):
 
     C and R^-1 are two matrices from the dihedral angles of a triangle to its curvatures (`elastic.curvature`). With
     this value, about half of the irregular and rotated meshes are too soft, and the others are too stiff
-    (benchmarks/statics.py)."""
+    (tests/statics.py)."""
     crowding_strain: float = 0.2
     """Largest compressive Green strain b at which cloth that wrinkles is soft [-].
 

@@ -1,27 +1,19 @@
-"""The table of docs/notes/native.md on bending: how far a cantilever's tip is off with R alone, C alone, and Q.
-
-    python benchmarks/statics.py [--write-docs]
-
-A strip held by its middle row sags a little under a load of 1 per area, B = 1: linear statics, no simulation.
-"""
+"""Linear statics of bending: the sag of a strip that is held by its middle row, under a load of 1 per area, B = 1."""
 
 from __future__ import annotations
 
-import argparse
 from functools import partial
 
 import numpy as np
-from tests.physics.meshes import LAYOUTS, Layout, irregular, mirrored, turned
-from tests.physics.scenes import raised
 
-from benchmarks.tables import markdown, publish
 from tatamu.simulation.mesh.topology import Topology, areas, lumped
 from tatamu.simulation.native.elastic import curvature, membrane
 from tatamu.simulation.native.elastic.stable_step import hinge_gradients, hinge_stiffness
 from tatamu.simulation.native.options import ElasticOptions
+from tests.physics.meshes import Layout, irregular, mirrored, turned
+from tests.physics.scenes import raised
 
 LENGTH, WIDTH = 0.10, 0.06
-SPACINGS = (0.02, 0.01, 0.005)
 PARTS = {"R^-1": 0.0, "C": 1.0, "Q": ElasticOptions().angle_sum_part}
 """Fraction of C in the operator that gives curvatures."""
 OTHERS: dict[str, list[Layout]] = {
@@ -47,32 +39,3 @@ def tip(layout: Layout, spacing: float, angle_sum_part: float = PARTS["Q"]) -> f
     load = lumped(areas(rest, faces), faces, len(rest))[loose]
     sag[loose] = np.linalg.solve(S + S.diagonal().mean() * np.outer(turn, turn), load)
     return float(sag[np.abs(plan[:, 0]) > LENGTH - 1e-9].mean() / (LENGTH**4 / 8))
-
-
-def rows() -> list[dict[str, str]]:
-    """Each layout: the error of the tip [%] for each map to curvatures, on three meshes; of several their mean."""
-    lines = []
-    for kind, layouts in ({name: [layout] for name, layout in LAYOUTS.items()} | OTHERS).items():
-        line = {"mesh": kind}
-        for name, part in PARTS.items():
-            errors = np.array([[100 * (tip(layout, s, part) - 1.0) for s in SPACINGS] for layout in layouts])
-            line[f"{name}: {', '.join(f'{1e3 * s:g}' for s in SPACINGS)} mm"] = ", ".join(map(_words, errors.T))
-        lines.append(line)
-    return lines
-
-
-def _words(errors: np.ndarray) -> str:
-    return f"{errors.mean():+.1f}" + (f" ± {errors.std():.1f}" if len(errors) > 1 else "")
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write-docs", action="store_true")
-    table = markdown(rows())
-    print(table)
-    if parser.parse_args().write_docs:
-        publish("statics", table)
-
-
-if __name__ == "__main__":
-    main()
