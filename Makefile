@@ -11,7 +11,7 @@ LEROBOT = .venv-lerobot/.ready
 
 .PHONY: help learn blender test test-slow oldest lint wheel docs learning earned loop-closed \
         times folds garments calibration validate real-cloth robots presets photographs foreign own-garments golden tangle \
-        bench datasets abuse fuzz lerobot simulators crosscheck paper format clean
+        bench gallery datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
