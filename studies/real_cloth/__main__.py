@@ -67,7 +67,7 @@ def predict(
     screen.print(f"{out / 'real-cloth.html'}")
     if write_docs:
         for section in sections:
-            publish(f"real: {section.name}", notes.text(section))
+            publish(f"real: {section.name}", notes.text(section, tables=1))
 
 
 def save(sections: list[Section], simulator: str, out: Path) -> None:

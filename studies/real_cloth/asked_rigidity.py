@@ -1,6 +1,6 @@
 """Finds the bending rigidity with which the simulator `native` would reproduce the measured drape of each fabric.
 
-    python -m studies.real_cloth.asked_rigidity --data DATA --out runs/real-cloth [--write-docs]
+    python -m studies.real_cloth.asked_rigidity --data DATA --out runs/real-cloth
 
 The fabrics are the fabrics of the test "drape". The model of the fabrics is the one that this test compares with its
 goals. All rigidities of a fabric are multiplied by a factor. The hysteresis of the fabric is not changed. The factor
@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import markdown
 
 from studies.real_cloth import drape
 from studies.real_cloth.bench import Bench
@@ -70,19 +70,16 @@ def row(each: MeasuredDrape, drapes: Sequence[Draped]) -> Row:
 
 
 def main() -> None:
-    """Parse the command line, simulate the drapes, and print the table or write it into the docs."""
+    """Parse the command line, simulate the drapes, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")
     options = parser.parse_args()
     bench = Bench(SIMULATOR, options.out / "kept", tick=lambda label: print(label, flush=True))
     known = models(SIMULATOR)
     model = known[judged(known)]
     table = markdown([row(each, swept(each, model, bench)) for each in Matsudaira().load(options.data)])
     print(table)
-    if options.write_docs:
-        publish("real: asked rigidity", table)
 
 
 if __name__ == "__main__":

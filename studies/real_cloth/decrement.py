@@ -1,6 +1,6 @@
 """Evaluates the damping of a cloth that a robot swings, and compares the damping with models of air.
 
-    python -m studies.real_cloth.decrement --data DATA [--write-docs]
+    python -m studies.real_cloth.decrement --data DATA
 
 The logarithmic decrement describes how fast a swing decays. The result is a table. It has the measured decrements at
 several amplitudes, and their scatter, which is estimated by bootstrap over the recordings. For comparison, the table
@@ -14,7 +14,7 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import markdown
 
 from studies.real_cloth.fading import AMPLITUDES, decrement_line, free_swings
 from studies.real_cloth.fitted_air import START_SIZE, fit, of_size
@@ -88,10 +88,9 @@ def predicted(recordings: list[Recording], air: AirLaw) -> Row:
 
 
 def main() -> None:
-    """Parse the command line, and print the table of decrements or write it into the docs."""
+    """Parse the command line, and print the table of decrements."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")
     options = parser.parse_args()
     recordings = load_recordings(options.data / FILE, SESSION, LEFT_OUT)
     fitting = [recording for recording in recordings if recording.name in FITTED]
@@ -103,8 +102,6 @@ def main() -> None:
     free = fit(swung, fitting, lambda parts: AirLaw(parts[0], 0.0, parts[1], parts[2]), FREE)
     table = markdown([measured(recordings), *(predicted(recordings, air) for air in (*LAWS, sized, free))])
     print(table)
-    if options.write_docs:
-        publish("real: decrement", table)
 
 
 if __name__ == "__main__":

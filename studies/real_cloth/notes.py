@@ -16,14 +16,11 @@ def markdown(lines: Sequence[Line]) -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows])
 
 
-def text(section: Section) -> str:
-    """Return the result of a test on real cloth as Markdown.
-
-    It has the method, tables, the best published number, the goal and the limits of the test.
-    """
+def text(section: Section, tables: int | None = None) -> str:
+    """Return the result of a test on real cloth as Markdown, with all of its tables or the first ones."""
     parts = [
         section.method,
-        *(markdown(table.lines) for table in section.tables),
+        *(markdown(table.lines) for table in section.tables[:tables]),
         f"To beat: {section.beat}",
         f"Goal: {section.goal}",
         f"Cannot show: {section.silent}",

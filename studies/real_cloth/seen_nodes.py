@@ -1,6 +1,6 @@
 """Finds causes for the distances between simulated nodes of a swung cloth and the nodes that a camera saw.
 
-    python -m studies.real_cloth.seen_nodes --data DATA --out runs/real-cloth [--write-docs]
+    python -m studies.real_cloth.seen_nodes --data DATA --out runs/real-cloth
 
 The simulator `native` has fitted effects of air, as in the test `motion` of `studies.real_cloth`. Its nodes are
 compared with the seen nodes, without and with corrections:
@@ -22,7 +22,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import markdown
 from scipy.optimize import minimize_scalar
 
 from studies.real_cloth.alignment import Displacement, Pairs
@@ -242,11 +242,10 @@ def _narrower(nodes: np.ndarray) -> float:
 
 
 def main() -> None:
-    """Parse the command line, and print the table of errors or write it into the docs."""
+    """Parse the command line, and print the table of errors."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")
     options = parser.parse_args()
     recordings = load_recordings(options.data / FILE, SESSION, LEFT_OUT)
     fitting = [recording for recording in recordings if recording.name in FITTED]
@@ -255,8 +254,6 @@ def main() -> None:
     measured = [Seen(each, simulate(Sheet(each).scene(air), SIMULATOR)) for each in recordings]
     text = f"{markdown(table(measured))}\n\n{narrower(measured)}"
     print(text)
-    if options.write_docs:
-        publish("real: seen nodes", text)
 
 
 if __name__ == "__main__":
