@@ -281,6 +281,46 @@ def test_a_learned_fold_is_shown_with_its_neighbours(folder: Path) -> None:
     assert drawn.subject.garment == "towel" and isinstance(drawn.subject.material, dict)
 
 
+def test_nothing_runs_that_a_foreign_dataset_names_as_a_codec(made: DatasetFolder, tmp_path: Path) -> None:
+    """Codecs of Zarr 2 include pickle, which older versions of numcodecs run."""
+    zarr: Any = pytest.importorskip("zarr")
+    numcodecs: Any = pytest.importorskip("numcodecs")
+    shutil.copytree(made.path, tmp_path / "foreign")
+    folder = DatasetFolder(tmp_path / "foreign")
+    shutil.rmtree(folder.states)
+    ran: list[str] = []
+
+    class Planted(numcodecs.abc.Codec):  # type: ignore[misc]
+        codec_id = "planted"
+
+        def encode(self, buf: Any) -> Any:
+            return buf
+
+        def decode(self, buf: Any, out: Any = None) -> Any:
+            ran.append("decoded")
+            return buf
+
+    numcodecs.register_codec(Planted)
+    group = zarr.open_group(store=str(folder.states), mode="w", zarr_format=2)
+    for name in ("length", "action"):
+        array = group.create_array(name, shape=(4,), dtype="i8", compressors=Planted())
+        array[:] = np.arange(4)
+    with pytest.raises(InputError, match=r"states\.zarr: "):
+        read_states(folder.states, 0, ["action"])
+    assert not ran
+
+
+def test_consolidated_metadata_of_zarr_2_is_not_believed(made: DatasetFolder, tmp_path: Path) -> None:
+    root = tmp_path / "states.zarr"
+    shutil.copytree(made.states, root)
+    about = json.loads((root / "zarr.json").read_text())
+    planted = {"zarr_format": 2, "shape": [4], "chunks": [4], "dtype": "<i8", "compressor": {"id": "pickle"}}
+    planted |= {"fill_value": 0, "order": "C", "filters": None, "dimension_separator": ".", "attributes": {}}
+    about["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": {"length": planted}}
+    (root / "zarr.json").write_text(json.dumps(about))
+    assert read_states(root, 0, ["action"])["action"].shape[1] == 8
+
+
 def _record(episode: int, fold: int, success: bool, **more: Any) -> EpisodeRecord:
     plain: dict[str, Any] = {"task": "", "source": "drawn", "garment": "towel", "plan": "half", "material": {}}
     plain |= {"parameters": {}, "world": {}, "frames": 1, "vertices": 1, "score": None}
@@ -289,9 +329,9 @@ def _record(episode: int, fold: int, success: bool, **more: Any) -> EpisodeRecor
 
 def test_the_share_of_a_fold_is_of_its_worlds_or_of_its_episodes() -> None:
     records = [_record(0, 0, True), _record(1, 0, False), _record(2, 1, True).with_share(9, 10, "worlds")]
-    records.append(_record(3, 1, False))
+    records += [_record(3, 1, False), _record(4, 2, True)]
     shared = with_shares(records, disturbed=True)
-    assert [each.held_share for each in shared] == [0.5, 0.5, 0.9, 0.9]
-    assert [each.held_from for each in shared] == ["episodes", "episodes", "worlds", "worlds"]
+    assert [each.held_share for each in shared] == [0.5, 0.5, 0.9, 0.9, None]
+    assert [each.held_from for each in shared] == ["episodes", "episodes", "worlds", "worlds", ""]
     assert shared[0].held_interval == pytest.approx((0.0126, 0.9874), abs=1e-3)  # Clopper and Pearson, 1 of 2
     assert [each.held_share for each in with_shares(records[:2], disturbed=False)] == [None, None]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -307,3 +309,31 @@ def test_hands_that_are_slow_take_longer_along_the_same_path() -> None:
         ends = actions.reshape(80, 2, 4)[..., :3].sum(axis=0) * largest
         assert ends == pytest.approx(np.stack([path[-1] for path in manipulation.paths]), abs=1e-5)
     assert (slow[:, 3] > 0).sum() > 2 * (quick[:, 3] > 0).sum()
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_copy_goes_on_as_its_original_would(kind: str, copied: Callable[[Any], Any]) -> None:
+    """As tree search copies environments: in the middle of an episode, and the copy moves first."""
+    env = make(kind, disturbances="default", observation=EVERYTHING)
+    env.reset(seed=1)
+    lift = np.array([0.3, 0.0, 0.5, 1.0] * 2 if kind == envs.HANDS else [0.0] * 6, np.float32)
+    if kind == envs.HANDS:
+        for _ in range(4):
+            env.step(lift)
+    other = copied(env)
+    first = [other.step(lift), other.reset(), other.step(lift)]
+    assert pickle.dumps(first) == pickle.dumps([env.step(lift), env.reset(), env.step(lift)])
+    assert copied(make(kind)).reset(seed=2)[1]["world"] == make(kind).reset(seed=2)[1]["world"]
+
+
+def test_environments_side_by_side_are_copied_together() -> None:
+    env = gymnasium.make_vec(f"tatamu.envs:{envs.HANDS}", 2, **SMALL)
+    env.reset(seed=0)
+    lift = np.array([[0.3, 0.0, 0.5, 1.0] * 2] * 2, np.float32)
+    env.step(lift)
+    other = copy.deepcopy(env)
+    assert pickle.dumps(other.step(lift)) == pickle.dumps(env.step(lift))
+    env.close()
+    assert other.step(lift)[0]["hands"].shape == (2, 8)
+    other.close()

@@ -120,6 +120,14 @@ def test_a_wrong_index_is_named(tmp_path: Path, text: str) -> None:
         kept_input(tmp_path, "fold")
 
 
+@pytest.mark.parametrize("path", ["/etc/passwd", "../../secret.toml", "fold/../../secret.toml"])
+def test_an_index_names_no_file_outside_the_folder(tmp_path: Path, path: str) -> None:
+    (tmp_path / "inputs").mkdir()
+    (tmp_path / "inputs" / "files.json").write_text(json.dumps({"fold": path}))
+    with pytest.raises(InputError, match=r"files\.json: fold: must be a path inside inputs"):
+        kept_input(tmp_path, "fold")
+
+
 def test_the_task_is_rebuilt_as_it_was(desk: Path, tmp_path: Path, small_pictures: None) -> None:
     folder = learned(desk, tmp_path / "out", fold="half")
     fold = Result.load(folder)

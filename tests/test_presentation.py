@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 import tatamu
-from tatamu.show.chart import log_axis, traces
+from tatamu.show.chart import harmless, log_axis, traces
 from tatamu.show.drawing import FROM_ABOVE, Drawing
 from tatamu.show.image import png
 from tatamu.show.page import script
@@ -109,6 +109,16 @@ def test_a_picture_comes_back_whole() -> None:
     pixels = np.random.default_rng(0).integers(0, 256, size=(5, 7, 4)).astype(np.uint8)
     assert (np.asarray(Image.open(io.BytesIO(png(pixels)))) == pixels).all()
     assert png(pixels) == png(pixels)
+
+
+def test_names_in_a_plot_are_no_links() -> None:
+    name = "<a href='javascript:alert(1)'>x</a><span style='color:red'><BR><b onclick=1>"
+    made = traces([{"name": name, "x": [1.0, None], "hovertemplate": f"{name}<br>l<sub>x</sub><extra></extra>"}])
+    shown = harmless(made)
+    escaped = name.replace("<", "&lt;")
+    assert shown["data"][0]["name"] == escaped
+    assert shown["data"][0]["hovertemplate"] == f"{escaped}<br>l<sub>x</sub><extra></extra>"
+    assert shown["data"][0]["x"] == [1.0, None] and shown["layout"] == made["layout"]
 
 
 def test_a_short_logarithmic_axis_has_numbers_on_it() -> None:

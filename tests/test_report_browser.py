@@ -153,6 +153,23 @@ def test_the_page_loads_without_complaint_and_draws_every_figure(tab: Opener, re
     assert browser.run("document.querySelectorAll('.three svg image').length") == 3
 
 
+def test_no_script_runs_but_those_of_the_page(tab: Opener, reported: Path, tmp_path: Path) -> None:
+    """As if a text from a file had come into the page without being escaped."""
+    evil = (
+        "<base href='https://example.org/'><script>window.evil = 1</script><img src='data:,' onerror='window.evil = 1'>"
+    )
+    planted = tmp_path / "planted.html"
+    planted.write_text(
+        reported.read_text().replace("<main>", f"<main>{evil}<a id='link' href='javascript:window.evil = 1'>x</a>")
+    )
+    browser = tab()
+    browser.open(planted)
+    browser.run("document.getElementById('link').click()")
+    browser.settle()
+    assert browser.run("window.evil === undefined && document.baseURI.startsWith('file:')")
+    assert len(browser.complaints) >= 3 and all("Content Security Policy" in text for text in browser.complaints)
+
+
 def test_the_slider_moves_the_cloth(tab: Opener, reported: Path) -> None:
     browser = tab()
     browser.open(reported, "#t=0")

@@ -210,6 +210,15 @@ def test_the_model_of_a_plan_reads_and_writes_the_same_bytes(learned: Path) -> N
     assert [step.path.name for step in folder.learned_steps()] == ["step-1", "step-2"]
 
 
+@pytest.mark.parametrize("name", ["javascript:alert(1)//", "../..", "/etc", "step-1/.."])
+def test_a_foreign_plan_names_no_folder_outside(learned: Path, tmp_path: Path, name: str) -> None:
+    foreign = json.loads((learned / "result.json").read_text())
+    foreign["steps"][0]["folder"] = name
+    (tmp_path / "result.json").write_text(json.dumps(foreign))
+    with pytest.raises(InputError, match=r"result\.json: steps\.0\.folder: must match \^step-"):
+        _ = ResultFolder(tmp_path).plan_record
+
+
 def test_one_hand_learns_a_fold(tmp_path: Path) -> None:
     learn(task(fold="half", hands=1), plain(trials=1, sampler="random", baselines=False), out=tmp_path)
     arms = json.loads((tmp_path / "manipulation.json").read_text())["arms"]

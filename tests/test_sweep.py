@@ -203,7 +203,9 @@ def records() -> list[TaskRecord]:
         for number, each in enumerate(options)
     ]
     plan = made[0].model_copy(update={"name": "plan", "objective": None, "trajectory_length": None})
-    failed = TaskRecord(name="<b>bad</b>", options={"garment": "towel"}, state="failed", error="all <i>failed</i>")
+    failed = TaskRecord(
+        name="bad", options={"garment": "towel", "material": "<b>mine</b>"}, state="failed", error="all <i>failed</i>"
+    )
     return [*made, plan, failed]
 
 
@@ -227,9 +229,9 @@ def test_without_pyarrow_it_is_said_how_to_install_it(monkeypatch: pytest.Monkey
 def test_the_page_says_what_came_out() -> None:
     text = page(records())
     assert "5 of 5 succeed" in text and "6 tasks: 5 complete, 1 failed" in text
-    assert "all &lt;i&gt;failed&lt;/i&gt;" in text and "<b>bad" not in text
+    assert "all &lt;i&gt;failed&lt;/i&gt;" in text and "<b>mine" not in text and "&lt;b&gt;mine" in text
     assert 'href="task-0/report.html"' in text
-    assert varied(records()) == ["seed", "size"]
+    assert varied(records()) == ["seed", "size", "material"]
 
 
 def test_a_page_of_failures_alone_has_no_charts() -> None:
@@ -260,3 +262,10 @@ def test_the_command_learns_and_goes_on(tmp_path: Path, small_pictures: None) ->
         assert done.returncode == 0 and "2 tasks: 2 complete" in done.stdout, done.stderr
     names = {path.name for path in (tmp_path / "out").iterdir() if not path.name.startswith(".")}
     assert {"sweep.json", "sweep.parquet", "sweep.html"} < names and len(names) == 5
+
+
+@pytest.mark.parametrize("name", ["../outside", "javascript:alert(1)", "/etc", "", "a" * 101, ".hidden"])
+def test_a_foreign_sweep_names_no_folder_outside(tmp_path: Path, name: str) -> None:
+    (tmp_path / "sweep.json").write_text(json.dumps({"tasks": [{"name": name, "options": {}}]}))
+    with pytest.raises(InputError, match=r"sweep\.json: tasks\.0\.name"):
+        SweepFolder(tmp_path).read()

@@ -75,6 +75,8 @@ def describe(error: ValidationError) -> str:
         message = "must be a table (an object)"
     if first["type"] == "literal_error":
         message = f"must be {first['ctx']['expected']}".replace("'", "")
+    if first["type"] == "string_pattern_mismatch":
+        message = f"must match {first['ctx']['pattern']}"
     given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
     more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # without its parents
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")

@@ -6,6 +6,7 @@ colour for light or dark mode.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
@@ -26,6 +27,9 @@ TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 """Labels on a logarithmic axis that spans less than one power of ten. They are multiplied by powers of ten."""
 FEW_TICKS = (1.0, 2.0, 5.0)
 """Labels on a logarithmic axis that spans one to two powers of ten. They are multiplied by powers of ten."""
+
+FOREIGN_TAG = re.compile(r"<(?!/?(?:b|br|extra|i|sub|sup)>)")
+"""Start of a tag that the charts of tatamu do not use, such as a link in a name from a file."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,15 @@ def _with_gaps(trace: dict[str, Any]) -> dict[str, Any]:
 
 def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not isfinite(value) else value
+
+
+def harmless(value: Any) -> Any:
+    """Return a copy of a plot in which names from files cannot add links or styles, although Plotly reads HTML."""
+    if isinstance(value, str):
+        return FOREIGN_TAG.sub("&lt;", value)
+    if isinstance(value, dict):
+        return {name: harmless(each) for name, each in value.items()}
+    return [harmless(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:

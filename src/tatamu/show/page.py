@@ -7,10 +7,12 @@ name `parts`. Texts are escaped unless a template or a `Markup` marks them as HT
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
+from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -20,7 +22,7 @@ from markupsafe import Markup
 
 from tatamu.base.version import __version__
 from tatamu.show import palette
-from tatamu.show.chart import Chart
+from tatamu.show.chart import Chart, harmless
 from tatamu.show.packing import packed
 
 Charts = Mapping[str, Sequence[Chart]]
@@ -45,15 +47,19 @@ def render(
     Raises:
         jinja2.UndefinedError: If the template uses a variable that has no value.
     """
-    plots = {f"{name}-{k}": chart.plot for name, group in (charts or {}).items() for k, chart in enumerate(group)}
+    plots = {
+        f"{name}-{k}": harmless(chart.plot) for name, group in (charts or {}).items() for k, chart in enumerate(group)
+    }
+    own_script = script("replay_page.js" if replay else "plain_page.js")
     inside = {
+        "allowed": Markup(" ".join([_digest(own_script), *([_digest(_plotly_script())] if plots else [])])),
         "charts": charts or {},
         "chart_data": inline(plots) if plots else None,
         "plotly": plotly() if plots else None,
         "replay_data": inline(replay) if replay else None,
         "sides": palette.SIDES[replay["layers"]] if replay else (),
         "has_robot": bool(replay and "robot" in replay),
-        "script": script("replay_page.js" if replay else "plain_page.js"),
+        "script": own_script,
     }
     environment = _environment()
     if isinstance(template, Path):
@@ -83,9 +89,20 @@ def _environment() -> Environment:
 @cache
 def plotly() -> str:
     """Return the script of the plotly package, compressed (deflate) and encoded in base 64."""
+    return packed(_plotly_script().encode())
+
+
+@cache
+def _plotly_script() -> str:
     from plotly.offline import get_plotlyjs
 
-    return packed(get_plotlyjs().encode())
+    return str(get_plotlyjs())
+
+
+@cache
+def _digest(text: str) -> str:
+    """Return the source that allows exactly this script in a content security policy."""
+    return f"'sha256-{base64.b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
 def inline(value: Any) -> Markup:

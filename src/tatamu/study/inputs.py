@@ -77,5 +77,11 @@ def kept_input(folder: Path, kind: str) -> Path | None:
             named = read_json(index)
             if not isinstance(named, dict) or not isinstance(named.get(kind, ""), str):
                 raise InputError(f"{index}: must name a file for each kind, given {json.dumps(named)[:60]}")
-            return place / INPUTS / named[kind] if kind in named else None
+            if kind not in named:
+                return None
+            if os.path.isabs(named[kind]) or ".." in Path(named[kind]).parts:
+                raise InputError(
+                    f"{index}: {kind}: must be a path inside {INPUTS}, given {json.dumps(named[kind])[:60]}"
+                )
+            return place / INPUTS / named[kind]
     return None

@@ -35,7 +35,7 @@ class FromFlat(OpenRecord):
 class StepRecord(Scored):
     """One step of a plan: the measures of its own fold, and the deviation of the garment after all folds so far."""
 
-    folder: str
+    folder: Annotated[str, Field(pattern=r"^step-[1-9][0-9]{0,3}$")]
     """Name of the step's folder within the plan's folder."""
     title: str
     """Title of the step's fold, in a few words."""

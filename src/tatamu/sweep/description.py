@@ -21,6 +21,7 @@ from pydantic import BaseModel, Field
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
+from tatamu.sweep.records import NAME
 
 MOST_TASKS = 100_000
 """Largest number of tasks in a sweep."""
@@ -29,7 +30,6 @@ GROWING = frozenset({"trials"})
 
 For example, if the number of trials is raised, the study of the task is resumed.
 """
-NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,99}")
 
 Options = dict[str, Any]
 
@@ -95,7 +95,7 @@ def _all_options(file: SweepFile) -> Iterator[tuple[str, Options]]:
 def _task(path: Path, where: str, options: Options, model: type[BaseModel]) -> SweepTask:
     own = dict(options)
     name = own.pop("name", None)
-    if name is not None and not (isinstance(name, str) and NAME.fullmatch(name)):
+    if name is not None and not (isinstance(name, str) and re.fullmatch(NAME, name)):
         raise InputError(
             f"{path}: {where}.name: must be letters, digits, '.', '_' and '-', at most 100, given {str(name)[:60]!r}"
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -20,6 +20,8 @@ from tatamu.study.folder import ResultFolder
 from tatamu.study.plan_record import PlanRecord
 from tatamu.study.record import ResultRecord
 
+NAME = r"^[A-Za-z0-9][\w.-]{0,99}$"
+"""Names that a task's folder may have."""
 State = Literal["waiting", "running", "complete", "failed"]
 
 
@@ -30,7 +32,7 @@ class TaskRecord(OpenRecord):
     they belong to the last fold.
     """
 
-    name: str
+    name: Annotated[str, Field(pattern=NAME)]
     """Name of the task's folder."""
     options: dict[str, Any]
     """Options of the task from the sweep file, by name."""

@@ -78,7 +78,7 @@ def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[Episo
     """Return copies of the records that contain the success rate of each fold in disturbed simulations.
 
     The rate is computed from the additional simulations that the specification requests. If the specification requests
-    none, it is computed from the episodes with the same fold.
+    none, it is computed from the episodes with the same fold, if there are several.
 
     Args:
         records: Records of all episodes.
@@ -93,7 +93,7 @@ def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[Episo
         known = next((each for each in siblings if each.held_draws), None)
         if known is not None:
             return record.with_share(known.held, known.held_draws, known.held_from)
-        if not disturbed:
+        if not disturbed or len(siblings) == 1:  # one episode would give a rate of 0 or 1
             return record
         return record.with_share(sum(each.success for each in siblings), len(siblings), "episodes")
 

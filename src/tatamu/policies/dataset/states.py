@@ -125,8 +125,9 @@ def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.
         InputError: If there is no such array or episode, or the group is broken.
     """
     zarr = needed("zarr")
-    with foreign(root, "a Zarr group"):
-        group = zarr.open_group(store=str(root), mode="r")
+    with foreign(root, "a Zarr 3 group"):
+        # the codecs of Zarr 2 can run code, and consolidated metadata can describe arrays of Zarr 2
+        group = zarr.open_group(store=str(root), mode="r", zarr_format=3, use_consolidated=False)
         if missing := [name for name in names if name not in group]:
             raise InputError(f"{root}: has no array {missing[0]!r}")
         frames = int(group["length"][episode])

@@ -49,7 +49,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._ended = [False] * num_envs
-        self._pool = ThreadPoolExecutor(min(num_envs, processors()))
+        self._pool = self._threads()
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -97,6 +97,16 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         for env in self.envs:
             env.close()
         self._pool.shutdown()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_pool"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._pool = self._threads()
+
+    def _threads(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(min(self.num_envs, processors()))
 
     def _batch(self, observations: Sequence[Any]) -> Any:
         space = self.single_observation_space
