@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import signal
@@ -39,6 +40,9 @@ from tests.scenes import scene
 from tests.small_studies import X, learn_plain, timeless, towel
 from tests.test_real_cloth import write_fabrics
 
+LONGEST = 1800.0
+"""Time after which a call is taken for lost, on a machine however busy [s]."""
+
 
 @pytest.fixture(scope="module")
 def executor() -> Iterator[DaskExecutor]:
@@ -64,6 +68,26 @@ def hang_once(mark: Path) -> int:
         mark.touch()
         os.kill(os.getpid(), signal.SIGSTOP)
     return os.getpid()
+
+
+class Once(Patience):
+    """Gives up on the calls that run when a file appears, and on no call after that."""
+
+    def __init__(self, mark: Path) -> None:
+        super().__init__()
+        self.mark: Path | None = mark
+
+    def limit(self, longest: float | None) -> float:
+        if self.mark is None or not self.mark.exists():
+            return math.inf
+        self.mark = None
+        return 0.0
+
+
+def wait_for(mark: Path) -> bool:
+    while not mark.exists():
+        time.sleep(0.01)
+    return True
 
 
 def nap(seconds: float) -> float:
@@ -96,11 +120,9 @@ def test_no_address_is_no_executor() -> None:
 
 def test_a_scheduler_that_is_not_there_is_refused_within_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tatamu.cluster.connection.CONNECT_SECONDS", 0.5)
-    begun = time.monotonic()
-    with pytest.raises(UnavailableError, match=r"tcp://127\.0\.0\.1:9 does not answer"):
+    with pytest.raises(UnavailableError, match=r"tcp://127\.0\.0\.1:9 does not answer \(.* after 0\.5 s\)"):
         with connected("tcp://127.0.0.1:9"):
             pass
-    assert time.monotonic() - begun < 15
 
 
 def certificate(folder: Path) -> Path:
@@ -174,31 +196,31 @@ def test_what_is_bound_to_a_function_is_an_argument() -> None:
 
 
 def test_a_call_whose_worker_dies_runs_elsewhere(executor: DaskExecutor, tmp_path: Path) -> None:
-    assert executor.submit(die_once, tmp_path / "mark").result(60) > 0
+    assert executor.submit(die_once, tmp_path / "mark").result(LONGEST) > 0
 
 
 def test_a_large_argument_outlives_its_workers(executor: DaskExecutor) -> None:
     array = np.full(100_000, 5.0)
     for times in (1, 2, 3):
-        pid, product = executor.submit(loaded, array, times).result(60)
+        pid, product = executor.submit(loaded, array, times).result(LONGEST)
         assert product == 5 * times
         os.kill(pid, signal.SIGKILL)
 
 
 def test_a_call_that_kills_three_workers_is_given_up(executor: DaskExecutor, tmp_path: Path) -> None:
     with pytest.raises(WorkerKilledError, match="killed 3 workers"):
-        executor.submit(die, tmp_path / "deaths").result(120)
+        executor.submit(die, tmp_path / "deaths").result(LONGEST)
     assert 1 <= len((tmp_path / "deaths").read_text()) <= 3, "one may have died before, of what was killed above"
-    assert executor.submit(nap, 0.0).result(60) == 0.0, "the others go on"
+    assert executor.submit(nap, 0.0).result(LONGEST) == 0.0, "the others go on"
 
 
 def test_a_call_whose_worker_hangs_runs_elsewhere(tmp_path: Path) -> None:
     import distributed
 
     with connected("local:2") as found:
-        patient = DaskExecutor(found._client, "local:2", Watch(Patience(first=6.0, least=6.0)))
+        patient = DaskExecutor(found._client, "local:2", Watch(Once(tmp_path / "mark")))
         assert isinstance(found._client, distributed.Client)
-        assert patient.submit(hang_once, tmp_path / "mark").result(90) > 0
+        assert patient.submit(hang_once, tmp_path / "mark").result(LONGEST) > 0
         patient.shutdown()
 
 
@@ -238,10 +260,11 @@ def test_a_worker_that_dies_while_its_versions_are_asked_for_is_no_refusal(
         refuse_other_versions(executor._client, "local:2")
 
 
-def test_calls_that_wait_can_be_cancelled(executor: DaskExecutor) -> None:
-    futures = [executor.submit(nap, 0.3) for _ in range(12)]
+def test_calls_that_wait_can_be_cancelled(executor: DaskExecutor, tmp_path: Path) -> None:
+    futures = [executor.submit(wait_for, tmp_path / "go") for _ in range(12)]
     assert futures[-1].cancel()
-    assert [future.result() for future in futures[:-1]] == [0.3] * 11
+    (tmp_path / "go").touch()
+    assert all(future.result(LONGEST) for future in futures[:-1])
 
 
 def test_a_study_on_workers_is_the_study_of_one_machine(executor: DaskExecutor, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -228,13 +229,12 @@ def test_blender_ends_with_us_even_when_we_are_killed() -> None:
     parent.wait()
     parent.stdout.close()
     parent.stdin.close()
-    deadline = time.monotonic() + 10.0
-    while Path(f"/proc/{child}/stat").exists() and time.monotonic() < deadline:
-        if Path(f"/proc/{child}/stat").read_text().split(")")[1].split()[0] == "Z":
-            break
-        time.sleep(0.05)
-    else:
-        assert not Path(f"/proc/{child}").exists()
+    with suppress(OSError):  # the file goes with the process
+        for _ in range(6000):
+            if Path(f"/proc/{child}/stat").read_text().split(")")[1].split()[0] == "Z":
+                return
+            time.sleep(0.05)
+        pytest.fail("it goes on for minutes after its parent")
 
 
 def test_without_blender_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -278,8 +278,8 @@ def test_day_and_night_have_their_own_colours(tab: Opener, reported: Path) -> No
     day, table = browser.run(colour), browser.pixels()
     browser.page.emulate_media(color_scheme="dark")
     browser.settle()
-    night = browser.run(f"new Promise(done => setTimeout(() => done({colour}), 500))")
-    assert day != night
+    browser.page.wait_for_function(f"{colour} !== '{day}'")
+    browser.settle()
     assert (np.abs(table - browser.pixels()).max(axis=1) > 60).mean() > 0.1
     assert browser.complaints == []
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import os
 import pickle
 import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import closing
@@ -108,19 +106,30 @@ def test_more_trials_go_on_where_the_study_stopped(learned: Path, tmp_path: Path
     assert timeless(tmp_path) == timeless(learned)
 
 
+WHOLE = "from tatamu.cli import main; main()"
+KILLED = f"""
+import os, signal, optuna
+
+def told(study, trial, add=optuna.Study.add_trial):
+    add(study, trial)
+    if len(study.trials) == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+optuna.Study.add_trial = told
+{WHOLE}
+"""
+"""A program that is killed as soon as its third trial is kept."""
+
+
 def test_a_run_that_is_killed_goes_on_to_the_same_result(tmp_path: Path) -> None:
     learn_plain(task(), tmp_path / "once", trials=6)
     folder = tmp_path / "twice"
     arguments = ["towel", "--size", "0.24x0.5", "--spacing", "0.04", "--trials", "6", "--out", str(folder)]
     arguments += ["--disturbances", "none"]
-    command = [sys.executable, "-c", "from tatamu.cli import main; main()", "learn", *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    while process.poll() is None and _told(folder) < 1:
-        time.sleep(0.02)
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait()
-    assert 1 <= _told(folder) < 6, "the run was killed in its middle"
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    killed, whole = ([sys.executable, "-c", code, "learn", *arguments] for code in (KILLED, WHOLE))
+    assert subprocess.run(killed, stdout=subprocess.DEVNULL).returncode == -signal.SIGKILL
+    assert _told(folder) == 3
+    subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)
     assert timeless(folder) == timeless(tmp_path / "once")
 
 

@@ -64,7 +64,7 @@ def ros(tmp_path: Path) -> Iterator[dict[str, str]]:
 
 def answered(port: int) -> None:
     """Wait until the master listens."""
-    for _ in range(300):
+    for _ in range(18000):
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", port)) == 0:
                 return
@@ -84,8 +84,8 @@ def heard(bag: Path, controllers: dict[str, dict[str, float]], ros: dict[str, st
     assert listener.stdout.readline().strip() == "ready"
     topics = [f"/{controller}/command" for controller in controllers]  # no gripper listens here
     command = ["rosbag", "play", "--quiet", "--wait-for-subscribers", str(bag), "--topics", *topics]
-    subprocess.run(command, env=ros, check=True, timeout=60, stdin=subprocess.DEVNULL, capture_output=True)
-    assert listener.wait(timeout=60) == 0
+    subprocess.run(command, env=ros, check=True, timeout=1800, stdin=subprocess.DEVNULL, capture_output=True)
+    assert listener.wait(timeout=1800) == 0
     listener.stdout.close()
     return json.loads(out.read_text())
 
