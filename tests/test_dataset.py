@@ -290,7 +290,7 @@ def test_nothing_runs_that_a_foreign_dataset_names_as_a_codec(made: DatasetFolde
     shutil.rmtree(folder.states)
     ran: list[str] = []
 
-    class Planted(numcodecs.abc.Codec):  # type: ignore[misc]
+    class Planted(numcodecs.abc.Codec):
         codec_id = "planted"
 
         def encode(self, buf: Any) -> Any:
