@@ -23,6 +23,7 @@ from tatamu.simulation.material import Material
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
 from tests.foreign import svg
+from tests.scenes import scene
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
 LOOP = '<path id="o" d="M50 20 L250 20 L290 380 L10 380 Z"/>'
@@ -148,3 +149,15 @@ def test_an_output_that_is_full_is_one_line() -> None:
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == "tatamu: the output cannot be written (No space left on device)\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell closes the streams")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("command", ["garments", "board --out b.pdf", "simulate s.json --out r.npz"])
+def test_a_program_without_standard_streams_works(command: str, closed: str, tmp_path: Path) -> None:
+    """Services and `pythonw` start programs without them."""
+    scene(duration=1 / 60).save(tmp_path / "s.json")
+    line = f'"{sys.executable}" -m tatamu {command} {closed}'
+    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert {path.suffix for path in tmp_path.iterdir()} <= {".json", ".pdf", ".toml", ".npz"}

@@ -27,7 +27,7 @@ RECORD = StudyRecord(task=describe_task(towel()), sampler="random", seed=0)
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from tatamu.study import ResultFolder
+from tatamu.study.folder import ResultFolder
 from tatamu.study.store import file_store
 from tests.small_studies import towel
 from tests.test_study_store import RECORD, finished

@@ -31,6 +31,7 @@ def run(app: typer.Typer, name: str) -> NoReturn:
         app: Application with all commands.
         name: Name of the program. Every message on standard error begins with this name.
     """
+    _open_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
@@ -68,6 +69,17 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     if code == INTERRUPTED:
         _stop(name, "interrupted; what was finished is kept", INTERRUPTED)
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _open_streams() -> None:
+    """Open the null device for each standard stream that a service or `pythonw` has not opened.
+
+    A file that is opened later would otherwise get the number of the stream, and receive what libraries write to it.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))
+            os.set_inheritable(getattr(sys, name).fileno(), True)
 
 
 def _stop(name: str, message: str, code: int) -> NoReturn:

@@ -67,14 +67,14 @@ def _read(path: Path) -> tuple[GarmentFile, Material]:
     """
     kind = path.suffix.lower()
     if kind != ".toml":
-        given = GarmentFile(name=path.stem, **{"outline" if kind in READERS else "mesh": path.name})
+        given = GarmentFile(name=path.stem[:60], **{"outline" if kind in READERS else "mesh": path.name})
         return given, load_preset(FABRIC).material
     value: dict[str, Any] = read_toml(path)
     unknown = sorted(set(value) - {"garment", "material"})
     if unknown or not isinstance(value.get("garment"), dict):
         wrong = f"must have only [garment] and [material], given {unknown[0]}" if unknown else "Field required, a table"
         raise InputError(f"{path}: garment: {wrong}")
-    given = validated(GarmentFile, {"name": path.stem, **value["garment"]}, path)
+    given = validated(GarmentFile, {"name": path.stem[:60], **value["garment"]}, path)
     if "material" in value:
         return given, validated(Material, value["material"], path)
     return given, load_preset(given.fabric or FABRIC).material

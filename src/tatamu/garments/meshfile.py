@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,14 +14,13 @@ from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import foreign, read_bytes
-from tatamu.garments.objfile import LARGEST_MESH, MOST_TRIANGLES, MOST_VERTICES, TriangleMesh, read_obj
+from tatamu.garments.glbfile import parse_glb
+from tatamu.garments.objfile import LARGEST_MESH, MOST_TRIANGLES, TriangleMesh, read_obj
 from tatamu.garments.plyfile import parse_ply
 from tatamu.simulation.mesh.topology import Topology, areas, longest_sides
 
 FARTHEST = 1e9
 """Largest allowed coordinate in a mesh file, in the file's unit."""
-MOST_NODES = 10_000
-"""Largest allowed number of nodes of a GLB file."""
 SAME = 1e-5
 """Largest distance between vertices that count as one vertex, as a fraction of the mesh's extent."""
 SLIVER = 1e-3
@@ -57,26 +55,19 @@ def _read_ply(path: Path) -> TriangleMesh:
         return parse_ply(data)
 
 
-def _read_by_trimesh(path: Path) -> TriangleMesh:
-    """Read the mesh of an STL or GLB file."""
+def _read_glb(path: Path) -> TriangleMesh:
+    data = read_bytes(path, LARGEST_MESH)
+    with foreign(path, "a GLB file"):
+        return parse_glb(data)
+
+
+def _read_stl(path: Path) -> TriangleMesh:
     import trimesh
 
-    kind = path.suffix.lower()
     data = read_bytes(path, LARGEST_MESH)
     with foreign(path, "a mesh file"):
-        if kind == ".glb":
-            _check_glb(data)
-        loaded: Any = trimesh.load(
-            io.BytesIO(_plain(data) if kind == ".stl" else data),
-            file_type=kind[1:],
-            force="mesh",
-            process=False,
-            maintain_order=True,
-        )
-        vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64)
-        image = getattr(loaded.visual, "uv", None) if kind == ".glb" else None
-        whole = image is not None and np.shape(image) == (len(vertices), 2) and faces.max(initial=0) < len(vertices)
-        return TriangleMesh(vertices, faces, np.asarray(image, dtype=float)[faces] if whole else None)
+        loaded: Any = trimesh.load(io.BytesIO(_plain(data)), file_type="stl", force="mesh", process=False)
+        return TriangleMesh(np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64))
 
 
 def _plain(data: bytes) -> bytes:
@@ -90,25 +81,7 @@ def _plain(data: bytes) -> bytes:
     return bytes(byte if byte < 128 else ord("?") for byte in data)
 
 
-def _check_glb(data: bytes) -> None:
-    """Check that a GLB file does not contain too many elements, because its header may state any number.
-
-    Raises:
-        InputError: If the accessors of the file have too many elements, or the nodes repeat its meshes too often.
-    """
-    header = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
-    counts = [int(accessor["count"]) for accessor in header.get("accessors", ())]
-    sizes = []
-    for mesh in header.get("meshes", ()):
-        used = [[p["attributes"]["POSITION"], p.get("indices")] for p in mesh["primitives"]]
-        sizes.append(sum(counts[k] for pair in used for k in pair if k is not None))
-    shown = [node["mesh"] for node in header.get("nodes", ()) if "mesh" in node]
-    most = max(*counts, sum(sizes), sum(sizes[mesh] for mesh in shown), 0, 0)
-    if most > 2 * MOST_VERTICES or len(header.get("nodes", ())) > MOST_NODES:
-        raise InputError(f"mesh: must have at most {2 * MOST_VERTICES} vertices and indices, given {most}")
-
-
-READERS = {".obj": read_obj, ".ply": _read_ply, ".stl": _read_by_trimesh, ".glb": _read_by_trimesh}
+READERS = {".obj": read_obj, ".ply": _read_ply, ".stl": _read_stl, ".glb": _read_glb}
 """Function that reads each mesh format, by the file name's ending."""
 FORMATS = tuple(READERS)
 

@@ -7,29 +7,20 @@ exceptions: a px of Illustrator is 1/72 inch, and a px of Inkscape before 0.92 i
 
 from __future__ import annotations
 
-import io
 import re
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
-import numpy as np
-
-from tatamu.base.errors import InputError
+from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import MIB, foreign, read_text
-from tatamu.garments.drawing import DrawnCurve, DrawnPieces, polyline, where
+from tatamu.garments.drawing import DrawnPieces, where
 from tatamu.garments.pieces import grouped
+from tatamu.garments.svg_shapes import PIXELS, Page, Shape, view_box, visible_shapes
 from tatamu.garments.units import Unit
-from tatamu.garments.unpacking import LARGEST_DRAWING, check_unpacked
+from tatamu.garments.unpacking import LARGEST_DRAWING
 
-STEPS = 32
-"""Number of points per curved segment of an SVG path."""
-LONGEST_STYLE = 32_768
-"""Largest length of a style sheet that is read [characters]. A longer style sheet is skipped, which does no harm,
-because colours and line widths do not matter."""
 INCH = 0.0254
 LENGTHS = {
     "mm": (1e-3, "millimetres"),
@@ -47,8 +38,6 @@ GIVEN_BY_PROGRAM = re.compile(
     re.IGNORECASE,
 )
 """Regular expression for names that drawing programs give automatically, such as path1234, Rectangle_2 or Vector."""
-NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
-XLINK = "{http://www.w3.org/1999/xlink}href"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 
 
@@ -73,39 +62,11 @@ def read_svg(path: Path) -> DrawnPieces:
         root = ElementTree.fromstring(text.encode())
         if root.tag.rpartition("}")[2] != "svg":
             raise ValueError(f"it holds <{root.tag.rpartition('}')[2]}>")
-        _check_unpacked(root)
         unit = _unit(root, text, path)
-        return DrawnPieces(grouped(_curves(root)), unit)
-
-
-def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
-    """Return the curves of an SVG drawing, in the drawing's units and with y up."""
-    import svgelements
-
-    width, height = _viewbox(root) or (1000.0, 1000.0)
-    for size in ("width", "height", "viewBox", "preserveAspectRatio"):
-        root.attrib.pop(size, None)
-    for element in root.iter():
-        if str(element.tag).rpartition("}")[2] == "style":
-            element.text = _style(element.text or "")
-    plain = io.BytesIO(ElementTree.tostring(root))
-    drawing = svgelements.SVG.parse(plain, ppi=96, width=width, height=height, reify=True)
-    shapes = [shape for shape in drawing.elements() if isinstance(shape, svgelements.Shape)]
-    curves = [
-        polyline(_name(shape), _flattened(part) * [1, -1])
-        for shape in shapes
-        for part in svgelements.Path(shape).as_subpaths()
-    ]
-    return [curve for curve in curves if curve]
-
-
-def _style(text: str) -> str:
-    """Return a style sheet of an SVG file without its comments.
-
-    A long style sheet is replaced by an empty one, because the time to read it grows with the square of its length.
-    """
-    plain = re.sub(r"/\*.*?(?:\*/|\Z)", "", text, flags=re.DOTALL)
-    return plain if len(plain) <= LONGEST_STYLE else ""
+        shapes, notes = visible_shapes(root, _page(root))
+        curves = [replace(curve, name=_name(shape)) for shape in shapes for curve in shape.curves]
+        pieces = grouped(curves)
+        return DrawnPieces(tuple(replace(piece, remarks=(*notes, *piece.remarks)) for piece in pieces), unit)
 
 
 def _check_entities(text: str) -> None:
@@ -122,40 +83,22 @@ def _check_entities(text: str) -> None:
         raise InputError(f"outline: must have entities that unpack to at most {LARGEST_DRAWING / MIB:.0f} MiB")
 
 
-def _check_unpacked(root: ElementTree.Element) -> None:
-    """Refuse a drawing that has too many elements after each `use` element is replaced by the elements that it repeats.
-
-    Raises:
-        InputError: If the drawing then has too many elements.
-    """
-    named = {element.get("id"): element for element in root.iter() if element.get("id")}
-
-    def parts(element: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, int]]:
-        yield from ((child, 1) for child in element)
-        target = named.get((element.get("href") or element.get(XLINK) or "").removeprefix("#"))
-        if target is not None and str(element.tag).rpartition("}")[2] == "use":
-            yield target, 1
-
-    def own(element: ElementTree.Element) -> int:
-        return 1 + sum(len(NUMBER.findall(element.get(name, ""))) for name in ("d", "points"))
-
-    check_unpacked(root, parts, own)
-
-
-def _name(shape: Any) -> str:
+def _name(shape: Shape) -> str:
     """Return the name that the author of a drawing gave a shape; empty if a program gave the name."""
-    own = shape.values.get("attributes", {})
-    label = own.get(f"{INKSCAPE}label") or own.get("data-name") or own.get("id") or ""
-    label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # Illustrator's codes
-    return "" if GIVEN_BY_PROGRAM.fullmatch(label) else label
+    for element in shape.elements:
+        label = element.get(f"{INKSCAPE}label") or element.get("data-name") or element.get("id") or ""
+        label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # Illustrator's codes
+        if label and not GIVEN_BY_PROGRAM.fullmatch(label):
+            return one_line(label)
+    return ""
 
 
-def _viewbox(root: ElementTree.Element) -> tuple[float, float] | None:
-    """Return the width and height of a drawing's visible area, in its units; None if the file states no area."""
-    numbers = [float(number) for number in re.split(r"[\s,]+", root.get("viewBox", "").strip()) if number]
-    if len(numbers) == 4 and numbers[2] > 0.0 and numbers[3] > 0.0:
-        return numbers[2], numbers[3]
-    return None
+def _page(root: ElementTree.Element) -> Page | None:
+    """Return the visible area of a drawing in its own units; None if the file states neither `viewBox` nor size."""
+    sizes = [LENGTH.fullmatch(root.get(side, "")) for side in ("width", "height")]
+    pixels = [float(found[1]) * PIXELS[found[2].lower()] for found in sizes if found]
+    stated = Page(0.0, 0.0, *pixels) if len(pixels) == 2 and min(pixels) > 0.0 else None
+    return view_box(root) or stated
 
 
 def _program(root: ElementTree.Element, text: str) -> _Program:
@@ -184,10 +127,10 @@ def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
     side, found = next(iter(given.items()))
     name = LENGTHS.get(found[2].lower(), (pixel, pixels))[1]
     stated = f"{program.name}, {side} {found[0].strip()}"
-    seen = _viewbox(root)
+    seen = view_box(root)
     if seen is None:
         return Unit(pixel, pixels, f"{stated}, no viewBox")
-    return Unit(_per_unit(root, given, seen, pixel, path), name, stated)
+    return Unit(_per_unit(root, given, (seen.width, seen.height), pixel, path), name, stated)
 
 
 def _per_unit(
@@ -210,17 +153,3 @@ def _per_unit(
             )
         return max(scales) if "slice" in fitting else min(scales)
     return scales[0]
-
-
-def _flattened(part: Any) -> np.ndarray:
-    """Return points along an SVG subpath, shape (k, 2)."""
-    import svgelements
-
-    at = np.arange(1, STEPS + 1) / STEPS
-    points = [np.empty((0, 2))]
-    for segment in svgelements.Path(part):
-        if isinstance(segment, (svgelements.Move, svgelements.Line, svgelements.Close)):
-            points.append(np.array([[segment.end.x, segment.end.y]] if segment.end is not None else np.empty((0, 2))))
-        else:
-            points.append(np.asarray(segment.npoint(at), dtype=float))
-    return np.concatenate(points)

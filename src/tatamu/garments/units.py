@@ -7,6 +7,7 @@ garment has such a size, tatamu refuses the file.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tatamu.base.errors import InputError
@@ -55,40 +56,51 @@ class Unit:
         return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}", given=True)
 
 
-def probable_scale(longest: float) -> float | None:
-    """Return the length [m] of a unit with which the garment has a usual size; None if no unit gives a usual size.
+def probable_scale(sides: tuple[float, float], unit: Unit, scales: Iterable[float] = NAMES) -> float | None:
+    """Return the length [m] of another unit with which a garment has a usual size; None if no unit gives such a size.
 
     Args:
-        longest: Longer side of the garment in units of the file.
+        sides: Width and length of the garment [m].
+        unit: Unit in which the file was read.
+        scales: Lengths of the units that may be meant [m].
     """
-    fitting = [scale for scale in NAMES if USUAL[0] <= scale * longest <= USUAL[1]]
-    return min(fitting, key=lambda scale: abs(scale * longest - 0.7), default=None)
+    shorter, longer = (side / unit.metres for side in sorted(sides))
+    fitting = [
+        scale
+        for scale in scales
+        if USUAL[0] <= scale * longer <= USUAL[1] and scale * shorter >= SMALLEST_SIDE and scale != unit.metres
+    ]
+    return min(fitting, key=lambda scale: abs(scale * longer - 0.7), default=None)
 
 
-def how_to_scale(longest: float, otherwise: float) -> str:
-    """Return advice to the user on how to give the length of a file's unit, with the probable length as an example.
-
-    If no length is probable, the example is `otherwise`.
-    """
-    scale = probable_scale(longest) or otherwise
+def how_to_scale(sides: tuple[float, float], unit: Unit) -> str:
+    """Return advice on a size [m] that no garment has: a scale that helps, and nothing if there is no such scale."""
+    powers = [unit.metres * 10.0**power for power in (-3, -2, -1, 1, 2, 3)]
+    scale = probable_scale(sides, unit) or probable_scale(sides, unit, powers)
+    if scale is None:
+        return ""
     return (
-        f"give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}: "
-        "metres per unit of the file (0.001 for millimetres); or size, in metres"
+        f"; give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}: metres per unit of the file"
     )
 
 
 def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> None:
-    """Refuse a width and length [m] that probably result from a wrong unit.
+    """Refuse a width and length [m] that no garment has.
 
     Raises:
         InputError: If no garment is this large or this small.
     """
-    if not (SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE):
-        width, length = sides
-        raise InputError(
-            f"{what}: is {width:.4g} m wide and {length:.4g} m long, {unit.words}, but must be from "
-            f"{SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m; {how_to_scale(max(sides) / unit.metres, 1e-3)}"
-        )
+    if SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE:
+        return
+    width, length = sides
+    advice = how_to_scale(sides, unit)
+    if not advice:
+        small = min(sides) < SMALLEST_SIDE
+        advice = f"; no usual unit makes it fit, and nothing that is {'narrower' if small else 'larger'} can be folded"
+    raise InputError(
+        f"{what}: must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m on each side, given {width:.4g} m wide and "
+        f"{length:.4g} m long, {unit.words}{advice}"
+    )
 
 
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
@@ -98,8 +110,10 @@ def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
     a wrong unit into the header.
     """
     longest = max(sides)
-    probable = probable_scale(longest / unit.metres)
-    if unit.given or probable in (None, unit.metres) or USUAL[0] <= longest <= DOUBTFUL:
+    probable = probable_scale(sides, unit)
+    if unit.given or probable is None or USUAL[0] <= longest <= DOUBTFUL:
         return []
-    advice = how_to_scale(longest / unit.metres, 1e-3)
-    return [f"{longest:.2f} m for its longer side is unusual: is the file in {NAMES[probable]}? {advice}"]
+    return [
+        f"{longest:.2f} m for its longer side is unusual: is the file in {NAMES[probable]}? If so, give scale = "
+        f"{probable:g} under [garment] in a garment file, or --scale {probable:g}"
+    ]

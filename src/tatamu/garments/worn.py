@@ -89,8 +89,8 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     if found:
         raise InputError(f"mesh: has {'; '.join(found)}")
     if not flat and given.size is None and max(sides) > DOUBTFUL:
-        advice = how_to_scale(max(sides) / unit.metres, 1e-3)
-        raise InputError(f"mesh: is {sides[1]:.3g} m large, {unit.words}, more than anything that is worn; {advice}")
+        advice = how_to_scale(sides, unit)
+        raise InputError(f"mesh: is {sides[1]:.3g} m large, {unit.words}, more than anything that is worn{advice}")
     garment = _lying(given, mesh, material) if flat else _laid(given, mesh, material)
     doubt = [] if given.size else doubts(sides, unit)
     notes = [*notes, *doubt, *garment.notes, *_coarseness(garment)]

@@ -9,9 +9,11 @@ from __future__ import annotations
 import json
 import os
 import re
+import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
+from pathlib import Path
 from typing import Any, TypeVar
 
 import optuna
@@ -36,6 +38,8 @@ It is also the name of the study in a file, which contains only one study.
 """
 BASELINES_KEY = "baselines"
 """Name of the Optuna study's user attribute in which the fixed trajectories and their scores are stored."""
+SQLITE = "sqlite:///study.db"
+"""Address that tells SQLAlchemy the kind of database; `_connect` opens the file, because a path is no part of a URL."""
 TRANSIENT = {
     "is full": "the disk is full",
     "is locked": "another program holds it",
@@ -173,7 +177,7 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
 
     def open_storage() -> BaseStorage:
         if not opened:
-            opened.append(RDBStorage(f"sqlite:///{folder.study_file}"))
+            opened.append(RDBStorage(SQLITE, engine_kwargs={"creator": lambda: _connect(folder.study_file)}))
         return opened[0]
 
     def run(operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value:
@@ -190,6 +194,11 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
         for storage in opened:
             storage.remove_session()
             storage.engine.dispose()
+
+
+def _connect(file: Path) -> sqlite3.Connection:
+    """Connect to a study's file. Its name may have characters that mean something in a URL, such as `?` and `%41`."""
+    return sqlite3.connect(file, check_same_thread=False)
 
 
 def _file_error(label: str, error: BaseException) -> Exception:

@@ -1,0 +1,453 @@
+"""Finds the shapes that an SVG drawing shows: templates, hidden parts and what clip paths cut away are left out.
+
+Coordinates are those of the outermost `viewBox`, with y up. Attributes, style sheets and inheritance follow SVG 2. A
+feature that changes the outline and is not supported is refused by its name.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import numpy as np
+import shapely
+
+from tatamu.base.errors import InputError
+from tatamu.garments.drawing import DrawnCurve, polyline
+from tatamu.garments.unpacking import DEEPEST, MOST_PARTS
+
+STEPS = 32
+"""Number of points per curved segment of an SVG path."""
+MAX_STYLE = 100_000
+"""Largest length of all style sheets of a drawing [characters], as the time to read them grows with the square."""
+CONTAINERS = ("g", "a", "svg", "switch", "use")
+"""Elements whose children are drawn. Those of others, such as `symbol` and `mask`, are templates or no shapes."""
+ACROSS, ALONG = ("x", "width", "cx", "x1", "x2", "rx"), ("y", "height", "cy", "y1", "y2", "ry")
+"""Lengths of which a percentage is a part of the viewport's width or height. For `r` it is their root mean square."""
+GEOMETRY = {
+    "rect": ("x", "y", "width", "height", "rx", "ry"),
+    "circle": ("cx", "cy", "r"),
+    "ellipse": ("cx", "cy", "rx", "ry"),
+    "line": ("x1", "y1", "x2", "y2"),
+    "polyline": (),
+    "polygon": (),
+    "path": (),
+}
+"""Lengths that describe each kind of shape."""
+INHERITED = ("visibility", "fill", "clip-rule")
+PIXELS = {"": 1.0, "px": 1.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "q": 96 / 101.6, "in": 96.0, "pt": 96 / 72, "pc": 16.0}
+"""Length of each unit in units of the drawing (CSS Values and Units, section 6.2)."""
+LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*([a-z%]*)\s*", re.IGNORECASE)
+NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
+REFERENCE = re.compile(r"""\s*url\(\s*["']?#([^"')]+)["']?\s*\)\s*""")
+SELECTOR = re.compile(r"([\w-]*|\*)((?:[.#][\w-]+)*)")
+WHITE = 240
+"""Smallest value of each colour channel of a background that is left out."""
+PAGE_TOLERANCE = 0.01
+"""Largest distance of a background's sides from those of the page, as a fraction of the page's side."""
+XLINK = "{http://www.w3.org/1999/xlink}href"
+Sheet = tuple[tuple[tuple[int, int, int], str, frozenset[str], Mapping[str, str]], ...]
+"""Rules of a style sheet: specificity, tag, classes and id of the selector, and the declarations."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """The visible area of a drawing, or of a part with a `viewBox` of its own."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The curves of one shape that is drawn."""
+
+    elements: tuple[Element, ...]
+    """The shape's element, and each template and reference through which it is drawn, from the inside out."""
+    curves: tuple[DrawnCurve, ...]
+    fill: str
+    rule: str
+    """Rule for the inside of curves that lie in one another: nonzero or evenodd."""
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where, and with which inherited style, an element is drawn."""
+
+    matrix: np.ndarray
+    """Matrix from the element's coordinates to those of the drawing, shape (2, 3)."""
+    page: Page | None
+    style: Mapping[str, str] = field(default_factory=dict)
+    within: tuple[Element, ...] = ()
+    """The elements that contain this one, or refer to it."""
+
+
+def visible_shapes(root: Element, page: Page | None) -> tuple[list[Shape], list[str]]:
+    """Return the shapes that a drawing shows, and notes on what was left out.
+
+    Raises:
+        InputError: If a feature is not supported that changes the outline, or the drawing has too many parts.
+    """
+    drawing = _Drawing(root)
+    shapes = list(drawing.children(root, _Place(np.eye(2, 3) * [[1], [-1]], page)))
+    kept = [shape for shape in shapes if page is None or not _is_background(shape, page)]
+    closed = [curve for shape in kept for curve in shape.curves if curve.closed]
+    notes = []
+    if drawing.cut:
+        notes.append(f"cut by {' and '.join(sorted(drawing.cut))}, as the drawing shows")
+    if len(kept) < len(shapes) and closed:
+        return kept, [*notes, "a white rectangle of the page's size left out"]
+    return shapes, notes
+
+
+class _Drawing:
+    """Walks through the elements of a drawing, and counts them."""
+
+    def __init__(self, root: Element) -> None:
+        self.named = {element.get("id"): element for element in reversed([*root.iter()]) if element.get("id")}
+        self.sheet = _style_sheet("\n".join(e.text or "" for e in root.iter() if _tag(e) == "style"))
+        self.left = MOST_PARTS
+        self.cut: set[str] = set()
+
+    def children(self, element: Element, place: _Place) -> Iterator[Shape]:
+        """Yield the shapes of an element's children."""
+        inner = replace(place, within=(*place.within, element))
+        if len(inner.within) > DEEPEST:
+            raise InputError(f"outline: must have parts at most {DEEPEST} deep in one another; flatten its groups")
+        children = list(element)
+        if _tag(element) == "switch":
+            children = [each for each in children if _tag(each) in (*CONTAINERS, *GEOMETRY)][:1]
+        for child in children:
+            yield from self.shapes(child, inner)
+
+    def shapes(self, element: Element, place: _Place) -> Iterator[Shape]:
+        """Yield the shapes of an element, as far as they are visible."""
+        tag = _tag(element)
+        if tag not in CONTAINERS and tag not in GEOMETRY:
+            return
+        self.left -= 1 + sum(len(NUMBER.findall(element.get(name, ""))) for name in ("d", "points"))
+        if self.left < 0:
+            raise InputError(f"outline: must have at most {MOST_PARTS} elements and numbers of paths; simplify it")
+        style = self._style(element, place.style)
+        if style.get("display") == "none":
+            return
+        here = replace(place, style={name: style[name] for name in INHERITED if name in style})
+        here = _transformed(here, style)
+        shown = self._own(element, here, style) if tag in GEOMETRY else self._inner(element, here, style)
+        for name in ("clip-path", "mask"):
+            if style.get(name, "none") != "none":
+                shown = iter(self._within(name, style[name], list(shown), here))
+        yield from shown
+
+    def _own(self, element: Element, place: _Place, style: Mapping[str, str]) -> Iterator[Shape]:
+        if style.get("visibility") in ("hidden", "collapse"):
+            return
+        curves = tuple(_curves(_tag(element), style, place))
+        if curves:
+            yield Shape((element,), curves, style.get("fill", "black"), style.get("clip-rule", "nonzero"))
+
+    def _inner(self, element: Element, place: _Place, style: Mapping[str, str]) -> Iterator[Shape]:
+        """Yield the shapes in a container: its children, or those of the element to which it refers."""
+        tag = _tag(element)
+        if tag == "svg":
+            yield from self._framed(element, place, style)
+            return
+        if tag != "use":
+            yield from self.children(element, place)
+            return
+        reference = element.get("href") or element.get(XLINK) or ""
+        if not reference.startswith("#"):
+            raise InputError(f"outline: uses a part of another file ({reference[:60]}); put this part into the drawing")
+        target = self.named.get(reference[1:])
+        if target is None:
+            return
+        if target in place.within or target is element:
+            raise InputError("outline: one of its parts shows itself")
+        moved = _moved(place, _length("x", style, place), _length("y", style, place))
+        moved = replace(moved, within=(*place.within, element))
+        given = {side: style[side] for side in ("width", "height") if side in style}
+        if _tag(target) == "symbol":
+            shapes = self._framed(target, moved, {**self._style(target, {}), "x": "0", "y": "0", **given})
+        elif _tag(target) == "svg":
+            shapes = self._framed(target, moved, {**self._style(target, {}), **given})
+        else:
+            shapes = self.shapes(target, moved)
+        for shape in shapes:
+            yield replace(shape, elements=(*shape.elements, target, element))
+
+    def _framed(self, element: Element, place: _Place, style: Mapping[str, str]) -> Iterator[Shape]:
+        """Yield the shapes of an element with a viewport of its own, cut at its border."""
+        x, y = _length("x", style, place), _length("y", style, place)
+        width = _length("width", {"width": "100%", **style}, place)
+        height = _length("height", {"height": "100%", **style}, place)
+        if not (width > 0.0 and height > 0.0):
+            return
+        box = view_box(element)
+        framed = _moved(place, x, y)
+        seen = Page(0.0, 0.0, width, height)
+        if box is not None:
+            scale, offset = _fitted(box, width, height, element.get("preserveAspectRatio", ""))
+            framed = replace(framed, matrix=_joined(framed.matrix, np.column_stack([np.diag(scale), offset])))
+            seen = box
+        border = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
+        shapes = list(self.children(element, replace(framed, page=seen)))
+        if style.get("overflow") not in ("visible", "auto"):
+            shapes = self._cut(shapes, shapely.Polygon(_mapped(border, place.matrix)), _tag(element))
+        yield from shapes
+
+    def _within(self, name: str, given: str, shapes: list[Shape], place: _Place) -> list[Shape]:
+        """Return shapes as far as a clip path or a mask shows them."""
+        found = REFERENCE.fullmatch(given)
+        if not found:
+            raise InputError(f"outline: has a {name} that is not supported ({given[:60]}); cut the outline itself")
+        element = self.named.get(found[1])
+        if element is None or not shapes:  # without its target, a reference has no effect
+            return shapes
+        if element in place.within:
+            raise InputError("outline: one of its parts shows itself")
+        style = self._style(element, {})
+        if (
+            style.get(f"{name.removesuffix('-path')}{'Path' if name == 'clip-path' else 'Content'}Units")
+            == "objectBoundingBox"
+        ):
+            place = _boxed(place, shapes)
+        region = self._region(element, _transformed(replace(place, style={}), style), name)
+        if style.get("clip-path", "none") != "none":
+            inner = replace(place, within=(*place.within, element))
+            shapes = self._within("clip-path", style["clip-path"], shapes, inner)
+        return self._cut(shapes, region, name)
+
+    def _region(self, element: Element, place: _Place, name: str) -> Any:
+        """Return the region that a clip path or a mask shows."""
+        shapes = list(self.children(element, place))
+        opaque = self._style(element, {}).get("mask-type") == "alpha"
+        if name == "mask" and not opaque and not all(_is_white(shape.fill) for shape in shapes):
+            raise InputError(
+                "outline: has a mask that is not plain white; cut the outline itself, and release the mask"
+            )
+        return shapely.union_all([_inside(shape) for shape in shapes])
+
+    def _cut(self, shapes: list[Shape], region: Any, name: str) -> list[Shape]:
+        """Return shapes as far as they lie within a region."""
+        extent = max(1e-9, *np.abs(region.bounds)) if not region.is_empty else 1.0
+        wider = region.buffer(1e-6 * extent, join_style="mitre")
+        shapely.prepare(wider)
+        kept = []
+        for shape in shapes:
+            cut = [list(_cut_curve(curve, region, wider)) for curve in shape.curves]
+            curves = tuple(part for parts in cut for part in parts)
+            if [*map(id, curves)] != [*map(id, shape.curves)]:
+                self.cut.add(name)
+            if curves:
+                kept.append(replace(shape, curves=curves))
+        return kept
+
+    def _style(self, element: Element, inherited: Mapping[str, str]) -> dict[str, str]:
+        """Return the attributes of an element, with what style sheets and its own style change."""
+        own = {name: value for name, value in element.attrib.items() if value.strip() != "inherit"}
+        marks = frozenset([*(f".{name}" for name in element.get("class", "").split()), f"#{element.get('id', '')}"])
+        for _, tag, wanted, declared in self.sheet:
+            if tag in ("", "*", _tag(element)) and wanted <= marks:
+                own.update(declared)
+        return {**inherited, **own, **_declarations(element.get("style", ""))}
+
+
+def view_box(element: Element) -> Page | None:
+    """Return the area that the attribute `viewBox` states; None if it states no area."""
+    numbers = [float(number) for number in re.split(r"[\s,]+", element.get("viewBox", "").strip()) if number]
+    return Page(*numbers) if len(numbers) == 4 and numbers[2] > 0.0 and numbers[3] > 0.0 else None
+
+
+def _tag(element: Element) -> str:
+    return str(element.tag).rpartition("}")[2]
+
+
+def _declarations(text: str) -> dict[str, str]:
+    pairs = (part.split(":", 1) for part in text.split(";") if ":" in part)
+    return {name.strip().lower(): value.replace("!important", "").strip() for name, value in pairs}
+
+
+def _style_sheet(text: str) -> Sheet:
+    """Return the rules of a style sheet with simple selectors, in the order in which they apply."""
+    if len(text) > MAX_STYLE:
+        raise InputError(f"outline: must have style sheets of at most {MAX_STYLE} characters, given {len(text)}")
+    plain = re.sub(r"/\*.*?(?:\*/|\Z)", "", text, flags=re.DOTALL)
+    plain = re.sub(r"@[^{};]*(?:;|\{(?:[^{}]|\{[^{}]*\})*\})", "", plain)
+    rules = []
+    for selectors, declared in re.findall(r"([^{}]+)\{([^{}]*)\}", plain):
+        for each in selectors.split(","):
+            if found := SELECTOR.fullmatch(each.strip()):
+                marks = re.findall(r"[.#][\w-]+", found[2])
+                rank = (sum(mark[0] == "#" for mark in marks), sum(mark[0] == "." for mark in marks), len(found[1]) > 1)
+                rules.append((rank, found[1], frozenset(marks), _declarations(declared)))
+    return tuple(sorted(rules, key=lambda rule: rule[0]))
+
+
+def _joined(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    return np.column_stack([outer[:, :2] @ inner[:, :2], outer[:, :2] @ inner[:, 2] + outer[:, 2]])
+
+
+def _mapped(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    return np.asarray(points @ matrix[:, :2].T + matrix[:, 2])
+
+
+def _moved(place: _Place, x: float, y: float) -> _Place:
+    return replace(place, matrix=_joined(place.matrix, np.array([[1.0, 0.0, x], [0.0, 1.0, y]])))
+
+
+def _transformed(place: _Place, style: Mapping[str, str]) -> _Place:
+    """Return the place with the transform of an element."""
+    import svgelements
+
+    text = style.get("transform", style.get("patternTransform", "none"))
+    if text.strip() in ("", "none"):
+        return place
+    if style.get("transform-origin", "0").split() not in (["0"], ["0", "0"], ["0px", "0px"], ["top", "left"]):
+        raise InputError("outline: has a transform-origin, which is not supported; apply the transforms in the drawing")
+    matrix = svgelements.Matrix(text)
+    if place.page is not None:
+        matrix.render(ppi=96, width=place.page.width, height=place.page.height)
+    made = np.array([[matrix.a, matrix.c, matrix.e], [matrix.b, matrix.d, matrix.f]], dtype=float)
+    return replace(place, matrix=_joined(place.matrix, made))
+
+
+def _boxed(place: _Place, shapes: list[Shape]) -> _Place:
+    """Return the place whose unit square is the box around shapes, as for the unit `objectBoundingBox`."""
+    points = np.concatenate([curve.points for shape in shapes for curve in shape.curves])
+    inverse = np.linalg.inv(np.vstack([place.matrix, [0.0, 0.0, 1.0]]))[:2]
+    local = _mapped(points, inverse)
+    low, size = local.min(axis=0), np.ptp(local, axis=0)
+    return replace(place, matrix=_joined(place.matrix, np.column_stack([np.diag(size), low])))
+
+
+def _length(name: str, style: Mapping[str, str], place: _Place) -> float:
+    """Return a length of an element in its own coordinates; 0 if it is not given."""
+    text = style.get(name, "0")
+    found = LENGTH.fullmatch(text)
+    if found is None or (found[2].lower() not in PIXELS and found[2] != "%"):
+        raise InputError(
+            f"outline: {name} must be a number, a length in mm, cm, in, pt or px, or %, given {text[:40]!r}"
+        )
+    if found[2] != "%":
+        return float(found[1]) * PIXELS[found[2].lower()]
+    if place.page is None:
+        raise InputError(f"outline: {name} is {text[:40]} of a page without a size; give the drawing a viewBox")
+    width, height = place.page.width, place.page.height
+    whole = width if name in ACROSS else height if name in ALONG else float(np.hypot(width, height) / np.sqrt(2.0))
+    return float(found[1]) / 100.0 * whole
+
+
+def _fitted(box: Page, width: float, height: float, fitting: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return scales and offset of a `viewBox` in a viewport, as its `preserveAspectRatio` says."""
+    words = fitting.split() or ["xMidYMid"]
+    scale = np.array([width / box.width, height / box.height])
+    if words[0] != "none":
+        scale[:] = scale.max() if "slice" in words else scale.min()
+    free = np.array([width, height]) - scale * [box.width, box.height]
+    share = [{"Min": 0.0, "Max": 1.0}.get(part, 0.5) for part in (words[0][1:4], words[0][5:8])]
+    return scale, free * (share if words[0] != "none" else 0.0) - scale * [box.x, box.y]
+
+
+def _curves(tag: str, style: Mapping[str, str], place: _Place) -> Iterator[DrawnCurve]:
+    """Yield the curves of a shape in the drawing's coordinates."""
+    import svgelements as se
+
+    lengths = {name: _length(name, style, place) for name in GEOMETRY[tag] if style.get(name, "auto") != "auto"}
+    if tag == "rect":
+        rx, ry = lengths.get("rx", lengths.get("ry", 0.0)), lengths.get("ry", lengths.get("rx", 0.0))
+        made = se.Rect(*(lengths.get(name, 0.0) for name in ("x", "y", "width", "height")), rx, ry)
+        drawn = min(lengths.get("width", 0.0), lengths.get("height", 0.0)) > 0.0
+    elif tag in ("circle", "ellipse"):
+        radii = [lengths.get("r", 0.0)] * 2 if tag == "circle" else [lengths.get("rx", 0.0), lengths.get("ry", 0.0)]
+        made = se.Ellipse(lengths.get("cx", 0.0), lengths.get("cy", 0.0), *radii)
+        drawn = min(radii) > 0.0
+    elif tag == "line":
+        made, drawn = se.SimpleLine(*(lengths.get(name, 0.0) for name in GEOMETRY[tag])), True
+    elif tag == "path":
+        made, drawn = se.Path(style.get("d", "")), True
+    else:
+        made = (se.Polygon if tag == "polygon" else se.Polyline)(style.get("points", ""))
+        drawn = True
+    for part in se.Path(made).as_subpaths() if drawn else ():
+        if curve := polyline("", _mapped(_flattened(part), place.matrix)):
+            yield curve
+
+
+def _flattened(part: Any) -> np.ndarray:
+    """Return points along an SVG subpath, shape (k, 2)."""
+    import svgelements
+
+    at = np.arange(1, STEPS + 1) / STEPS
+    points = [np.empty((0, 2))]
+    for segment in svgelements.Path(part):
+        if isinstance(segment, (svgelements.Move, svgelements.Line, svgelements.Close)):
+            points.append(np.array([[segment.end.x, segment.end.y]] if segment.end is not None else np.empty((0, 2))))
+        else:
+            points.append(np.asarray(segment.npoint(at), dtype=float))
+    return np.concatenate(points)
+
+
+def _inside(shape: Shape) -> Any:
+    """Return the region inside a shape, by its rule for curves that lie in one another."""
+    parts = [shapely.Polygon(curve.points) for curve in shape.curves if len(curve.points) > 2]
+    parts = sorted((part if part.is_valid else part.buffer(0.0) for part in parts), key=lambda part: -part.area)
+    turns = {id(part): _turn(part) for part in parts}
+    region: Any = shapely.Polygon()
+    for part in parts:
+        if shape.rule == "evenodd":
+            region = region.symmetric_difference(part)
+        else:
+            hole = turns[id(part)] != turns[id(parts[0])]
+            region = region.difference(part) if hole else region.union(part)
+    return region
+
+
+def _turn(part: Any) -> bool:
+    return isinstance(part, shapely.Polygon) and bool(part.exterior.is_ccw)
+
+
+def _cut_curve(curve: DrawnCurve, region: Any, wider: Any) -> Iterator[DrawnCurve]:
+    """Yield the parts of a curve that lie within a region; the curve itself if it does as a whole."""
+    line, loop = shapely.LineString(curve.points), shapely.Polygon(curve.points if curve.closed else ())
+    if wider.covers(line) and (loop.is_empty or wider.covers(loop.buffer(0.0))):
+        yield curve
+        return
+    if curve.closed:
+        if not loop.is_valid:
+            raise InputError("outline: has a clip path across a curve that crosses itself; cut the outline itself")
+        parts = [part for part in shapely.get_parts(loop.intersection(region)) if isinstance(part, shapely.Polygon)]
+        parts = [part for part in parts if not part.is_empty]
+        rings = [ring.coords for part in parts for ring in (part.exterior, *part.interiors)]
+    else:
+        found = shapely.get_parts(shapely.line_merge(line.intersection(region)))
+        rings = [part.coords for part in found if isinstance(part, shapely.LineString) and not part.is_empty]
+    for ring in rings:
+        if made := polyline(curve.name, np.array(ring)):
+            yield made
+
+
+def _is_white(fill: str) -> bool:
+    import svgelements
+
+    try:
+        colour = svgelements.Color(fill)
+    except ValueError:
+        return False
+    return colour.value is not None and min(colour.red, colour.green, colour.blue) >= WHITE
+
+
+def _is_background(shape: Shape, page: Page) -> bool:
+    """Return whether a shape is a white rectangle that covers the page."""
+    if len(shape.curves) != 1 or not shape.curves[0].closed or not _is_white(shape.fill):
+        return False
+    points = shape.curves[0].points * [1, -1]
+    region = shapely.Polygon(points)
+    low, high = points.min(axis=0), points.max(axis=0)
+    start, size = np.array([page.x, page.y]), np.array([page.width, page.height])
+    covers = (low <= start + PAGE_TOLERANCE * size).all() and (high >= start + (1.0 - PAGE_TOLERANCE) * size).all()
+    return bool(covers and abs(region.area - np.prod(high - low)) < 1e-6 * region.area)
