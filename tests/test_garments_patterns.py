@@ -255,7 +255,7 @@ POINT = "0\nSECTION\n2\nENTITIES\n0\nPOINT\n8\n0\n10\n1\n20\n1\n0\nENDSEC\n0\nEO
     [
         ("empty.svg", svg(""), "has no curve"),
         ("words.svg", svg("<text>hi</text>"), "has no curve"),
-        ("nan.svg", svg('<path d="M 0 0 L nan 3 L 5 5 Z"/>'), "has no curve"),
+        ("nan.svg", svg('<path d="M 0 0 L nan 3 L 5 5 Z"/>'), "has a path that cannot be read"),
         ("page.svg", "<html><body/></html>", "is not an SVG file (it holds <html>)"),
         ("numbers.svg", '<svg viewBox="a b c d"/>', "is not an SVG file"),
         ("point.dxf", POINT, "has no curve"),

@@ -351,7 +351,6 @@ def test_photos_of_a_board_give_the_lens(tmp_path: Path) -> None:
     assert rms < 0.1
     write_lens(lens, tmp_path / "lens.toml")
     assert load_lens(tmp_path / "lens.toml") == lens
-    assert scaled(lens, (1200, 1600)).width == 1200
     assert scaled(lens, (800, 600)).focal == pytest.approx(lens.focal / 2)
     with pytest.raises(InputError, match="lens: its pictures have 1600 x 1200 pixels, the photo 1000 x 1000"):
         scaled(lens, (1000, 1000))

@@ -47,6 +47,11 @@ At least one pair of the photos must differ by this angle.
 FEWEST = 4
 """Smallest number of photos of a board from which a lens can be determined."""
 
+TURNS = {
+    **{1: ((1, 0), (0, 1)), 2: ((-1, 0), (0, 1)), 3: ((-1, 0), (0, -1)), 4: ((1, 0), (0, -1))},
+    **{5: ((0, 1), (1, 0)), 6: ((0, -1), (1, 0)), 7: ((0, -1), (-1, 0)), 8: ((0, 1), (-1, 0))},
+}
+"""Matrix by which each orientation tag turns and mirrors a picture about its middle."""
 Distortion = Annotated[tuple[Annotated[float, Field(ge=-5.0, le=5.0)], ...], Field(max_length=5)]
 
 
@@ -85,25 +90,51 @@ def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
     return None if film is None else 1e-3 * film / DIAGONAL * float(np.hypot(*size))
 
 
-def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
-    """Return the lens for pictures of another width and height [pixels].
+def turned(lens: Lens, orientation: int) -> Lens:
+    """Return the lens for pictures that are turned as an orientation tag says, 1 to 8."""
+    size = np.array([lens.width, lens.height])
+    matrix = np.array(TURNS[orientation])
+    new = np.abs(matrix) @ size
+    centre = matrix @ (np.array(lens.centre) - 0.5 * (size - 1)) + 0.5 * (new - 1)
+    bent = [*lens.distortion]
+    if len(bent) > 3:  # p2 and p1 are the parts of a vector in the picture
+        bent[3], bent[2] = (matrix @ [bent[3], bent[2]]).tolist()
+    made = {"width": int(new[0]), "height": int(new[1]), "centre": tuple(centre.tolist()), "distortion": tuple(bent)}
+    return lens.model_copy(update=made)
 
-    A lens that was described for wide pictures can also be used for upright pictures, and the other way round. Its
-    width and height are then exchanged.
+
+def possible_lenses(lens: Lens, size: tuple[int, int], orientation: int) -> list[Lens]:
+    """Return the lenses that an upright photo may have been taken with; there are two if its file was turned untold.
+
+    Args:
+        lens: Lens for the pixels of the camera's sensor.
+        size: Width and height of the upright photo [pixels].
+        orientation: Orientation tag of the photo's file.
 
     Raises:
         InputError: If the ratio of the sides is different.
     """
-    if size[0] / size[1] < 1.0 < lens.width / lens.height or size[0] / size[1] > 1.0 > lens.width / lens.height:
-        centre = (lens.centre[1], lens.centre[0])
-        lens = lens.model_copy(update={"width": lens.height, "height": lens.width, "centre": centre})
+    stored = size[::-1] if orientation >= 5 else size
+    if (stored[0] > stored[1]) == (lens.width > lens.height):
+        return [scaled(turned(lens, orientation), size)]
+    if orientation >= 5:  # the file of the lens was made from upright photos
+        return [scaled(lens, size)]
+    return [scaled(turned(lens, quarter), size) for quarter in (6, 8)]
+
+
+def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
+    """Return the lens for pictures of another width and height [pixels].
+
+    Raises:
+        InputError: If the ratio of the sides is different.
+    """
     factor = size[0] / lens.width
     if abs(size[1] / lens.height - factor) > 0.01 * factor:
         raise InputError(
             f"lens: its pictures have {lens.width} x {lens.height} pixels, the photo {size[0]} x {size[1]}: "
             "give a photo that was not cut, or the file of its own lens"
         )
-    centre = (factor * lens.centre[0], factor * lens.centre[1])
+    centre = tuple((factor * (np.array(lens.centre) + 0.5) - 0.5).tolist())
     return lens.model_copy(update={"width": size[0], "height": size[1], "focal": factor * lens.focal, "centre": centre})
 
 

@@ -12,12 +12,13 @@ from tatamu.base.errors import InputError
 from tatamu.cameras.board import Board, load_board
 from tatamu.cameras.camera import Seen, View, estimate
 from tatamu.cameras.edges import Edges, closed_normals, step_edges
-from tatamu.cameras.lens import Lens, scaled, stated_focal
+from tatamu.cameras.lens import Lens, possible_lenses, stated_focal
 from tatamu.cameras.markers import find_pages
 from tatamu.cameras.opencv import opencv
 from tatamu.cameras.sheet import SHEETS, Sheet, find_sheet
 from tatamu.garments.foreground import stand_out
-from tatamu.garments.photo import Picture, blocks, contour, read_picture, reduction, softened
+from tatamu.garments.photo import blocks, contour, reduction, softened
+from tatamu.garments.picture import Picture, read_picture
 
 ROOM = 0.004
 """Width of the margin around a sheet of paper that is ignored in the search for cloth [m]."""
@@ -92,17 +93,21 @@ def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photo
         raise InputError(f"{path}: photo: must have at least {SMALLEST} pixels on each side, given {wide} x {tall}")
     focal = stated_focal(picture.film, (wide, tall))
     try:
-        known = None if lens is None else scaled(lens, (wide, tall))
-        if isinstance(scale, Board):
-            pages = find_pages(_grey(picture.pixels), scale)
-            view = estimate([page.corners for page in pages], (wide, tall), known, focal)
-            papers = tuple(pose.place(scale.rim) for pose in view.pages)
-        else:
-            view = find_sheet(picture.pixels, scale, known, focal)
-            papers = (scale.corners,)
+        known = [None] if lens is None else possible_lenses(lens, (wide, tall), picture.orientation)
+        views = [_view(picture.pixels, scale, each, focal) for each in known]
+        view = min(views, key=lambda each: each.penalty)
+        papers = tuple(pose.place(scale.rim) for pose in view.pages) if isinstance(scale, Board) else (scale.corners,)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     return Photograph(path, picture, view, papers)
+
+
+def _view(pixels: np.ndarray, scale: Scale, lens: Lens | None, focal: float | None) -> View:
+    """Find the camera from the board or the sheet that a photograph shows."""
+    if isinstance(scale, Board):
+        seen = [page.corners for page in find_pages(_grey(pixels), scale)]
+        return estimate(seen, (pixels.shape[1], pixels.shape[0]), lens, focal)
+    return find_sheet(pixels, scale, lens, focal)
 
 
 def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
@@ -170,13 +175,15 @@ def _drawn(photograph: Photograph, reduced: int, shape: tuple[int, int]) -> np.n
 def board_corners(photos: Sequence[Path], board: Board) -> tuple[list[Seen], tuple[int, int]]:
     """Return the corners of a board's first page in several photos, and the common size of the photos [pixels].
 
+    Pixels are those of the camera's sensor, because a lens does not turn with the orientation tag of a photo.
+
     Raises:
         InputError: If a photo does not show the first page, or the photos have different sizes.
     """
     seen: list[Seen] = []
     sizes: dict[tuple[int, int], Path] = {}
     for path in photos:
-        pixels = read_picture(path).pixels
+        pixels = read_picture(path).sensor
         sizes.setdefault((pixels.shape[1], pixels.shape[0]), path)
         if len(sizes) > 1:
             first, other = (f"{wide} x {tall}" for wide, tall in sizes)

@@ -24,7 +24,14 @@ NUMBERS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: 
 """Numpy types of the components of an accessor, by their number in glTF."""
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
-HARMLESS = ("KHR_mesh_quantization", "KHR_materials", "KHR_texture", "KHR_lights", "KHR_animation", "KHR_xmp")
+HARMLESS: tuple[str, ...] = (
+    "KHR_mesh_quantization",
+    "KHR_materials",
+    "KHR_texture",
+    "KHR_lights",
+    "KHR_animation",
+    "KHR_xmp",
+)
 HARMLESS += ("EXT_texture", "EXT_lights", "MSFT_texture", "MSFT_packing", "GOOGLE_texture")
 """Beginnings of the extensions without which the shape of a mesh can be read."""
 TRIANGLES, STRIP, FAN = 4, 5, 6

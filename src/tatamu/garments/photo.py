@@ -10,28 +10,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import MIB, foreign, opened
 from tatamu.garments.foreground import SMALLEST, stand_out
+from tatamu.garments.picture import read_picture
 
-LARGEST_PICTURE = 256 * MIB
-"""Largest size of a picture's file [bytes]."""
-MOST_PIXELS = 100_000_000
-"""Largest number of pixels of a picture."""
-FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
-"""Picture formats that can be read."""
 LONGEST = 1400
 """Largest number of pixels along the longer side of a photo after it is reduced for speed."""
-MASKED = 0.97
-"""Largest fraction of a picture that an alpha channel may keep to count as the mask of a cut-out garment.
-
-If it keeps a larger fraction, it probably only rounds the picture's corners, and does not cut out a garment.
-"""
 SIMPLER = 0.004
 """Largest distance by which simplification may move the outline, as a fraction of the garment's longer side."""
 
@@ -86,59 +74,6 @@ def _others_note(others: tuple[float, ...]) -> tuple[str, ...]:
     shares = ", ".join(f"{100 * share:.0f} %" for share in others[:5])
     what = "1 other region stands" if len(others) == 1 else f"{len(others)} other regions stand"
     return (f"{what} out ({shares} of this one's area): if the garment has several colours, --join takes all of them",)
-
-
-@dataclass(frozen=True)
-class Picture:
-    """The contents of a picture file, turned upright."""
-
-    pixels: np.ndarray
-    """Pixels of the picture in 8-bit RGB, shape (h, w, 3)."""
-    alpha: np.ndarray | None
-    """Alpha channel, shape (h, w); None if the picture has no alpha channel, or the channel cuts nothing out."""
-    film: float | None
-    """Focal length that gives the same field of view on 35 mm film [mm]; None if the file does not state it.
-
-    The camera has written it into the file.
-    """
-
-
-def read_picture(path: Path) -> Picture:
-    """Read a picture and turn it upright.
-
-    Raises:
-        InputError: If the file cannot be read, is not a picture, or is too large.
-    """
-    from PIL import Image, ImageOps, UnidentifiedImageError
-
-    hint = "; save it as JPEG or PNG" if path.suffix.lower() in (".heic", ".heif") else ""
-    with opened(path, LARGEST_PICTURE) as stream, foreign(path, "a picture that can be read here"):
-        try:
-            file = Image.open(stream, formats=FORMATS)
-        except UnidentifiedImageError:
-            raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
-        with file:
-            if file.width * file.height > MOST_PIXELS:
-                size = f"{file.width} x {file.height}"
-                raise InputError(
-                    f"{path}: photo: must have at most {MOST_PIXELS // 10**6} million pixels, given {size}"
-                )
-            film = _film(file)
-            image = ImageOps.exif_transpose(file)
-            alpha = np.asarray(image.convert("RGBA"))[..., 3] if image.has_transparency_data else None
-            if image.mode.startswith("I"):  # 16-bit grey, which `convert` would cut off at 255
-                image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
-            pixels = np.asarray(image.convert("RGB"))
-    cuts_out = alpha is not None and (alpha > 127).mean() < MASKED
-    return Picture(pixels, alpha if cuts_out else None, film)
-
-
-def _film(image: Any) -> float | None:
-    """Return the focal length, converted to 35 mm film, that a picture states [mm]; None if no value is plausible."""
-    from PIL import ExifTags
-
-    stated = image.getexif().get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
-    return float(stated) if isinstance(stated, int) and 8 <= stated <= 300 else None
 
 
 def reduction(pixels: np.ndarray) -> int:

@@ -369,13 +369,22 @@ def _curves(tag: str, style: Mapping[str, str], place: _Place) -> Iterator[Drawn
     elif tag == "line":
         made, drawn = se.SimpleLine(*(lengths.get(name, 0.0) for name in GEOMETRY[tag])), True
     elif tag == "path":
-        made, drawn = se.Path(style.get("d", "")), True
+        made, drawn = _path(style.get("d", "")), True
     else:
         made = (se.Polygon if tag == "polygon" else se.Polyline)(style.get("points", ""))
         drawn = True
     for part in se.Path(made).as_subpaths() if drawn else ():
         if curve := polyline("", _mapped(_flattened(part), place.matrix)):
             yield curve
+
+
+def _path(text: str) -> Any:
+    import svgelements
+
+    try:
+        return svgelements.Path(text)
+    except Exception:
+        raise InputError(f"outline: has a path that cannot be read, {text[:40]!r}") from None
 
 
 def _flattened(part: Any) -> np.ndarray:

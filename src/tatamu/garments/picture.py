@@ -1,0 +1,167 @@
+"""Reads pictures of any depth, and turns them upright as their orientation tag says."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.base.files import MIB, foreign, read_bytes
+
+MAX_FILE = 256 * MIB
+"""Largest size of a picture's file [bytes]."""
+MAX_PIXELS = 100_000_000
+FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
+"""Picture formats that can be read."""
+MASKED = 0.97
+"""Largest fraction of a picture that an alpha channel may keep to count as the mask of a cut-out garment.
+
+If it keeps a larger fraction, it probably only rounds the picture's corners, and does not cut out a garment.
+"""
+DEPTHS = (8, 10, 12, 14, 16)
+"""Numbers of bits that cameras use in files of 16 bits."""
+BRIGHTEST = 16.0
+"""Largest value of floating point numbers whose white is 1."""
+BACK = {5: 5, 6: 8, 7: 7, 8: 6}
+"""Orientation tag that undoes another one; each of the others undoes itself."""
+ORIENTATION, BITS, WIDTH, HEIGHT = 274, 258, 256, 257
+"""Numbers of tags in EXIF and TIFF."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The contents of a picture file, turned upright."""
+
+    pixels: np.ndarray
+    """Pixels of the picture in 8-bit RGB, shape (h, w, 3)."""
+    alpha: np.ndarray | None
+    """Alpha channel, shape (h, w); None if the picture has no alpha channel, or the channel cuts nothing out."""
+    film: float | None
+    """Focal length that gives the same field of view on 35 mm film [mm]; None if the file does not state it."""
+    orientation: int
+    """Orientation tag of the file, 1 to 8: how the pixels of the camera's sensor were turned to make them upright."""
+
+    @property
+    def sensor(self) -> np.ndarray:
+        """Pixels in the orientation of the camera's sensor, shape (h, w, 3) or (w, h, 3)."""
+        return np.ascontiguousarray(turned(self.pixels, BACK.get(self.orientation, self.orientation)))
+
+
+def turned(pixels: np.ndarray, orientation: int) -> np.ndarray:
+    """Return an array (h, w, ..) that is turned and mirrored as an orientation tag says."""
+    if orientation >= 5:
+        pixels = pixels.swapaxes(0, 1)
+    return pixels[:: -1 if orientation in (3, 4, 7, 8) else 1, :: -1 if orientation in (2, 3, 6, 7) else 1]
+
+
+def read_picture(path: Path) -> Picture:
+    """Read a picture and turn it upright.
+
+    Raises:
+        InputError: If the file cannot be read, is not a picture, or is too large.
+    """
+    data = read_bytes(path, MAX_FILE)
+    with foreign(path, "a picture that can be read here"):
+        file = _opened(data, path)
+        size = file.size if file is not None else _tiff_size(data)
+        if size[0] * size[1] > MAX_PIXELS:
+            given = f"{size[0]} x {size[1]}"
+            raise InputError(f"{path}: photo: must have at most {MAX_PIXELS // 10**6} million pixels, given {given}")
+        if file is None:
+            return _picture(*_parts(_decoded(data)), None, 1)
+        with file:
+            deep = _is_deep(file)  # before tags are read, which loads a PNG file
+            stated = file.getexif()
+            orientation = int(stated.get(ORIENTATION, 1)) if stated.get(ORIENTATION) in range(1, 9) else 1
+            pixels, alpha = _parts(_decoded(data)) if deep else _shallow(file)
+            if file.format != "TIFF":  # both decoders have turned those already
+                pixels, alpha = turned(pixels, orientation), None if alpha is None else turned(alpha, orientation)
+            return _picture(pixels, alpha, _film(stated), orientation)
+
+
+def _picture(pixels: np.ndarray, alpha: np.ndarray | None, film: float | None, orientation: int) -> Picture:
+    cuts_out = alpha is not None and (alpha > 127).mean() < MASKED
+    return Picture(np.ascontiguousarray(pixels), alpha if cuts_out else None, film, orientation)
+
+
+def _opened(data: bytes, path: Path) -> Any:
+    """Return the open picture; None for a kind of TIFF file that Pillow does not know."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        return Image.open(io.BytesIO(data), formats=FORMATS)
+    except UnidentifiedImageError:
+        if data[:4] in (b"II*\0", b"MM\0*"):
+            return None
+        hint = "; save it as JPEG or PNG" if b"ftyp" in data[:12] else ""
+        raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
+
+
+def _tiff_size(data: bytes) -> tuple[int, int]:
+    from PIL.TiffImagePlugin import ImageFileDirectory_v2
+
+    stream = io.BytesIO(data)
+    tags = ImageFileDirectory_v2(stream.read(8))
+    stream.seek(tags.next)
+    tags.load(stream)
+    return int(tags[WIDTH]), int(tags[HEIGHT])
+
+
+def _is_deep(file: Any) -> bool:
+    """Return whether a picture has colours of more than 8 bits, of which Pillow would keep the upper 8."""
+    if file.format == "TIFF":
+        return max(file.tag_v2.get(BITS, (1,))) > 8
+    return file.mode.startswith("I") or any(";16" in str(tile[3]) for tile in file.tile)
+
+
+def _shallow(file: Any) -> tuple[np.ndarray, np.ndarray | None]:
+    alpha = np.asarray(file.convert("RGBA"))[..., 3] if file.has_transparency_data else None
+    return np.asarray(file.convert("RGB")), alpha
+
+
+def _decoded(data: bytes) -> np.ndarray:
+    """Return the numbers of a picture with more than 8 bits, in the order red, green, blue, shape (h, w, channels)."""
+    if find_spec("cv2") is None:
+        raise InputError("photo: has more than 8 bits for each colour, which needs OpenCV: pip install 'tatamu[photo]'")
+    import cv2
+
+    found = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if found is None:
+        raise ValueError("its pixels are of an unknown kind")
+    found = found.reshape(*found.shape[:2], -1)
+    return found[..., [2, 1, 0, *range(3, found.shape[2])]] if found.shape[2] >= 3 else found
+
+
+def _parts(values: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the colours and the alpha channel of a picture in 8 bits; None if there is no alpha channel."""
+    count = values.shape[2]
+    colours = _eight_bits(values[..., : 3 if count >= 3 else 1])
+    alpha = _eight_bits(values[..., -1]) if count in (2, 4) else None
+    return np.repeat(colours, 3 // colours.shape[2], axis=2), alpha
+
+
+def _eight_bits(values: np.ndarray) -> np.ndarray:
+    """Return numbers of any range in 8 bits: white is the largest value of the smallest usual depth that holds them."""
+    if values.dtype == np.uint8:
+        return values
+    if not np.isfinite(values).all():
+        raise InputError("photo: must have finite pixels, given nan or infinity")
+    top = float(values.max(initial=0))
+    whites = [float(2**depth - 1) for depth in DEPTHS]
+    if values.dtype.kind == "f" and top <= BRIGHTEST:
+        whites = [1.0, top]
+    white = next((white for white in whites if top <= white), top)
+    return np.clip(np.round(values * (255.0 / white)), 0, 255).astype(np.uint8)
+
+
+def _film(stated: Any) -> float | None:
+    """Return the focal length, converted to 35 mm film, that a picture states [mm]; None if no value is plausible."""
+    from PIL import ExifTags
+
+    found = stated.get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
+    return float(found) if isinstance(found, int) and 8 <= found <= 300 else None
