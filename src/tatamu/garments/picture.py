@@ -98,7 +98,8 @@ def _opened(data: bytes, path: Path) -> Any:
     except UnidentifiedImageError:
         if data[:4] in (b"II*\0", b"MM\0*"):
             return None
-        hint = "; save it as JPEG or PNG" if b"ftyp" in data[:12] else ""
+        phone = data[4:8] == b"ftyp" or path.suffix.lower() in (".heic", ".heif", ".avif")
+        hint = "; save it as JPEG or PNG" if phone else ""
         raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
 
 
