@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
 import tatamu
+
+URLS = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"].get("urls", {})
 
 project = "tatamu"
 author = "The tatamu developers"
@@ -42,4 +47,9 @@ napoleon_use_rtype = False
 html_theme = "furo"
 html_title = f"tatamu {release}"
 html_static_path: list[str] = []
-html_theme_options = {"source_repository": "", "navigation_with_keys": True}
+html_theme_options = {
+    "source_repository": URLS.get("Repository", ""),
+    "source_branch": "main",
+    "source_directory": "docs/",
+    "navigation_with_keys": True,
+}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from collections.abc import Iterator
 from dataclasses import fields
 from functools import cache
@@ -74,6 +75,14 @@ def test_the_index_has_every_page_and_every_picture_is_shown() -> None:
     assert not pages - targets("docs/index.md") - {"docs/index.md"}
     pictures = {picture.relative_to(ROOT).as_posix() for picture in (ROOT / "docs" / "images").iterdir()}
     assert not pictures - set().union(*map(targets, NAMES))
+
+
+@pytest.mark.parametrize("repository", [None, "https://example.org/tatamu"])
+def test_no_link_of_the_readme_leads_nowhere_on_pypi(repository: str | None) -> None:
+    shown = runpy.run_path(str(ROOT / "setup.py"))["readme"](read("README.md"), repository)
+    assert len(shown) > 1000 and all(
+        target.startswith(("https:", "#")) for target in re.findall(r"\]\(([^)]+)\)", shown)
+    )
 
 
 def commands() -> dict[str, set[str]]:
