@@ -27,7 +27,7 @@ def test_arms_of_one_model_that_share_a_joint_are_refused(tmp_path: Path) -> Non
     path = pair(tmp_path)
     text = re.sub(r"(?m)^(model|mount) = .*\n", "", path.read_text())
     path.write_text('model = "arm.urdf"\n' + text)
-    with pytest.raises(InputError, match=r"rarm.joints: pan is larm's already"):
+    with pytest.raises(InputError, match=r"rarm.joints: pan already belongs to larm"):
         load(str(path))
 
 

@@ -319,7 +319,8 @@ def test_two_meshes_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
         (urdf(more='<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'), "is xacro"),
         (urdf().replace('velocity="2"', 'velocity="fast"'), "velocity must be a number, given 'fast'"),
         ("<sdf/>", "must be a URDF (<robot>) or an MJCF (<mujoco>), given <sdf>"),
-        ("joints: none", "is not XML"),
+        ("joints: none", "must be the XML of a URDF or MJCF"),
+        ('<robot name="macros"></robot>', "has no link"),
     ],
 )
 def test_a_model_file_that_cannot_be_read_is_one_line(tmp_path: Path, text: str, named: str) -> None:
@@ -356,7 +357,7 @@ def test_nothing_but_our_line_is_written(tmp_path: Path, capfd: pytest.CaptureFi
     assert (said.out, said.err) == ("", "")
 
 
-def test_an_mjcf_brings_its_meshes_height_fields_textures_and_includes(tmp_path: Path) -> None:
+def test_an_mjcf_brings_its_meshes_height_fields_and_includes_and_no_textures(tmp_path: Path) -> None:
     image = pytest.importorskip("PIL.Image")
     mesh(tmp_path / "shapes" / "link.stl")
     image.new("L", (4, 4), 9).save(tmp_path / "shapes" / "hill.png")
@@ -375,9 +376,9 @@ def test_an_mjcf_brings_its_meshes_height_fields_textures_and_includes(tmp_path:
     (tmp_path / "arm.xml").write_text(text)
     path = pair_of(tmp_path, "arm.xml")
     robot = load(str(path))
-    assert (robot.model.nmesh, robot.model.nhfield, robot.model.ntex) == (2, 2, 2)
+    assert (robot.model.nmesh, robot.model.nhfield, robot.model.ntex) == (2, 2, 0)
     names = {file.name for file in files_of(path)}
-    assert names == {"pair.toml", "arm.xml", "assets.xml", "link.stl", "hill.png", "wood.png"}
+    assert names == {"pair.toml", "arm.xml", "assets.xml", "link.stl", "hill.png"}
 
 
 def test_the_files_of_a_robot_are_kept_so_that_the_copy_loads(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +20,7 @@ from tatamu.robots.description import (
 )
 from tatamu.robots.extras import needed, quiet
 from tatamu.robots.model import Arm, Robot, StartPose
-from tatamu.robots.modelfile import ModelFile, give
+from tatamu.robots.modelfile import ModelFile, give, limit_continuous
 from tatamu.robots.pose import to_quaternion
 from tatamu.robots.soundness import check_description
 
@@ -47,6 +49,7 @@ def _described(path: Path) -> Robot:
     prefixes = {name: f"{name}_" if pair else "" for name in arms}
     models = {name: model_of(path, description, name) for name in description.models}
     files = {name: models[arm.model or description.model or ""] for name, arm in arms.items()}
+    turning = {name: limit_continuous(files[name], arm.joints) for name, arm in arms.items()}
     spec = _pair(arms, files, prefixes) if pair else _whole(files["larm"])
     above: list[str] = []
     larm, rarm = (_arm(path, name, arm, prefixes[name], files[name], above) for name, arm in arms.items())
@@ -65,7 +68,7 @@ def _described(path: Path) -> Robot:
         front=description.front,
         standing=_standing(description, prefixes),
         lerobot_type=description.lerobot_type,
-        notes=_notes(path, above),
+        notes=(*_notes(path, above), *_mended(path, arms, files, turning), *_outside(path, description, models)),
     )
     check_description(path, robot, prefixes)
     return replace(robot, notes=(*robot.notes, *_untested(path, robot)))
@@ -134,6 +137,38 @@ def _notes(path: Path, above: list[str]) -> tuple[str, ...]:
         f"{path}: speed: above the model's own limit [rad/s], which plans keep to, "
         f"with accelerations lowered likewise: {', '.join(above)}; to keep yours, name the joints in faster_than_model",
     )
+
+
+def _mended(
+    path: Path, arms: dict[str, ArmDescription], files: dict[str, ModelFile], turning: dict[str, list[str]]
+) -> Iterator[str]:
+    """Yield what plans do about joints and links whose model says something unusual."""
+    soft = [
+        f"{name} {joint} {files[name].soft[joint]}" for name, arm in arms.items() for joint in _soft(arm, files[name])
+    ]
+    if soft:
+        yield f"{path}: soft limits are narrower than the hard limits, and plans keep to them [rad]: {', '.join(soft)}"
+    free = [f"{name} {joint}" for name, joints in turning.items() for joint in joints]
+    if free:
+        yield f"{path}: continuous joints, which plans turn by at most one turn to either side: {', '.join(free)}"
+    links = sorted({link for file in files.values() for link in file.mended})
+    if links:
+        yield (
+            f"{path}: impossible masses or inertias, replaced because only a rehearsal needs them: {', '.join(links)}"
+        )
+
+
+def _soft(arm: ArmDescription, file: ModelFile) -> list[str]:
+    return [joint for joint in (*arm.joints, *arm.jaw.fingers) if joint in file.soft]
+
+
+def _outside(path: Path, description: Description, models: dict[str, ModelFile]) -> Iterator[str]:
+    """Yield a note on files outside the folder of the description, because plans and results contain copies of them."""
+    folder = os.path.abspath(path.parent)
+    used = {os.path.abspath(file) for model in models.values() for file in model.files}
+    found = sorted(file for file in used if os.path.commonpath([file, folder]) != folder)
+    if found:
+        yield f"{path}: files from outside its folder, which plans and results contain copies of: {', '.join(found)}"
 
 
 def _whole(file: ModelFile) -> object:

@@ -87,7 +87,7 @@ def _replacing(out: Path) -> Iterator[Path]:
     try:
         out = out.resolve()  # a symbolic link remains a link
         out.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+        temporary = Path(tempfile.mkdtemp(prefix=".tatamu-", dir=out.parent))
         try:
             yield temporary
             temporary.chmod(0o755)

@@ -177,8 +177,15 @@ class Robot:
         limited = [number for number in range(model.njnt) if model.jnt_limited[number]]
         columns = model.jnt_qposadr[limited]
         qpos[columns] = np.clip(qpos[columns], *model.jnt_range[limited].T)
-        for equality in joint_equalities(model) * model.neq:  # repeated, because a leader may follow another joint
-            equality.apply(model, qpos)
+        return self.followed(qpos)
+
+    def followed(self, qpos: np.ndarray) -> np.ndarray:
+        """Return configurations in which joints that the model couples by an equality follow their leaders.
+
+        The given configurations [rad, m], shape (.., nq), are changed.
+        """
+        for equality in joint_equalities(self.model) * self.model.neq:  # a leader may follow another joint
+            equality.apply(self.model, qpos)
         return qpos
 
     def at_rest(self) -> Any:
@@ -250,13 +257,13 @@ class JointEquality:
     """The coefficients c0 to c4, shape (5,)."""
 
     def apply(self, model: Any, qpos: np.ndarray) -> None:
-        """Set the position of the follower in a configuration `qpos` of all joints."""
-        moved = 0.0
+        """Set the position of the follower in configurations `qpos` of all joints, shape (.., nq)."""
+        moved = np.zeros(qpos.shape[:-1])
         if self.leader is not None:
             at = model.jnt_qposadr[self.leader]
-            moved = qpos[at] - model.qpos0[at]
+            moved = qpos[..., at] - model.qpos0[at]
         at = model.jnt_qposadr[self.follower]
-        qpos[at] = model.qpos0[at] + np.polynomial.polynomial.polyval(moved, self.coefficients)
+        qpos[..., at] = model.qpos0[at] + np.polynomial.polynomial.polyval(moved, self.coefficients)
 
 
 def joint_equalities(model: Any) -> list[JointEquality]:

@@ -5,29 +5,34 @@ from __future__ import annotations
 import hashlib
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 import trimesh
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import MIB, foreign, read_bytes
 from tatamu.robots.extras import needed, one_line
-from tatamu.robots.packages import located
-from tatamu.robots.urdf import read_urdf
+from tatamu.robots.urdf import Urdf, located, read_urdf
 
 MESHES = (".stl", ".obj", ".msh")
 """Formats of meshes that MuJoCo reads. Of the two .stl formats, MuJoCo reads only the binary format."""
 CONVERTED = (".ply", ".off")
-"""Formats of meshes that are converted to binary STL. ASCII STL is converted too.
-
-The lengths in these files have no unit.
-"""
-LARGEST_FILE = 64 * MIB
-"""Largest size of a model file, and of each file that the model names [bytes]."""
+"""Formats of meshes that are converted to binary STL, like ASCII STL. The lengths in these files have no unit."""
+MAX_FILE = 64 * MIB
+"""Maximum size of a model file, and of each file that the model names [bytes]."""
+MAX_DEPTH, MAX_ELEMENTS = 256, 20_000
+"""Maximum depth and number of the elements in the XML of a model, with its included files and replicated elements."""
+MAX_HEIGHTS = 4_000_000
+"""Maximum number of heights in a height field."""
+SMALL_MASS, SMALL_INERTIA = 1e-3, 1e-6
+"""Mass [kg] and inertia [kg m^2] of a link whose own are impossible and leave no better guess."""
+FULL_TURN = 2 * np.pi
+"""Range of a continuous joint in plans, from minus this angle to this angle [rad]."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +40,15 @@ class ModelFile:
     """A model that has been read."""
 
     spec: Any
-    """The model, a mujoco.MjSpec.
-
-    Its assets, such as meshes, are named by their content. `give` adds the assets to this model, or to a model that
-    contains this model.
-    """
+    """The model, a mujoco.MjSpec. Its assets, such as meshes, are named by their content; `give` adds them to it."""
     speeds: Mapping[str, float]
     """Speed limits of the joints that state a limit [rad/s, m/s]."""
+    soft: Mapping[str, str]
+    """Soft limits that are narrower than the hard limits, as text, by the name of the joint."""
+    continuous: frozenset[str] | None
+    """Names of the joints without limits that may turn freely; None if any joint without limits may."""
+    mended: tuple[str, ...]
+    """Names of links whose mass or inertia is impossible and was replaced."""
     contents: Mapping[str, bytes]
     """Content of each asset, such as a mesh, by the name of the asset."""
     files: tuple[Path, ...]
@@ -61,21 +68,32 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
     mujoco = needed("mujoco")
     root = _root(path)
     store = _Store(path)
+    urdf: Urdf | None = None
     try:
         if root.tag == "robot":
             urdf = read_urdf(path, root, lambda name: store.mesh(located(name, path, packages)))
-            spec, speeds = mujoco.MjSpec.from_string(urdf.text), urdf.speeds
+            spec = mujoco.MjSpec.from_string(urdf.text)
         else:
             store.files += _included(path, root)
-            spec, speeds = mujoco.MjSpec.from_file(str(path)), {}
+            # MuJoCo finds the assets of an included file in another folder only if the path is absolute.
+            spec = mujoco.MjSpec.from_file(os.path.abspath(path))
             _keep_assets(spec, path, store)
     except ValueError as error:
-        raise InputError(f"{path}: is no URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
+        raise InputError(f"{path}: must be a URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
     spec.compiler.fusestatic = False
     spec.option.disableflags = spec.option.enableflags = 0  # a model may switch off contacts
+    soft = urdf.soft if urdf else _commanded_limits(spec)
     for part in (*spec.sensors, *spec.actuators, *spec.keys, *spec.skins):  # a plan needs none of these parts
         spec.delete(part)
-    return ModelFile(spec, speeds, store.contents, tuple(dict.fromkeys(store.files)))
+    return ModelFile(
+        spec=spec,
+        speeds=urdf.speeds if urdf else {},
+        soft=soft,
+        continuous=urdf.continuous if urdf else None,
+        mended=(*(urdf.without_inertia if urdf else ()), *_mend_dynamics(spec)),
+        contents=store.contents,
+        files=tuple(dict.fromkeys(store.files)),
+    )
 
 
 def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = ()) -> None:
@@ -83,10 +101,58 @@ def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = (
 
     If the model was attached to another model, `prefixes` are removed from the asset names.
     """
-    for asset in (*spec.meshes, *spec.hfields, *spec.textures):
+    for asset in (*spec.meshes, *spec.hfields):
         for prefix in prefixes:
             asset.file = asset.file.removeprefix(prefix)
     spec.assets = dict(contents)
+
+
+def limit_continuous(model: ModelFile, joints: Iterable[str]) -> list[str]:
+    """Give each of these joints that has no limits a range of one turn to either side, and return their names."""
+    mujoco, spec = needed("mujoco"), model.spec
+    found = []
+    for joint in filter(None, map(spec.joint, joints)):
+        free = model.continuous is None or joint.name in model.continuous
+        if free and joint.type == mujoco.mjtJoint.mjJNT_HINGE and not _is_limited(spec, joint):
+            joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+            joint.range = [sign * FULL_TURN / _unit(spec, joint) for sign in (-1, 1)]
+            found.append(joint.name)
+    return found
+
+
+def _commanded_limits(spec: Any) -> dict[str, str]:
+    """Narrow the ranges of joints to those that their position drives accept, and return the narrower ranges as text.
+
+    The range of a drive is the soft limit of an MJCF, because the drive never commands a position outside it.
+    """
+    mujoco, found = needed("mujoco"), {}
+    for drive in spec.actuators:
+        joint = spec.joint(drive.target) if drive.trntype == mujoco.mjtTrn.mjTRN_JOINT else None
+        low, high = drive.ctrlrange
+        is_position = drive.biastype == mujoco.mjtBias.mjBIAS_AFFINE and drive.biasprm[1] == -drive.gainprm[0] != 0
+        limited = drive.ctrllimited != mujoco.mjtLimited.mjLIMITED_FALSE and low < high
+        if joint is None or not is_position or not limited or drive.gear[0] != 1:
+            continue
+        unit = _unit(spec, joint)
+        hard = np.array(joint.range) * unit if _is_limited(spec, joint) else np.array([-np.inf, np.inf])
+        soft = np.array([max(low, hard[0]), min(high, hard[1])])
+        if soft[0] < soft[1] and np.abs(soft - hard).max() > 1e-4:  # drives often repeat the range with fewer digits
+            joint.limited, joint.range = mujoco.mjtLimited.mjLIMITED_TRUE, soft / unit
+            found[joint.name] = f"{soft[0]:g} to {soft[1]:g}"
+    return found
+
+
+def _is_limited(spec: Any, joint: Any) -> bool:
+    limited = needed("mujoco").mjtLimited
+    if joint.limited == limited.mjLIMITED_AUTO:
+        return bool(spec.compiler.autolimits and joint.range[0] != joint.range[1])
+    return bool(joint.limited == limited.mjLIMITED_TRUE)
+
+
+def _unit(spec: Any, joint: Any) -> float:
+    """Return the factor that converts the range of a joint in the file to radians or metres."""
+    degrees = spec.compiler.degree and joint.type == needed("mujoco").mjtJoint.mjJNT_HINGE
+    return float(np.pi / 180) if degrees else 1.0
 
 
 class _Store:
@@ -113,9 +179,12 @@ class _Store:
             content, suffix = _as_stl(file, content, suffix), ".stl"
         return self._store(content, suffix)
 
-    def keep(self, file: Path) -> str:
-        """Read any file, store it, and return the name that is made from its content."""
-        return self._store(self._read(file), file.suffix.lower())
+    def heights(self, file: Path) -> str:
+        """Read the file of a height field, store it, and return the name that is made from its content."""
+        content = self._read(file)
+        if content[:4] == b"\x89PNG":
+            _check_heights(file, int.from_bytes(content[16:20], "big"), int.from_bytes(content[20:24], "big"))
+        return self._store(content, file.suffix.lower())
 
     def _store(self, content: bytes, suffix: str) -> str:
         name = hashlib.sha256(content).hexdigest()[:16] + suffix
@@ -126,16 +195,18 @@ class _Store:
         file = Path(os.path.normpath(file))
         if not file.is_file():
             raise InputError(f"{self._path}: there is no file {file}")
-        content = read_bytes(file, LARGEST_FILE)
+        content = read_bytes(file, MAX_FILE)
         self.files.append(file)
         return content
 
 
-def _is_ascii(content: bytes) -> bool:
-    """Return whether an STL file is text.
+def _check_heights(file: Path, rows: int, columns: int) -> None:
+    if rows * columns > MAX_HEIGHTS:
+        raise InputError(f"{file}: height field: must be at most {MAX_HEIGHTS} heights, given {rows} x {columns}")
 
-    The length of a binary STL file follows from its number of triangles.
-    """
+
+def _is_ascii(content: bytes) -> bool:
+    """Return whether an STL file is text. The length of a binary file follows from its number of triangles."""
     count = int.from_bytes(content[80:84], "little")
     return content.lstrip()[:5] == b"solid" and len(content) != 84 + 50 * count
 
@@ -147,24 +218,43 @@ def _as_stl(file: Path, content: bytes, suffix: str) -> bytes:
 
 
 def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
-    """Store the asset files that an MJCF file names, and replace their names by the names in the store."""
-    meshes = spec.meshes
-    for assets, place in (
-        (meshes, spec.meshdir),
-        (spec.hfields, spec.meshdir),
-        (spec.textures, spec.texturedir),
-    ):
+    """Store the asset files that an MJCF file names, and replace their names by the names in the store.
+
+    Textures are left out: distances need none, and a small picture may need gigabytes of memory.
+    """
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    for texture in list(spec.textures):
+        spec.delete(texture)
+    for assets, keep in ((spec.meshes, store.mesh), (spec.hfields, store.heights)):
         for asset in assets:
             if asset.file:
                 file = Path(asset.file)
-                place_of = path.parent / place / (file.name if spec.strippath else file)
-                asset.file = store.mesh(place_of) if assets is meshes else store.keep(place_of)
-    for texture in spec.textures:
-        if any(texture.cubefiles):
-            texture.cubefiles = [
-                store.keep(path.parent / spec.texturedir / name) if name else "" for name in texture.cubefiles
-            ]
+                stripped = spec.strippath and not file.is_absolute()
+                asset.file = keep(path.parent / spec.meshdir / (file.name if stripped else file))
+    for field in spec.hfields:
+        _check_heights(path, int(field.nrow), int(field.ncol))
     spec.meshdir = spec.texturedir = ""
+
+
+def _mend_dynamics(spec: Any) -> list[str]:
+    """Replace impossible masses and inertias, and return the names of their links. Plans of motions need neither."""
+    found = []
+    for body in spec.bodies[1:]:
+        if body.explicitinertial:
+            full = np.array(body.fullinertia)
+            (xx, yy, zz, xy, xz, yz) = full if np.isfinite(full[0]) else (*body.inertia, 0.0, 0.0, 0.0)
+            moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            possible = body.mass > 0 and moments[0] > 0 and moments[0] + moments[1] >= moments[2] * (1 - 1e-9)
+        else:
+            moments, possible = np.zeros(3), bool(body.geoms or not body.joints)
+        if not possible:
+            body.mass = body.mass if body.mass > 0 else SMALL_MASS
+            body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
+            body.inertia = [max(float(np.abs(moments).mean()), SMALL_INERTIA)] * 3
+            body.explicitinertial = True
+            found.append(body.name)
+    return found
 
 
 def _root(path: Path) -> ElementTree.Element:
@@ -177,21 +267,52 @@ def _root(path: Path) -> ElementTree.Element:
     return root
 
 
+class _ShallowTree(ElementTree.TreeBuilder):
+    """Builds the tree of an XML file, unless its elements are nested too deep or too many."""
+
+    depth = count = 0
+
+    def start(self, tag: Any, attrs: Any) -> Any:
+        self.depth, self.count = self.depth + 1, self.count + 1
+        if self.depth > MAX_DEPTH:
+            raise ValueError(f"elements are nested more than {MAX_DEPTH} deep")
+        if self.count > MAX_ELEMENTS:
+            raise ValueError(f"there are more than {MAX_ELEMENTS} elements")
+        return super().start(tag, attrs)
+
+    def end(self, tag: Any) -> Any:
+        self.depth -= 1
+        return super().end(tag)
+
+
 def _parsed(path: Path) -> ElementTree.Element:
     try:
-        return ElementTree.fromstring(read_bytes(path, LARGEST_FILE))
+        parser = ElementTree.XMLParser(target=_ShallowTree())
+        parser.feed(read_bytes(path, MAX_FILE))
+        root: ElementTree.Element = parser.close()
+        if _replicated(root) > MAX_ELEMENTS:
+            raise ValueError(f"there are more than {MAX_ELEMENTS} elements")
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise InputError(f"{path}: is no URDF or MJCF, as it is not XML ({error})") from None
+        raise InputError(f"{path}: must be the XML of a URDF or MJCF ({error})") from None
+    return root
+
+
+def _replicated(element: ElementTree.Element) -> int:
+    """Return the number of elements after MuJoCo has copied those that `count` repeats."""
+    counts = [int(number) for number in element.get("count", "1").split() if number.isdigit()]
+    return int(np.prod(counts or [1], dtype=float)) * (1 + sum(map(_replicated, element)))
 
 
 def _included(path: Path, root: ElementTree.Element) -> list[Path]:
-    """Return the files that an MJCF file includes, directly or through other files."""
+    """Return the files that an MJCF file includes or attaches, directly or through other files."""
     found: list[Path] = []
-    todo = [root]
+    todo = [(path, root)]
     while todo:
-        for include in todo.pop().iter("include"):
-            file = path.parent / include.get("file", "")
-            if file.is_file() and file not in found:  # MuJoCo reports a missing file
-                found.append(file)
-                todo.append(_parsed(file))
+        here, element = todo.pop()
+        for include in (*element.iter("include"), *element.iter("model")):
+            for folder in dict.fromkeys((path.parent, here.parent)):
+                file = folder / include.get("file", "")
+                if file.is_file() and file not in found:  # MuJoCo reports a missing file
+                    found.append(file)
+                    todo.append((file, _parsed(file)))
     return found

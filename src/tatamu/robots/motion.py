@@ -127,6 +127,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
     for arm in robot.folding:
         for joint, (opened, shut) in arm.jaw.fingers.items():
             angles[:, robot.finger_columns[joint]] = opened + closed * (shut - opened)
+    angles = robot.followed(angles)
     return Motion(times, angles, tuple(parts), _events(robot, parts), pace.speed_scale)
 
 

@@ -125,7 +125,7 @@ def _check_names(path: Path, robot: Robot) -> None:
                 raise InputError(f"{path}: {arm.name}.joints: the model has no joint {joint!r}")
     for joint in robot.rarm.joints:
         if joint in robot.larm.joints:
-            raise InputError(f"{path}: rarm.joints: {joint} is larm's already")
+            raise InputError(f"{path}: rarm.joints: {joint} already belongs to larm")
     for joint in robot.standing:
         if robot.spec.joint(joint) is None:
             raise InputError(f"{path}: standing: the model has no joint {joint!r}")
@@ -173,11 +173,18 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
         if model.joint(joint).type[0] != needed("mujoco").mjtJoint.mjJNT_HINGE:
             raise InputError(f"{where} {joint.removeprefix(prefix)} is a slide; every joint of an arm must be a hinge")
         if not model.joint(joint).limited[0]:
-            raise InputError(f"{where} {joint} has no limits in the model")
+            raise InputError(f"{where} {joint.removeprefix(prefix)} must have a range in the model, given none")
         low, high = model.joint(joint).range
         if not low <= angle <= high:
             raise InputError(
                 f"{path}: {arm.name}.initial: {joint} must be from {low:.4g} to {high:.4g} rad, given {angle:.4g}"
+            )
+    for joint, positions in arm.jaw.fingers.items():
+        low, high = model.joint(joint).range
+        if model.joint(joint).limited[0] and not low - 1e-9 <= min(positions) <= max(positions) <= high + 1e-9:
+            raise InputError(
+                f"{path}: {arm.name}.jaw.fingers: {joint.removeprefix(prefix)} must be from {low:.4g} to {high:.4g}, "
+                f"given {positions[0]:g} and {positions[1]:g}"
             )
     names = [name.removeprefix(prefix) for name in arm.joints]
     on_the_way = [joint.removeprefix(prefix) for joint in _joints_to(model, model.body(arm.link).id)]

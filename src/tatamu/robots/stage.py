@@ -17,7 +17,7 @@ from tatamu.robots.planned import Planned
 
 MODEL = "robot.xml"
 ASSETS = "assets"
-"""Folder of meshes, height fields and textures, next to the model."""
+"""Folder of meshes and height fields, next to the model."""
 START = "start"
 """Name of the keyframe with the pose in which motions start."""
 
@@ -55,7 +55,7 @@ def save_stage(robot: Robot, table_height: float, folder: Path) -> None:
     """Write the model as an MJCF file, together with every file that the model names."""
     spec = stage(robot, table_height)
     spec.compile()
-    used = {asset.file for asset in (*spec.meshes, *spec.hfields, *spec.textures)}
+    used = {asset.file for asset in (*spec.meshes, *spec.hfields)}
     for name, content in spec.assets.items():
         if name in used:
             with replacing(folder / ASSETS / name) as temporary:

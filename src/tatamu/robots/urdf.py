@@ -1,27 +1,39 @@
-"""The parts of URDF that MuJoCo does not read: the locations of mesh files, and the speed limits of joints.
+"""The parts of URDF that MuJoCo does not read: places of mesh files, speed limits, soft limits, continuous joints.
 
 MuJoCo reads everything else: links, joints, limits, shapes, and mimic joints as equalities.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import glob
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from urllib.parse import unquote
 from xml.etree import ElementTree
 
 from tatamu.base.errors import InputError
 
 XACRO = ("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}", "{http://wiki.ros.org/xacro}")
+DEPTH = 3
+"""Number of folder levels below the folders of ROS_PACKAGE_PATH in which a package is searched."""
 
 
 @dataclass(frozen=True)
 class Urdf:
-    """A URDF that is prepared for MuJoCo, with new names for its mesh files."""
+    """A URDF that is prepared for MuJoCo, with new names for its mesh files and the stricter limits of its joints."""
 
     text: str
     speeds: dict[str, float]
     """Speed limits of the joints that state a limit [rad/s, m/s]."""
+    soft: dict[str, str]
+    """Soft limits that are narrower than the hard limits, as text, by the name of the joint."""
+    continuous: frozenset[str]
+    """Names of the joints without limits."""
+    without_inertia: list[str]
+    """Names of links whose mass or inertia was removed because it lacks numbers."""
 
 
 def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str]) -> Urdf:
@@ -37,16 +49,79 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
     """
     if any(element.tag.startswith(XACRO) for element in root.iter()):
         raise InputError(f"{path}: is xacro, from which URDF is made: run `xacro {path.name} > robot.urdf`")
+    if root.find("link") is None:
+        raise InputError(f"{path}: has no link; if xacro made it, run xacro on the file that calls the macros instead")
     folder, strip = _meshes_of(root)
     for link in root.iter("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
+    for material in root.findall("material"):
+        root.remove(material)
     for mesh in root.iter("mesh"):
         name = mesh.get("filename", "")
         if "://" not in name:
             name = str(PurePosixPath(folder) / (PurePosixPath(name).name if strip else name))
         mesh.set("filename", keep(name))
-    return Urdf(ElementTree.tostring(root, encoding="unicode"), _speeds(path, root))
+    removed = [link.get("name", "") for link in root.findall("link") if _remove_unreadable_inertia(link)]
+    soft = {joint.get("name", ""): text for joint in root.findall("joint") if (text := _limit(path, joint))}
+    free = frozenset(joint.get("name", "") for joint in root.findall("joint") if joint.get("type") == "continuous")
+    return Urdf(ElementTree.tostring(root, encoding="unicode"), _speeds(path, root), soft, free, removed)
+
+
+def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
+    """Find the file of a URI in a URDF: `package://`, `file://`, or a path relative to the URDF.
+
+    Packages are searched in this order: the table in the robot's description, the folders above the URDF, the paths of
+    ROS.
+
+    Args:
+        uri: The URI as the URDF contains it.
+        urdf: The URDF file.
+        packages: Folders of packages by name.
+
+    Raises:
+        InputError: If no folder of the package contains the file.
+    """
+    scheme, _, rest = uri.partition("://")
+    if scheme == "file" and rest:
+        return Path(rest if os.path.exists(rest) else unquote(rest))
+    if scheme not in ("package", "model") or not rest:
+        return urdf.parent / uri
+    tried = []
+    for spelling in dict.fromkeys((rest, unquote(rest))):  # many files write names as they are, with % or spaces
+        name, _, path = spelling.partition("/")
+        for folder in _folders(name, urdf, packages):
+            if (folder / path).is_file():
+                return folder / path
+            if folder.is_dir():
+                tried.append(folder / path)
+    if tried:
+        raise InputError(f"{urdf}: {uri}: there is no file {tried[0]}")
+    raise InputError(
+        f"{urdf}: {uri}: no folder {name} stands above this file or in ROS_PACKAGE_PATH; "
+        f'write packages = {{ {name} = "FOLDER" }} in the description, before its first table'
+    )
+
+
+def _folders(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
+    """Yield the folders that may be the package, the most likely folder first."""
+    if name in packages:
+        yield packages[name]
+    for above in Path(os.path.abspath(urdf)).parents:
+        if above.name == name:
+            yield above
+        yield above / name
+    for root in _paths("ROS_PACKAGE_PATH"):
+        if root.name == name:
+            yield root
+        for depth in range(DEPTH):
+            yield from sorted(root.glob("*/" * depth + glob.escape(name)))
+    for root in _paths("AMENT_PREFIX_PATH"):
+        yield root / "share" / name
+
+
+def _paths(variable: str) -> list[Path]:
+    return [Path(part) for part in os.environ.get(variable, "").split(os.pathsep) if part]
 
 
 def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
@@ -61,19 +136,73 @@ def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
     return folder, strip
 
 
+def _remove_unreadable_inertia(link: ElementTree.Element) -> bool:
+    """Remove the inertia of a link if a number is missing or is no number, and return whether this was so."""
+    inertial = link.find("inertial")
+    if inertial is None:
+        return False
+    mass, inertia = inertial.find("mass"), inertial.find("inertia")
+    texts = [None if mass is None else mass.get("value")]
+    texts += [None if inertia is None else inertia.get(name) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
+    try:
+        readable = all(text is not None and math.isfinite(float(text)) for text in texts)
+    except ValueError:
+        readable = False
+    if not readable:
+        link.remove(inertial)
+    return not readable
+
+
+def _limit(path: Path, joint: ElementTree.Element) -> str:
+    """Give a joint the stricter of its hard and soft limits, and return the soft limits as text if they are stricter.
+
+    A continuous joint with limits becomes a revolute joint. Soft limits of a joint without a hard limit count, too.
+    """
+    kind = joint.get("type")
+    if kind not in ("revolute", "continuous", "prismatic"):
+        return ""
+    limit, soft = joint.find("limit"), joint.find("safety_controller")
+    hard = [_number(path, joint, limit, name) for name in ("lower", "upper")]
+    if kind != "continuous":  # by the standard of URDF, a missing hard limit of these joints is 0
+        hard = [0.0 if value is None else value for value in hard]
+    elif None in hard or hard[0] == hard[1]:
+        hard = [None, None]  # many exporters write 0 and 0 for a joint without limits
+    braked = [_number(path, joint, soft, f"soft_{name}_limit") for name in ("lower", "upper")]
+    low = max((value for value in (hard[0], braked[0]) if value is not None), default=None)
+    high = min((value for value in (hard[1], braked[1]) if value is not None), default=None)
+    narrower = [low, high] != hard
+    if low is None or high is None:
+        if narrower:
+            raise InputError(f"{path}: joint {joint.get('name')}: must have a lower and an upper limit, given only one")
+        return ""
+    if narrower and low >= high:
+        raise InputError(
+            f"{path}: joint {joint.get('name')}: soft limits must leave a range within the hard limits, given one "
+            f"from {low:g} to {high:g}; correct safety_controller, or remove it"
+        )
+    if limit is None:
+        limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")
+    limit.set("lower", repr(low))
+    limit.set("upper", repr(high))
+    joint.set("type", "revolute" if kind == "continuous" else kind)
+    return f"{low:g} to {high:g}" if narrower else ""
+
+
+def _number(path: Path, joint: ElementTree.Element, element: ElementTree.Element | None, name: str) -> float | None:
+    """Return an attribute of a joint's limits; None if it is missing or infinite."""
+    text = None if element is None else element.get(name)
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value):
+        raise InputError(f"{path}: joint {joint.get('name', '')}: {name} must be a number, given {text[:40]!r}")
+    return None if math.isinf(value) else value
+
+
 def _speeds(path: Path, root: ElementTree.Element) -> dict[str, float]:
     """Return the speed limit of each joint by name. A limit of 0 counts as missing, because many exporters write 0."""
-    found = {}
-    for joint in root.iterfind("joint"):
-        limit = joint.find("limit")
-        text = None if limit is None else limit.get("velocity")
-        if text is None:
-            continue
-        name = joint.get("name", "")
-        try:
-            speed = float(text)
-        except ValueError:
-            raise InputError(f"{path}: joint {name}: velocity must be a number, given {text[:40]!r}") from None
-        if speed > 0:
-            found[name] = speed
-    return found
+    joints = [(joint, _number(path, joint, joint.find("limit"), "velocity")) for joint in root.iterfind("joint")]
+    return {joint.get("name", ""): speed for joint, speed in joints if speed is not None and speed > 0}
