@@ -17,8 +17,7 @@ from benchmarks.tables import markdown, merged, publish, published
 from tatamu.base.errors import InputError
 from tatamu.folding.task import Reach, make_task
 from tatamu.robots import ReachConstraint, Robot, load
-from tatamu.robots.catalog import NAMED
-from tatamu.robots.presets import PAIRS
+from tatamu.robots.catalog import NAMES
 from tatamu.study.reachable import check_reach
 
 MATERIAL = "polyester"
@@ -69,7 +68,7 @@ def main() -> None:
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     rows = []
-    for name in (*NAMED, *PAIRS):
+    for name in NAMES:
         if options.only in name:
             begun = time.process_time()
             rows.append(row(name))

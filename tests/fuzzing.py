@@ -38,7 +38,7 @@ from tatamu.evaluation.disturbances.description import OWN, read_disturbances
 from tatamu.evaluation.robustness.cache import VerdictCache
 from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
-from tatamu.robots.assembly import described
+from tatamu.robots.catalog import described
 from tatamu.robots.planned import Planned
 from tatamu.simulation.material import PRESETS, load_material
 from tatamu.simulation.mesh.meshing import staggered_rectangle

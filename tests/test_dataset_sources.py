@@ -74,7 +74,6 @@ def test_worlds_and_a_second_simulator_judge_each_fold(tmp_path: Path) -> None:
 
 
 def test_arms_fold_in_joint_space(tmp_path: Path) -> None:
-    pytest.importorskip("mink")
     from tatamu import robots
     from tatamu.robots.keys import state_names
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from tatamu.after.feedback import CorrectionRecord, Observation, Observed, ruler, write_corrected
 from tatamu.after.feedback import corrected as corrected_fold
@@ -341,9 +340,7 @@ class FoldPlan:
         Raises:
             InputError: If the folder cannot be written, or contains other files.
         """
-        with TemporaryDirectory() as temporary:
-            source = self.result.folder or self.result.save(temporary).path
-            save(replace(self.plan, task=replace(self.plan.task, source=source)), Path(folder))
+        save(self.plan, Path(folder))
         return Path(folder)
 
 
@@ -371,6 +368,4 @@ def plan_for(
         InputError: If the robot does not exist, or the fold is out of its reach.
     """
     pace = validated(Pace, {"speed_scale": speed_scale}, "pace")
-    with TemporaryDirectory() as temporary:
-        folder = result.folder or result.save(temporary).path
-        return FoldPlan(plan_fold(folder, load_robot(robot), place, table_height, pace, hover), result)
+    return FoldPlan(plan_fold(result, load_robot(robot), place, table_height, pace, hover), result)

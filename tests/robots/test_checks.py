@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.robots import RobotPlan, load, plan_fold

@@ -16,7 +16,6 @@ from scipy.interpolate import CubicHermiteSpline
 from tests.robots.arms import pair_of, urdf
 
 pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 pytest.importorskip("rosbags")
 
@@ -28,6 +27,7 @@ from tatamu.robots.interfaces import RosNames
 from tatamu.robots.motion import Pace
 from tatamu.robots.planned import Planned
 from tatamu.robots.tables import trajectory_json
+from tatamu.study.folder import ResultFolder
 
 MD5 = "680acaff79486f017132a7f198d40f08"
 """Of control_msgs/GripperCommand in ROS 1 (docs.ros.org/en/noetic/api/control_msgs)."""
@@ -156,8 +156,13 @@ def test_controllers_have_the_names_of_the_description(plan: RobotPlan, tmp_path
     assert trajectory_json(named)["topics"]["/left/arm_controller/command"]["joint_names"] == names
 
 
+def _folder(plan: RobotPlan) -> Path:
+    assert isinstance(plan.task.source, ResultFolder)
+    return plan.task.source.path
+
+
 def test_a_slower_plan_is_the_same_motion_at_a_fraction_of_the_speed(plan: RobotPlan) -> None:
-    slow = plan_fold(plan.task.source, load("panda-pair"), place=PLACE, pace=Pace(speed_scale=0.5))
+    slow = plan_fold(_folder(plan), load("panda-pair"), place=PLACE, pace=Pace(speed_scale=0.5))
     assert slow.motion.parts[-1].start == pytest.approx(2 * plan.motion.parts[-1].start)
     for one, other in zip(plan.events, slow.events, strict=True):
         assert other.time == pytest.approx(2 * one.time, abs=1e-5)
@@ -172,7 +177,7 @@ def test_a_slower_plan_is_the_same_motion_at_a_fraction_of_the_speed(plan: Robot
 
 
 def test_a_plan_that_hovers_is_the_motion_above_the_table_with_open_jaws(plan: RobotPlan, tmp_path: Path) -> None:
-    above = plan_fold(plan.task.source, load("panda-pair"), place=PLACE, hover=0.10)
+    above = plan_fold(_folder(plan), load("panda-pair"), place=PLACE, hover=0.10)
     assert (above.task.table, above.task.placement.z) == (plan.task.table, pytest.approx(plan.task.table + 0.10))
     assert above.checks["distance_to_the_table"].value > plan.checks["distance_to_the_table"].value + 0.05
     assert above.events == () and {command.width for command in above.gripper_commands} == {

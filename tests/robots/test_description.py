@@ -8,7 +8,6 @@ from tests.robots.arms import pair, urdf
 from tests.robots.folds import folder
 
 mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.base.errors import InputError  # noqa: E402

@@ -15,7 +15,6 @@ import pytest
 from tests.robots.folds import folder
 
 pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 pytest.importorskip("pyarrow")
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.robots import RobotPlan, load, plan_fold  # noqa: E402

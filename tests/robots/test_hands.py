@@ -97,7 +97,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
 
 
 def test_a_folder_of_something_else_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"must be the folder of a learned fold, and has no manipulation.json"):
+    with pytest.raises(InputError, match=r"must be the folder of a learned fold, but has no manipulation.json"):
         HandMotion.load(tmp_path)
 
 

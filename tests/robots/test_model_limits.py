@@ -13,7 +13,6 @@ from tests.robots.arms import BOX, mjcf, pair_of, urdf
 from tests.robots.folds import folder
 
 mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.base.errors import InputError  # noqa: E402

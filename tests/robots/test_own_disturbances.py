@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
-pytest.importorskip("mink")
 
 from tatamu.api import learn, task_of
 from tatamu.base.errors import InputError

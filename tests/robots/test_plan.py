@@ -13,7 +13,6 @@ from tests.commands import tatamu
 from tests.robots.folds import bezier, folder, manipulation
 
 mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.base.errors import InputError  # noqa: E402

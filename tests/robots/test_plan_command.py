@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
 
 from tatamu.cli import main
-from tatamu.robots.assembly import described
+from tatamu.robots.catalog import described
 from tatamu.robots.description import files_of
 from tatamu.robots.plan import NoPlacement
 from tatamu.study.inputs import Sources, keep_inputs

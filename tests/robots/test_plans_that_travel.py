@@ -12,7 +12,6 @@ from tests.robots.arms import mjcf, pair_of, urdf
 from tests.robots.folds import folder
 
 mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.robots import load, plan_fold, save  # noqa: E402

@@ -1,6 +1,8 @@
 """Pairs of arms by name: they are the robots that they are named after, and fold what a pair side by side cannot."""
 
 import os
+import re
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,29 +13,27 @@ import pytest
 from tests.robots.folds import folder
 
 mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.base.errors import InputError  # noqa: E402
 from tatamu.robots import load, plan_fold  # noqa: E402
-from tatamu.robots.arm_facts import FR3, PANDA, UR5E, XARM7, SerialArm  # noqa: E402
+from tatamu.robots.catalog import DATA, described  # noqa: E402
+from tatamu.robots.catalog import NAMES as BUILT_IN  # noqa: E402
 from tatamu.robots.chain import Chain  # noqa: E402
 from tatamu.robots.clearance import FAR, Clearance  # noqa: E402
 from tatamu.robots.constraint import ReachConstraint  # noqa: E402
 from tatamu.robots.keys import state_names  # noqa: E402
-from tatamu.robots.light_arms import OPENARM, SO101, VIPERX  # noqa: E402
 from tatamu.robots.modelfile import give, read_model  # noqa: E402
-from tatamu.robots.presets import PAIRS, pair_of_arms, side_by_side  # noqa: E402
 from tests.robots.folds import exact  # noqa: E402
 
-NAMES = sorted(PAIRS)
+NAMES = sorted(set(BUILT_IN) - {"hironx", "nextage"})
 REAL = {
-    "panda": (PANDA, "example-robot-data", "panda_description/urdf/panda.urdf", "panda_link{}", 1e-5),
-    "xarm7": (XARM7, "example-robot-data", "xarm_description/urdf/xarm7.urdf", "link{}", 1e-4),
-    "ur5e": (UR5E, "robosuite", "ur5e/robot.xml", "", 2.5e-3),  # its lengths are rounded to millimetres
-    "so101": (SO101, "example-robot-data", "so_arm_description/urdf/so101.urdf", "", 1e-5),
-    "viperx": (VIPERX, "gym_aloha", "assets/bimanual_viperx_insertion.xml", "", 1e-5),
-    "openarm": (OPENARM, "openarm_mujoco-2.3.0", "v2/openarm_bimanual.xml", "", 1e-5),
+    "panda": ("example-robot-data", "panda_description/urdf/panda.urdf", "panda_link{}", 1e-5),
+    "xarm7": ("example-robot-data", "xarm_description/urdf/xarm7.urdf", "link{}", 1e-4),
+    "ur5e": ("robosuite", "ur5e/robot.xml", "", 2.5e-3),  # its lengths are rounded to millimetres
+    "so101": ("example-robot-data", "so_arm_description/urdf/so101.urdf", "", 1e-5),
+    "viperx": ("gym_aloha", "assets/bimanual_viperx_insertion.xml", "", 1e-5),
+    "openarm": ("openarm_mujoco-2.3.0", "v2/openarm_bimanual.xml", "", 1e-5),
 }
 LINKS = {
     "ur5e": ("shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link"),
@@ -45,7 +45,9 @@ LINKS = {
     "openarm": (*(f"openarm_left_link{number}" for number in range(1, 7)), "openarm_left_ee_base_link"),
 }
 FEET = {"ur5e": "fixed_base_link", "viperx": "vx300s_left", "openarm": "openarm_left_base_link"}
-JOINTS = {"viperx": "vx300s_left/{}", "openarm": "openarm_left_{}"}
+JOINTS = {"viperx": "vx300s_left/{}", "openarm": "openarm_left_{}", "ur5e": "", "xarm7": "", "panda": ""}
+FILES = {"viperx": "aloha2", "openarm": "openarm-left"}
+COUNTS = {"panda": 7, "xarm7": 7, "ur5e": 6, "so101": 5, "viperx": 6, "openarm": 7}
 
 
 def real_file(package: str, path: str) -> Path:
@@ -62,10 +64,22 @@ def real_file(package: str, path: str) -> Path:
     pytest.skip(f"{package} is not installed, whose {path} this preset is compared with")
 
 
-def single(arm: SerialArm) -> Any:
+def single(name: str) -> Any:
     """The model of a preset's left arm, its foot at the origin."""
-    mount = side_by_side(0.0)
-    return pair_of_arms(arm.name, arm, mount).model
+    return read_model(DATA / f"{FILES.get(name, name)}.xml", {}).spec.compile()
+
+
+def joints_of(model: Any, name: str) -> list[str]:
+    return [model.joint(number).name for number in range(COUNTS[name])]
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_robot_of_the_package_passes_the_checks_of_users_robots(name: str) -> None:
+    robot = described(DATA / f"{name}.toml")
+    assert robot.name == name and robot.notes == load(name).notes == ()
+    assert all(
+        np.array_equal(one.initial, other.initial) for one, other in zip(robot.arms, load(name).arms, strict=True)
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -86,25 +100,24 @@ def test_a_pair_starts_with_its_tools_down_and_its_jaws_across_the_hem(name: str
 
 @pytest.mark.parametrize("name", sorted(REAL))
 def test_a_preset_moves_as_the_real_models_do(name: str) -> None:
-    arm, package, path, pattern, tolerance = REAL[name]
-    model, mine = _real_model(package, path), single(arm)
+    package, path, pattern, tolerance = REAL[name]
+    model, mine = _real_model(package, path), single(name)
     theirs, ours = mujoco.MjData(model), mujoco.MjData(mine)
-    named = [JOINTS.get(name, "").format(joint) for joint in arm.joints]
+    joints = joints_of(mine, name)
+    named = [JOINTS.get(name, "{}").format(joint) for joint in joints]
     numbers = [model.joint(joint).id if joint else number for number, joint in enumerate(named)]
-    if name == "so101":
-        numbers = [model.joint(joint).id for joint in arm.joints]
     columns = [model.jnt_qposadr[number] for number in numbers]
     random = np.random.default_rng(0)
     for _ in range(5):
-        angles = random.uniform(-1.0, 1.0, len(arm.joints))
+        angles = random.uniform(-1.0, 1.0, len(joints))
         theirs.qpos[columns] = angles
-        for joint, angle in zip(arm.joints, angles, strict=True):
-            ours.joint(f"larm_{joint}").qpos[0] = angle
+        for joint, angle in zip(joints, angles, strict=True):
+            ours.joint(joint).qpos[0] = angle
         mujoco.mj_kinematics(model, theirs)
         mujoco.mj_kinematics(mine, ours)
-        for number in range(1, len(arm.joints) + 1):
+        for number in range(1, len(joints) + 1):
             link = theirs.body(LINKS[name][number - 1] if name in LINKS else pattern.format(number))
-            own = ours.body(f"larm_link{number}")
+            own = ours.body(f"link{number}")
             foot = theirs.body(FEET.get(name, 0))
             turned = foot.xmat.reshape(3, 3).T
             assert np.allclose(own.xpos, turned @ (link.xpos - foot.xpos), atol=tolerance)
@@ -113,10 +126,11 @@ def test_a_preset_moves_as_the_real_models_do(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["panda", "ur5e", "so101", "viperx", "openarm"])
 def test_the_boxes_of_a_preset_contain_the_real_links(name: str) -> None:
-    arm, package, path, pattern, _ = REAL[name]
-    model = _real_model(package, path)
+    package, path, pattern, _ = REAL[name]
+    model, mine = _real_model(package, path), single(name)
     seen = 0
-    for number, hinge in enumerate(arm.hinges, start=1):
+    for number in range(1, COUNTS[name] + 1):
+        geoms = [geom for geom in range(mine.ngeom) if mine.geom_bodyid[geom] == mine.body(f"link{number}").id]
         body = model.body(LINKS[name][number - 1] if name in LINKS else pattern.format(number)).id
         for geom in range(model.ngeom):
             if model.geom_bodyid[geom] == body and model.geom_contype[geom] and model.geom_dataid[geom] >= 0:
@@ -124,11 +138,11 @@ def test_the_boxes_of_a_preset_contain_the_real_links(name: str) -> None:
                 if (name, number) == ("so101", 5):
                     points = points[points[:, 2] > -0.051]  # beyond is the fixed jaw, a finger
                 inside = np.zeros(len(points), dtype=bool)
-                for low, high in hinge.boxes:
-                    inside |= ((points >= np.array(low) - 1e-3) & (points <= np.array(high) + 1e-3)).all(axis=1)
+                for box in geoms:
+                    inside |= (np.abs(points - mine.geom_pos[box]) <= mine.geom_size[box] + 1e-3).all(axis=1)
                 assert inside.all(), number
                 seen += 1
-    assert seen >= len(arm.hinges)
+    assert seen >= COUNTS[name]
 
 
 def _real_model(package: str, path: str) -> Any:
@@ -147,9 +161,16 @@ def _vertices(model: Any, geom: int) -> np.ndarray:
     return np.asarray(found + model.geom_pos[geom])
 
 
-def test_facing_arms_fold_what_arms_side_by_side_cannot() -> None:
+def test_facing_arms_fold_what_arms_side_by_side_cannot(tmp_path: Path) -> None:
     towel = exact(span=0.8, width=0.5, height=0.28)
-    assert ReachConstraint(pair_of_arms("panda", PANDA, side_by_side(0.3)))(towel) < 0
+    text = (DATA / "panda-pair.toml").read_text().replace("front = -0.6", "front = 0.15")
+    text = re.sub(r"mount = .*0\.65, 0\.0\], rpy.*", "mount = { xyz = [0.0, 0.3, 0.0] }", text, count=1)
+    text = re.sub(r"mount = .*-0\.65, 0\.0\], rpy.*", "mount = { xyz = [0.0, -0.3, 0.0] }", text, count=1)
+    (tmp_path / "beside.toml").write_text(text)
+    shutil.copy(DATA / "panda.xml", tmp_path)
+    beside = load(str(tmp_path / "beside.toml"))
+    assert beside.model.body("rarm_foot").pos[1] == -0.3
+    assert ReachConstraint(beside)(towel) < 0
     assert ReachConstraint(load("panda-pair"))(towel) > 0.2
 
 
@@ -160,8 +181,8 @@ def test_a_pair_plans_a_long_towel(tmp_path: Path) -> None:
 
 
 def test_fr3_keeps_to_half_of_its_speed() -> None:
-    robot = load("fr3-pair")
-    assert robot.larm.planned_speed.tolist() == pytest.approx([hinge.speed / 2 for hinge in FR3.hinges])
+    makers = np.array([2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26])
+    assert load("fr3-pair").larm.planned_speed == pytest.approx(makers / 2)
 
 
 def test_options_of_hironx_are_not_for_presets() -> None:

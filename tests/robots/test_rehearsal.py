@@ -8,7 +8,6 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.api import learn

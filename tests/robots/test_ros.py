@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("mink")
 pytest.importorskip("rosbags")
 
 from tatamu.robots import load

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rosbags")
-pytest.importorskip("mink")
 
 from tatamu.robots.bags import GRIPPER, typestore
 

@@ -10,7 +10,6 @@ from tests.robots.arms import mjcf, pair, pair_of
 from tests.robots.folds import folder
 
 mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.base.errors import InputError  # noqa: E402

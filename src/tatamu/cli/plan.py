@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
 from tatamu.base.errors import InputError
 from tatamu.cli.app import app
+
+if TYPE_CHECKING:
+    from tatamu.robots import Robot
+    from tatamu.robots.motion import Pace
 
 
 @app.command()
@@ -19,8 +23,10 @@ def plan(
     robot: Annotated[
         str | None,
         typer.Option(
+            metavar="NAME|FILE.toml,..",
             help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, so101-pair, aloha2, openarm, or a "
-            ".toml that describes a robot; default: the one for which the fold was learned, otherwise hironx."
+            ".toml that describes a robot; default: the robot for which the fold was learned, otherwise hironx. With "
+            "several robots, separated by commas, the command says which can do the fold, and writes PLAN/ROBOT.",
         ),
     ] = None,
     table_height: Annotated[
@@ -68,39 +74,78 @@ def plan(
     `tatamu plan runs/hand-towel --out runs/look --hover 0.10 --speed-scale 0.25`
 
     `tatamu plan runs/hand-towel --robot panda-pair --out runs/plan --lerobot runs/episode`
+
+    `tatamu plan runs/hand-towel --robot hironx,aloha2,openarm --out runs/plans`
     """
-    from tatamu.robots import check_out, load, plan_fold, save
+    from tatamu.robots import check_out, load
+    from tatamu.robots.motion import Pace
+
+    learned_for = _robot_of(folder)
+    chosen = _named(robot or learned_for or "hironx")
+    if lerobot is not None and len(chosen) > 1:
+        raise InputError("--lerobot: must be given with one robot, given several")
+    robots = {name: load(name, wrist_offset, fingertip) for name in chosen}
+    outs = {name: out if len(chosen) == 1 else out / loaded.name for name, loaded in robots.items()}
+    if len(set(outs.values())) < len(outs):
+        raise InputError("--robot: must be robots of different names, given one name twice")
+    for path in outs.values():
+        check_out(path)
+    own = load(learned_for).name if learned_for is not None else None
+    asked = _Asked(folder, _place(place), _height(table_height), Pace(speed_scale=speed_scale), _hover(hover), own)
+    refusals = [_plan(asked, name, robots[name], outs[name], lerobot, len(chosen) > 1) for name in chosen]
+    if all(refusals):
+        raise next(filter(None, refusals))
+
+
+class _Asked(NamedTuple):
+    """What the options ask for, the same for every robot."""
+
+    folder: Path
+    place: tuple[float, float, float] | None
+    table_height: float | None
+    pace: Pace
+    hover: float
+    learned_for: str | None
+
+
+def _plan(asked: _Asked, name: str, robot: Robot, out: Path, lerobot: Path | None, several: bool) -> InputError | None:
+    """Plan for one robot, write and print the plan, and return the reason if the robot cannot do the fold."""
+    from tatamu.robots import plan_fold, save
     from tatamu.robots.checks import in_words
     from tatamu.robots.episode import add_plan, episode_writer
-    from tatamu.robots.motion import Pace
     from tatamu.robots.plan import NoPlacement
+    from tatamu.show.progress import progress
 
-    check_out(out)
-    learned_for = _robot_of(folder)
-    chosen = robot or learned_for or "hironx"
-    loaded = load(chosen, wrist_offset, fingertip)
-    for note in loaded.notes:
+    for note in robot.notes:
         print(f"note: {note}")
-    with ExitStack() as stack:
-        dataset = None if lerobot is None else stack.enter_context(episode_writer(loaded, lerobot))
-        try:
-            result = plan_fold(
-                folder, loaded, _place(place), _height(table_height), Pace(speed_scale=speed_scale), _hover(hover)
-            )
-        except NoPlacement as error:
-            if learned_for is not None and load(learned_for).name == loaded.name:
-                raise
-            remedy = f"`tatamu learn .. --robot {chosen}` searches only folds within its reach"
-            raise NoPlacement(f"{error}; {remedy}") from None
-        if dataset is not None:
-            add_plan(dataset, result)
-        save(result, out)
+    folder, place, height, pace, hover, learned_for = asked
+    try:
+        with ExitStack() as stack:
+            dataset = None if lerobot is None else stack.enter_context(episode_writer(robot, lerobot))
+            with progress(f"placing the fold for {robot.name}", unit="placements") as report:
+                result = plan_fold(folder, robot, place, height, pace, hover, report)
+            if dataset is not None:
+                add_plan(dataset, result)
+    except InputError as error:
+        if several:
+            print(f"{robot.name}: cannot do the fold: {str(error).removeprefix(f'{folder}: ')}")
+        if not isinstance(error, NoPlacement) or learned_for == robot.name:
+            return error
+        return NoPlacement(f"{error}; `tatamu learn .. --robot {name}` searches only folds within its reach")
+    save(result, out)
     print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.hovering(0.0).placement}")
     if hover:
         print(f"  the hands move {1e3 * hover:.0f} mm above it with open jaws: nothing is folded")
-    for name, check in result.checks.items():
+    for check_name, check in result.checks.items() if not several else ():
         value, unit, limit = in_words(check.value, check.limit, check.unit, check.ok)
-        print(f"  {name.replace('_', ' '):28} {value:>10} {unit:8} ({limit})")
+        print(f"  {check_name.replace('_', ' '):28} {value:>10} {unit:8} ({limit})")
+    return None
+
+
+def _named(text: str) -> list[str]:
+    """Return the robots in a list with commas; a file whose name contains commas is one robot."""
+    names = [text] if Path(text).is_file() else [name.strip() for name in text.split(",")]
+    return list(dict.fromkeys(names))
 
 
 def _robot_of(folder: Path) -> str | None:

@@ -1,45 +1,270 @@
-"""Load robots by name or from a description file."""
+"""Load robots by name or from a description, and build them from the models that the description names."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.robots.assembly import described
-from tatamu.robots.kawada import kawada
-from tatamu.robots.model import Robot
-from tatamu.robots.presets import PAIRS, pair_of_arms
-from tatamu.robots.soundness import check_kinematics
+from tatamu.robots.clearance import Clearance
+from tatamu.robots.description import (
+    ArmDescription,
+    Description,
+    disturbances_in_description,
+    model_of,
+    read_description,
+)
+from tatamu.robots.extras import needed, quiet
+from tatamu.robots.model import Arm, Robot, StartPose
+from tatamu.robots.modelfile import ModelFile, give, limit_continuous
+from tatamu.robots.pose import to_quaternion
+from tatamu.robots.soundness import check_description, check_kinematics
 
-NAMED: dict[str, Callable[[float | None, float | None], Robot]] = {
-    "hironx": lambda wrist, tip: kawada("hironx", wrist, tip),
-    "nextage": lambda wrist, tip: kawada("nextage", wrist, tip, nextage=True),
-}
+DATA = Path(__file__).parent / "data"
+"""Folder of the robots of this package: a description of each, and its model."""
+KAWADA = ("hironx", "nextage")
+NAMES = (*KAWADA, "fr3-pair", "panda-pair", "ur5e-pair", "xarm7-pair", "so101-pair", "aloha2", "openarm")
+"""Names of the robots of this package."""
+FASTEST = 20.0
+"""Speed limit for joints without a limit in the robot's model [rad/s].
+
+Most speeds that were typed in degrees instead of radians exceed this limit.
+"""
 
 
 def load(name: str, wrist_offset: float | None = None, fingertip: float | None = None) -> Robot:
     """Load a robot by name or from a TOML file.
 
     Args:
-        name: A name in `NAMED` or `PAIRS`, or the path of a description (see docs/reference/robot-description.md).
-        wrist_offset: Distance from joint J4 to joint J5 along x [m]; only for HIRONX and NEXTAGE Open, see `kawada`.
-        fingertip: Distance from the last joint to the fingertip [m]; only for HIRONX and NEXTAGE Open, see `kawada`.
+        name: One of `NAMES`, or the path of a description (see docs/reference/robot-description.md).
+        wrist_offset: Distance from joint J4 to joint J5 along x [m]; only for HIRONX and NEXTAGE Open.
+        fingertip: Distance from the last joint to the fingertip [m]; only for HIRONX and NEXTAGE Open.
 
     Raises:
         InputError: If no robot has this name, or the description is wrong.
     """
-    robot = _named(name, wrist_offset, fingertip)
-    check_kinematics(robot)
-    return robot
+    if name not in NAMES and not name.endswith(".toml"):
+        raise InputError(f"robot: must be {', '.join(NAMES)}, or a .toml file that describes a robot, given {name!r}")
+    if name not in KAWADA and (wrist_offset is not None or fingertip is not None):
+        raise InputError("wrist offset and fingertip: only for hironx and nextage; others state them in their .toml")
+    if name not in NAMES:
+        return described(Path(name))
+    lengths = Lengths(wrist_offset, fingertip)
+    with quiet():
+        return _assembled(DATA / f"{name}.toml", lengths).robot  # tests check the robots of the package
 
 
-def _named(name: str, wrist_offset: float | None, fingertip: float | None) -> Robot:
-    if name in NAMED:
-        return NAMED[name](wrist_offset, fingertip)
-    if name not in PAIRS and not name.endswith(".toml"):
-        names = ", ".join((*NAMED, *PAIRS))
-        raise InputError(f"robot: must be {names}, or a .toml file that describes one, given {name!r}")
-    if wrist_offset is not None or fingertip is not None:
-        raise InputError("wrist offset and fingertip: only for hironx and nextage; others say it in their .toml")
-    return pair_of_arms(name, *PAIRS[name]) if name in PAIRS else described(Path(name))
+def described(path: Path) -> Robot:
+    """Load a robot from its description and the models that the description names, and check it.
+
+    Raises:
+        InputError: If a file cannot be read, a field is wrong, or the robot cannot be planned for.
+    """
+    with quiet():  # MuJoCo warns of options that differ between two models; no plan depends on these options
+        robot, prefixes = _assembled(path)
+        check_description(path, robot, prefixes)
+        check_kinematics(robot)
+        return replace(robot, notes=(*robot.notes, *_untested(path, robot)))
+
+
+class Lengths(NamedTuple):
+    """Lengths of HIRONX and NEXTAGE Open that differ between robots of these types; None for those of the data."""
+
+    wrist_offset: float | None = None
+    """Offset from joint J4 to joint J5 along x [m]."""
+    fingertip: float | None = None
+    """Distance from the origin of the last link to the fingertip, along the link's -x [m]."""
+
+    def apply(self, description: Description, spec: Any) -> Description:
+        """Change the model, and return the description with the tools at the fingertips.
+
+        Raises:
+            InputError: If a length is outside the range that is possible for this wrist or hand.
+        """
+        if self.wrist_offset is not None and not -0.2 <= self.wrist_offset <= 0.0:
+            raise InputError(f"wrist offset: must be from -0.2 to 0 m, given {self.wrist_offset:g}")
+        if self.fingertip is not None and not 0.05 <= self.fingertip <= 0.4:
+            raise InputError(f"fingertip: must be from 0.05 to 0.4 m beyond the wrist, given {self.fingertip:g}")
+        arms = {}
+        for name, arm in (("larm", description.larm), ("rarm", description.rarm)):
+            wrist = spec.body(arm.link)
+            if self.wrist_offset is not None:
+                wrist.pos = [self.wrist_offset, *wrist.pos[1:]]
+            if self.fingertip is not None:
+                for finger in arm.jaw.links:
+                    spec.body(finger).pos = [-self.fingertip, 0.0, 0.0]
+                hand = spec.geom(f"{arm.link}_hand")  # the box between the wrist and the fingers
+                start = -hand.pos[0] - hand.size[0]
+                end = max(start + 1e-3, self.fingertip - arm.jaw.length)
+                hand.pos, hand.size = [-(start + end) / 2, 0.0, 0.0], [(end - start) / 2, *hand.size[1:]]
+                tool = arm.tool.model_copy(update={"xyz": (-self.fingertip, 0.0, 0.0)})
+                arms[name] = arm.model_copy(update={"tool": tool})
+        return description.model_copy(update=arms)
+
+
+class _Assembled(NamedTuple):
+    robot: Robot
+    prefixes: dict[str, str]
+    """Prefix of the names of each arm's parts in the robot's model."""
+
+
+def _assembled(path: Path, lengths: Lengths | None = None) -> _Assembled:
+    """Return the robot of a description, before it is checked."""
+    description = read_description(path)
+    disturbances_in_description(path, description)
+    models = {name: model_of(path, description, name) for name in description.models}
+    if lengths is not None and description.model is not None:
+        description = lengths.apply(description, models[description.model].spec)
+    arms = {"larm": description.larm, "rarm": description.rarm}
+    pair = description.model is None
+    prefixes = {name: f"{name}_" if pair else "" for name in arms}
+    files = {name: models[arm.model or description.model or ""] for name, arm in arms.items()}
+    turning = {name: limit_continuous(files[name], arm.joints) for name, arm in arms.items()}
+    spec = _pair(arms, files, prefixes) if pair else _whole(files["larm"])
+    above: list[str] = []
+    larm, rarm = (_arm(path, name, arm, prefixes[name], files[name], above) for name, arm in arms.items())
+    trunk = description.trunk
+    robot = Robot(
+        name=description.name,
+        spec=spec,
+        base=description.base,
+        larm=larm,
+        rarm=rarm,
+        joints=tuple(description.joints) or (*larm.joints, *rarm.joints),
+        trunk=trunk.joint if trunk else None,
+        trunk_speed=trunk.speed if trunk else 1.0,
+        trunk_acceleration=trunk.acceleration if trunk else 1.0,
+        poses=(
+            StartPose(description.initial_pose, larm.initial, rarm.initial),
+            *(StartPose(pose.name, np.array(pose.larm), np.array(pose.rarm)) for pose in description.poses),
+        ),
+        table_heights=description.table_heights,
+        front=description.front,
+        standing=_standing(description, prefixes),
+        lerobot_type=description.lerobot_type,
+        notes=(*_notes(path, above), *_mended(path, arms, files, turning), *_outside(path, description, models)),
+    )
+    return _Assembled(robot, prefixes)
+
+
+def _untested(path: Path, robot: Robot) -> list[str]:
+    found = [" and ".join(names) for names in Clearance(robot).untested]
+    if not found:
+        return []
+    return [f"{path}: taken to stand on each other, as they touch at the start, so not held apart: {', '.join(found)}"]
+
+
+def _standing(description: Description, prefixes: dict[str, str]) -> dict[str, float]:
+    found = dict(description.standing)
+    for name, arm in (("larm", description.larm), ("rarm", description.rarm)):
+        found |= {prefixes[name] + joint: value for joint, value in arm.standing.items()}
+    return found
+
+
+def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFile, above: list[str]) -> Arm:
+    speed, acceleration = _within_model(path, name, arm, file, above)
+    return Arm(
+        name=name,
+        joints=tuple(prefix + joint for joint in arm.joints),
+        link=prefix + arm.link,
+        tool_in_wrist=arm.tool.matrix,
+        initial=np.array(arm.initial),
+        planned_speed=speed,
+        planned_acceleration=acceleration,
+        jaw=arm.jaw.prefixed(prefix),
+        ros=arm.ros,
+        lerobot=arm.lerobot,
+    )
+
+
+def _within_model(
+    path: Path, name: str, arm: ArmDescription, file: ModelFile, above: list[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest speeds and the largest accelerations of the arm's k joints in plans, two arrays of shape (k,).
+
+    A speed above the model's own limit is lowered to that limit, and the joint's name is appended to the list `above`.
+    The joint's acceleration is lowered by the same factor, so the joint reaches its speed in the same time. Without
+    this reduction, an acceleration that was typed in degrees instead of radians would stay 57 times too high.
+    """
+    limits = []
+    for joint, speed in zip(arm.joints, arm.speed, strict=True):
+        own = file.speeds.get(joint)
+        if own is None and speed > FASTEST and joint not in arm.faster_than_model:
+            raise InputError(
+                f"{path}: {name}.speed: {joint} must be at most {FASTEST:g} rad/s, as the model states no limit, "
+                f"given {speed:g}; write radians, or name the joint in faster_than_model"
+            )
+        lowered = own is not None and speed > own * (1 + 1e-6) and joint not in arm.faster_than_model
+        limits.append(own if lowered and own is not None else speed)
+        if lowered:
+            above.append(f"{name} {joint} {speed:g} ({own:g})")
+    kept = np.array(limits)
+    return kept, np.array(arm.acceleration) * (kept / np.array(arm.speed))
+
+
+def _notes(path: Path, above: list[str]) -> tuple[str, ...]:
+    if not above:
+        return ()
+    return (
+        f"{path}: speed: above the model's own limit [rad/s], which plans keep to, "
+        f"with accelerations lowered likewise: {', '.join(above)}; to keep yours, name the joints in faster_than_model",
+    )
+
+
+def _mended(
+    path: Path, arms: dict[str, ArmDescription], files: dict[str, ModelFile], turning: dict[str, list[str]]
+) -> Iterator[str]:
+    """Yield what plans do about joints and links whose model says something unusual."""
+    soft = [
+        f"{name} {joint} {files[name].soft[joint]}" for name, arm in arms.items() for joint in _soft(arm, files[name])
+    ]
+    if soft:
+        yield f"{path}: soft limits are narrower than the hard limits, and plans keep to them [rad]: {', '.join(soft)}"
+    free = [f"{name} {joint}" for name, joints in turning.items() for joint in joints]
+    if free:
+        yield f"{path}: continuous joints, which plans turn by at most one turn to either side: {', '.join(free)}"
+    links = sorted({link for file in files.values() for link in file.mended})
+    if links:
+        yield (
+            f"{path}: impossible masses or inertias, replaced because only a rehearsal needs them: {', '.join(links)}"
+        )
+
+
+def _soft(arm: ArmDescription, file: ModelFile) -> list[str]:
+    return [joint for joint in (*arm.joints, *arm.jaw.fingers) if joint in file.soft]
+
+
+def _outside(path: Path, description: Description, models: dict[str, ModelFile]) -> Iterator[str]:
+    """Yield a note on files outside the folder of the description, because plans and results contain copies of them."""
+    folder = os.path.abspath(path.parent)
+    used = {os.path.abspath(file) for model in models.values() for file in model.files}
+    found = sorted(file for file in used if os.path.commonpath([file, folder]) != folder)
+    if found:
+        yield f"{path}: files from outside its folder, which plans and results contain copies of: {', '.join(found)}"
+
+
+def _whole(file: ModelFile) -> object:
+    give(file.spec, file.contents)
+    return file.spec
+
+
+def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> object:
+    """Join two single arms in one model.
+
+    The names of the left arm's parts get the prefix `larm_`. The names of the right arm's parts get the prefix `rarm_`.
+    """
+    spec = needed("mujoco").MjSpec()
+    spec.compiler.degree = False
+    contents: dict[str, bytes] = {}
+    for name, arm in arms.items():
+        X_BM = arm.mount.matrix
+        frame = spec.worldbody.add_frame(pos=X_BM[:3, 3], quat=to_quaternion(X_BM[:3, :3]))
+        spec.attach(files[name].spec.copy(), prefix=prefixes[name], frame=frame)
+        contents |= files[name].contents
+    give(spec, contents, tuple(prefixes.values()))
+    return spec

@@ -1,8 +1,4 @@
-"""One arm as a chain of revolute joints: tool poses, Jacobians and inverse kinematics for many configurations at once.
-
-The placement search needs thousands of solutions, so numpy computes them together here. The joint motion of the final
-plan is solved by the library mink instead.
-"""
+"""One arm as a chain of revolute joints: tool poses, Jacobians and inverse kinematics of many configurations."""
 
 from __future__ import annotations
 
@@ -127,7 +123,12 @@ class Chain:
         return pose(R, p), jacobian
 
     def solve(
-        self, targets: np.ndarray, start: np.ndarray, steps: int = 12, tolerance: float = 1e-3
+        self,
+        targets: np.ndarray,
+        start: np.ndarray,
+        steps: int = 12,
+        tolerance: float = 1e-3,
+        damping: float = 1e-5,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Solve for joint angles by damped least squares from `start`, inside the joint limits (Wampler 1986).
 
@@ -137,6 +138,7 @@ class Chain:
             steps: Number of iterations.
             tolerance: Largest error of a reached target [m]. Rotation errors [rad] are converted to metres by the
                 factor LENGTH [m per rad].
+            damping: Damping of the least squares [m^2]. Less damping is more accurate, and slower near singular poses.
 
         Returns:
             The joint angles of each solution [rad], shape (n, k), and whether the solution reaches its target, shape
@@ -146,19 +148,21 @@ class Chain:
         reached = np.zeros(len(angles), dtype=bool)
         for _ in range(steps):
             todo = np.flatnonzero(~reached)
-            error, jacobian = self._error(angles[todo], targets[todo])
+            error, jacobian = self.error(angles[todo], targets[todo])
             reached[todo] = np.linalg.norm(error, axis=1) < tolerance
             todo, error, jacobian = (part[~reached[todo]] for part in (todo, error, jacobian))
             if not len(todo):
                 break
-            damped = jacobian @ jacobian.transpose(0, 2, 1) + 1e-5 * np.eye(6)
-            step = np.linalg.solve(damped, error[:, :, None])
-            step = (jacobian.transpose(0, 2, 1) @ step)[:, :, 0]
+            step = _least_squares(jacobian, error, damping)
+            low, high = self.limits.T
+            blocked = ((angles[todo] <= low) & (step < 0)) | ((angles[todo] >= high) & (step > 0))
+            if blocked.any():  # the other joints make the motion
+                step = _least_squares(np.where(blocked[:, None], 0.0, jacobian), error, damping)
             step /= np.maximum(1.0, np.abs(step).max(axis=1, keepdims=True) / 0.4)
             angles[todo] = np.clip(angles[todo] + step, *self.limits.T)
         return angles, reached
 
-    def _error(self, angles: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def error(self, angles: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the six errors of each tool pose [m], shape (n, 6), and the Jacobians in the same units.
 
         Three errors are of the position, and three are of the rotation. Rotation errors [rad] are converted to metres
@@ -219,6 +223,13 @@ class Chain:
     def margin(self, angles: np.ndarray) -> np.ndarray:
         """Return the arm's distance from its nearest joint limit in each of n configurations [rad], shape (n,)."""
         return np.minimum(angles - self.limits[:, 0], self.limits[:, 1] - angles).min(axis=1)
+
+
+def _least_squares(jacobian: np.ndarray, error: np.ndarray, damping: float) -> np.ndarray:
+    """Return the damped least-squares steps of n arms with k joints, shape (n, k)."""
+    transposed = jacobian.transpose(0, 2, 1)
+    damped = np.linalg.solve(jacobian @ transposed + damping * np.eye(6), error[:, :, None])
+    return (transposed @ damped)[:, :, 0]
 
 
 def _times(R: np.ndarray, constant: np.ndarray) -> np.ndarray:

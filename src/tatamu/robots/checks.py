@@ -13,7 +13,7 @@ import numpy as np
 from tatamu.folding.fingers import PAD
 from tatamu.robots import demand, grasp
 from tatamu.robots.clearance import Clearance, Distance
-from tatamu.robots.cloth import nearest_cloth, simulated_cloth
+from tatamu.robots.cloth import nearest_cloth
 from tatamu.robots.contacts import touches
 from tatamu.robots.jaw import LEAST_HELD
 from tatamu.robots.model import Arm
@@ -182,7 +182,7 @@ class Checks:
 
     def _distances(self) -> dict[str, PlanCheck]:
         found = self._nearest()
-        cloth = simulated_cloth(self._task)
+        cloth = self._task.cloth
         if cloth is not None:
             found[TO_CLOTH] = nearest_cloth(self._task, self._motion, self._tools, cloth)
         return {

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tatamu.robots.clearance import Distance
 from tatamu.robots.extras import needed
+from tatamu.robots.hands import HandMotion
+from tatamu.robots.model import Arm, Robot
 from tatamu.robots.motion import Motion
-from tatamu.robots.pairs import FINGERS, ON_TABLE, link_name, pairs_of
+from tatamu.robots.pairs import FINGERS, ON_TABLE, hand_shapes, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
+from tatamu.robots.placement import Grip, Hold, Placement
+from tatamu.robots.pose import into, inverse, pose
 from tatamu.simulation.rollout import Rollout
-from tatamu.study.folder import ResultFolder
 
 AT_THE_JAW = 0.04
 """Radius around a tool [m]. Cloth within this radius counts as held or lifted by the fingers."""
@@ -18,12 +23,61 @@ FAR = 0.15
 """Largest distance between robot and cloth that is computed [m]. Larger distances count as this value."""
 EVERY = 20
 """Number of samples of the robot's motion from one computation of the distance to the next."""
+FRAME_EVERY = 3
+"""Number of simulated frames from one test of a hand's orientation to the next."""
+SEARCHED = 0.003
+"""Minimum distance of a hand from the cloth in the search for placements [m], a little above that of the check."""
 
 
-def simulated_cloth(task: PlacedFold) -> Rollout | None:
-    """Return the simulated motion of the cloth in the learned fold; None if the fold's folder has no such motion."""
-    folder = ResultFolder(task.source)
-    return folder.rollout if folder.rollout_file.is_file() else None
+def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold], cloth: Rollout | None) -> np.ndarray:
+    """Return for each orientation of a hand whether the hand stays out of the cloth, shape (holds,).
+
+    Only the hand behind the fingers is tested, because its path in the frame of the fold does not depend on the
+    placement. It is tested when it grasps, during the fold and after the release.
+    """
+    if cloth is None:
+        return np.ones(len(holds), dtype=bool)
+    frames = cloth.times[(cloth.times >= hands.times[0]) & (cloth.times <= hands.times[-1])][::FRAME_EVERY]
+    times = np.concatenate([hands.times[:1], frames, hands.times[-1:]])
+    rows = np.searchsorted(cloth.times, times[:-1]).clip(max=len(cloth.times) - 1)
+    points = cloth.positions[[0, *rows[1:], -1]]
+    number = robot.folding.index(arm)
+    paths = hands.at(times)
+    grip = Grip.of(arm.jaw, paths[number])
+    held = (np.linalg.norm(points[None] - paths[:, :, None], axis=3) < AT_THE_JAW).any(axis=0)
+    boxes = _boxes_behind_fingers(robot, arm)
+    clear = []
+    for hold in holds:
+        R_FT, offset, _ = grip.tool(Placement(0.0, 0.0, 0.0, 0.0), hold)
+        in_tool = (points - (paths[number] + offset)[:, None]) @ R_FT
+        in_tool = np.where(held[..., None], FAR, in_tool)
+        least = min((float(_outside(into(X_TG, in_tool), box).min()) for X_TG, box in boxes), default=FAR)
+        clear.append(least > SEARCHED)
+    return np.array(clear)
+
+
+def _boxes_behind_fingers(robot: Robot, arm: Arm) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the boxes of the shapes that move with the tool and are no fingers.
+
+    Each has its pose in the tool T, shape (4, 4), and its middle and half sizes [m], shape (2, 3).
+    """
+    data, model = robot.at_rest(), robot.model
+    tool = data.site(arm.site)
+    X_TW = inverse(pose(tool.xmat.reshape(3, 3), tool.xpos))
+    return [
+        (
+            X_TW @ pose(data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]),
+            model.geom_aabb[geom].reshape(2, 3),
+        )
+        for geom in hand_shapes(robot, arm)
+        if link_name(model, geom) not in robot.fingers
+    ]
+
+
+def _outside(points: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return the distance of points [m], shape (.., 3), from a box; negative inside."""
+    outside = np.abs(points - box[0]) - box[1]
+    return np.asarray(np.linalg.norm(np.maximum(outside, 0.0), axis=-1) + np.minimum(outside.max(axis=-1), 0.0))
 
 
 def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Rollout) -> Distance:
@@ -55,8 +109,7 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
         mujoco.mj_kinematics(model, data)
         for geom in geoms if len(points) else ():
             local = (points - data.geom_xpos[geom]) @ data.geom_xmat[geom].reshape(3, 3)
-            outside = np.abs(local - model.geom_aabb[geom, :3]) - model.geom_aabb[geom, 3:]
-            near = np.linalg.norm(np.maximum(outside, 0.0), axis=1) + np.minimum(outside.max(axis=1), 0.0)
+            near = _outside(local, model.geom_aabb[geom].reshape(2, 3))
             if near.min() < best.value:
                 best = Distance(float(near.min()), int(row), (link_name(model, int(geom)), "cloth"))
     return best

@@ -42,6 +42,25 @@ class Frame(Record):
         return pose(from_rpy(*self.rpy), np.array(self.xyz))
 
 
+class PoseDescription(Record):
+    """A further pose in which motions can start."""
+
+    name: str
+    larm: Numbers
+    """Joint angles of the left arm [rad]."""
+    rarm: Numbers
+
+
+class TrunkDescription(Record):
+    """A joint that carries both arms and turns them about z of the base."""
+
+    joint: str
+    speed: Annotated[float, Field(ge=1e-3, le=1000)]
+    """Maximum speed [rad/s]."""
+    acceleration: Annotated[float, Field(ge=1e-3, le=1000)]
+    """Maximum acceleration [rad/s^2]."""
+
+
 class ArmDescription(Record):
     """Description of one arm."""
 
@@ -120,6 +139,14 @@ class Description(Record):
     """Positions of joints outside the arms [rad, m], by their names in the model of the whole robot."""
     disturbances: str | dict[str, Any] | None = None
     """Disturbances of this robot: path of a file, relative to the description, or the contents of such a file."""
+    joints: list[str] = Field(default_factory=list)
+    """Names of all joints in the order of the plan; empty for the left arm's joints, then the right arm's."""
+    trunk: TrunkDescription | None = None
+    """Joint that turns both arms; only with a model of the whole robot."""
+    initial_pose: str = "initial"
+    """Name of the pose in which both arms have their `initial` angles."""
+    poses: list[PoseDescription] = Field(default_factory=list)
+    """Further poses in which motions can start, if the arms would hit the table in the first one."""
     larm: ArmDescription
     rarm: ArmDescription
 
@@ -151,6 +178,14 @@ class Description(Record):
             raise ValueError("standing must stand in each arm's own table for a pair of single arms")
         if self.model is not None and (self.larm.standing or self.rarm.standing):
             raise ValueError("standing must stand before the first table for a model of the whole robot")
+        if self.model is None and self.trunk is not None:
+            raise ValueError("trunk must be left out for a pair of single arms")
+        arms = {*self.larm.joints, *self.rarm.joints, *([self.trunk.joint] if self.trunk else [])}
+        if self.joints and (self.model is None or not arms <= set(self.joints)):
+            raise ValueError("joints must name all joints of a model of the whole robot, those of the arms included")
+        for further in self.poses:
+            if (len(further.larm), len(further.rarm)) != (len(self.larm.joints), len(self.rarm.joints)):
+                raise ValueError(f"poses: {further.name} must have as many angles as the arms have joints")
         return self
 
 

@@ -80,8 +80,8 @@ def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
 
 def _task(plan: RobotPlan) -> str:
     """Return a text, such as "Fold the towel (half).", that describes the plan in a dataset."""
-    learned = ResultFolder(plan.task.source)
-    if not learned.result_file.exists():
+    learned = plan.task.source
+    if isinstance(learned, ResultFolder) and not learned.result_file.exists():
         return "Fold the cloth."
     task = learned.record.task
     return f"Fold the {task.garment} ({task.fold})."

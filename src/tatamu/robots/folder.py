@@ -27,7 +27,8 @@ from tatamu.robots.planned import FOLD
 from tatamu.robots.pose import pose
 from tatamu.robots.stage import save_stage
 from tatamu.robots.tables import gripper_csv, joint_csv, pattern_json, trajectory_json
-from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
+from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE, ResultFolder
+from tatamu.study.result import Result
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
 """Files of the learned fold that are copied into a plan's folder.
@@ -67,15 +68,18 @@ def save(plan: RobotPlan, out: Path) -> None:
         write_ros2(plan, folder / "joint_trajectory_ros2")
         save_stage(robot, plan.task.table, folder)
         write_text(folder / "reach.svg", reach_svg(plan))
-        _carry_fold(plan.task.source, folder / FOLD)
+        _keep_fold(plan.task.source, folder / FOLD)
 
 
-def _carry_fold(source: Path, folder: Path) -> None:
-    """Copy the files of the learned fold that a rehearsal reads, so that the plan's folder is self-contained."""
+def _keep_fold(fold: Result | ResultFolder, folder: Path) -> None:
+    """Write the files of the learned fold that a rehearsal reads, so that the plan's folder is self-contained."""
+    if isinstance(fold, Result):
+        fold.save(folder)
+        return
     folder.mkdir()
     for name in FOLD_FILES:
-        if (source / name).is_file():
-            shutil.copyfile(source / name, folder / name)
+        if (fold.path / name).is_file():
+            shutil.copyfile(fold.path / name, folder / name)
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from tatamu.base.errors import InputError
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, VIA_EVERY, Manipulation, Timing
 from tatamu.simulation.scene import Gripper, Scene
 from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 Travel = Callable[[np.ndarray], np.ndarray]
 """Function from times [s] to the distance of a hand along its curve [m]."""
@@ -50,15 +51,26 @@ class HandMotion:
         """
         folder = ResultFolder(path)
         if not path.is_dir():
-            raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")
+            raise InputError(f"{path}: must be the folder of a learned fold, but is not a folder")
         if not folder.manipulation_file.exists():
             raise InputError(f"{path}: {_no_fold(folder)}")
-        _check_unpressed(folder)
+        if folder.scene_file.is_file():
+            _check_unpressed(folder.scene, folder.scene_file)
         manipulation = folder.manipulation
         try:
             return cls.exact(manipulation)
         except InputError as error:
             raise InputError(f"{folder.manipulation_file}: {str(error).removeprefix('manipulation: ')}") from None
+
+    @classmethod
+    def of(cls, result: Result) -> HandMotion:
+        """Return the hands' motion of a learned fold in memory.
+
+        Raises:
+            InputError: If a robot cannot do the fold, because it has a press or a hand that does not move.
+        """
+        _check_unpressed(result.scene, "scene")
+        return cls.exact(result.manipulation)
 
     @classmethod
     def exact(cls, manipulation: Manipulation) -> HandMotion:
@@ -121,12 +133,12 @@ def grippers_by_hand(scene: Scene) -> list[list[Gripper]]:
     return [each for each in hands if each]
 
 
-def _check_unpressed(folder: ResultFolder) -> None:
+def _check_unpressed(scene: Scene, source: Path | str) -> None:
     """Refuse a fold in which a body other than the hands moves the cloth, such as a press."""
-    others = [body.name for body in folder.scene.bodies if body.hand is None] if folder.scene_file.is_file() else []
+    others = [body.name for body in scene.bodies if body.hand is None]
     if others:
         raise InputError(
-            f"{folder.scene_file}: bodies: robots do not press, and this fold has a {others[0]}; learn it from a fold "
+            f"{source}: bodies: robots do not press, and this fold has a {others[0]}; learn it from a fold "
             "plan without press"
         )
 
@@ -140,8 +152,8 @@ def _no_fold(folder: ResultFolder) -> str:
     """Return the reason why a folder without manipulation.json is not the folder of a learned fold."""
     steps = folder.learned_steps()
     if not steps:
-        return "must be the folder of a learned fold, and has no manipulation.json"
-    return f"holds a plan of several steps; give one of {', '.join(str(step.path) for step in steps)}"
+        return "must be the folder of a learned fold, but has no manipulation.json"
+    return f"contains a plan of several steps; give one of {', '.join(str(step.path) for step in steps)}"
 
 
 def _minimum_jerk(curve: Bezier, timing: Timing) -> Travel:

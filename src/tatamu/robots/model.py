@@ -35,8 +35,6 @@ class Arm:
     """
     initial: np.ndarray
     """Angles of the arm's k joints at the start and the end of motions [rad], shape (k,)."""
-    speed: np.ndarray
-    """Speed limit of the hardware for each of the k joints [rad/s], shape (k,)."""
     planned_speed: np.ndarray
     """Largest speed of each of the k joints in plans [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
@@ -92,8 +90,8 @@ class Robot:
     """Names of all joints in the robot's own order."""
     trunk: str | None
     """Joint that carries both arms and turns them about z of the base B; None if the robot has no trunk joint."""
-    trunk_speed: tuple[float, float]
-    """Speed limits of the trunk [rad/s]: the limit of the hardware, and the limit of plans."""
+    trunk_speed: float
+    """Maximum speed of the trunk in plans [rad/s]."""
     trunk_acceleration: float
     """Limit of the trunk's acceleration in plans [rad/s^2]."""
     poses: tuple[StartPose, ...]
@@ -227,7 +225,7 @@ class Robot:
             speed[columns], acceleration[columns] = arm.planned_speed, arm.planned_acceleration
         if self.trunk is not None:
             column = self.columns[self.trunk]
-            speed[column], acceleration[column] = self.trunk_speed[1], self.trunk_acceleration
+            speed[column], acceleration[column] = self.trunk_speed, self.trunk_acceleration
         return speed, acceleration
 
     @cached_property

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.robots.extras import needed
-from tatamu.robots.model import TABLE, Robot
+from tatamu.robots.model import TABLE, Arm, Robot
 
 ON_TABLE, FINGERS, OBSTACLES = "to the table", "of fingers to the table", "to obstacles"
 KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE, FINGERS)
@@ -95,6 +95,11 @@ def link_name(model: Any, geom: int) -> str:
         return "table"
     body = int(model.geom_bodyid[geom])
     return str(model.geom(geom).name if body == 0 else model.body(body).name)
+
+
+def hand_shapes(robot: Robot, arm: Arm) -> list[int]:
+    """Return the numbers of the shapes that all joints of an arm move: the hand with its fingers."""
+    return [shape.geom for shape in _shapes(robot) if shape.arm == arm.name and shape.depth == len(arm.joints)]
 
 
 def _at_table(robot: Robot, geom: int) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -17,10 +16,13 @@ from scipy.interpolate import CubicSpline
 from tatamu.base.errors import TatamuError
 from tatamu.robots.chain import Chain
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.kinematics import Kinematics, Missed
+from tatamu.robots.kinematics import Missed, follow
 from tatamu.robots.model import Robot
 from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement
 from tatamu.robots.pose import pose
+from tatamu.simulation.rollout import Rollout
+from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 CLOSE_ENOUGH = 1.5e-4
 """Largest allowed distance between the paths of the tools and the hands' curves [m].
@@ -61,13 +63,18 @@ class PlacedFold:
     placement: Placement
     holds: tuple[Hold, ...]
     """Orientation of the tool at the grasp, for each hand."""
-    source: Path
-    """Folder of the fold."""
+    source: Result | ResultFolder
+    """The learned fold, in memory or in a folder whose files other than `manipulation.json` may be missing."""
     hover: float = 0.0
     """Height by which the whole fold is raised above the table [m].
 
     At the height 0, the hands fold the cloth. Above 0, they only show the fold and grasp nothing.
     """
+
+    @property
+    def cloth(self) -> Rollout | None:
+        """The simulated motion of the cloth; None if the folder of the fold has none."""
+        return cloth_of(self.source)
 
     @property
     def table(self) -> float:
@@ -102,6 +109,11 @@ class PlacedFold:
         return [grip.tool(self.placement, hold) for grip, hold in zip(grips, self.holds, strict=True)]
 
 
+def cloth_of(fold: Result | ResultFolder) -> Rollout | None:
+    """Return the simulated motion of the cloth in a learned fold; None if the folder of the fold has none."""
+    return fold.rollout if isinstance(fold, Result) or fold.rollout_file.is_file() else None
+
+
 def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.ndarray:
     """Return the poses X_BT of each arm's tool T in the base B, shape (arms, n, 4, 4).
 
@@ -122,7 +134,6 @@ class Paths:
     def __init__(self, task: PlacedFold) -> None:
         self.task = task
         self.chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.folding)
-        self._kinematics = Kinematics(task.robot)
 
     def stages(self, lower_speed: float, raise_speed: float, rate: float) -> list[Stage]:
         """Return all stages in order.
@@ -200,7 +211,7 @@ class Paths:
 
     def _line(self, time: float, s: np.ndarray, tools: np.ndarray, start: np.ndarray, progress: float) -> CubicSpline:
         trunk = np.full(len(s), self.task.trunk(np.array([time]))[0])
-        q, missed = self._kinematics.path(tools, trunk, start)
+        q, missed = follow(self.task.robot, self.chains, tools, trunk, start)
         if missed:
             raise self._unreachable(missed, time, progress)
         return CubicSpline(s, q)
@@ -209,7 +220,7 @@ class Paths:
         times = self.task.hands.times
         for _ in range(ROUNDS):
             tools = self.task.tools(times)
-            q, missed = self._kinematics.path(tools, self.task.trunk(times), start)
+            q, missed = follow(self.task.robot, self.chains, tools, self.task.trunk(times), start)
             if missed:
                 time = float(times[missed.point])
                 raise self._unreachable(missed, time, (time - times[0]) / (times[-1] - times[0]))

@@ -7,7 +7,9 @@ The search proposes placements, the best first. The first placement whose checks
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +20,14 @@ from tatamu.robots.commands import gripper_commands, segments
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion, Pace, motion
-from tatamu.robots.paths import Paths, PlacedFold, Unreachable
+from tatamu.robots.paths import Paths, PlacedFold, Unreachable, cloth_of
 from tatamu.robots.placement import Placement
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
-from tatamu.robots.reach import PlacementRanking, best_placements, search, table_heights
+from tatamu.robots.reach import SEARCH, PlacementRanking, Progress, best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 from tatamu.robots.timing import Untimed
+from tatamu.study.folder import ResultFolder
+from tatamu.study.result import Result
 
 CANDIDATES = 12
 """Largest number of placements for which a whole plan is computed.
@@ -68,36 +72,42 @@ class RobotPlan:
 
 
 def plan_fold(
-    folder: Path,
+    fold: Result | Path,
     robot: Robot,
     place: tuple[float, float, float] | None = None,
     table_height: float | None = None,
     pace: Pace | None = None,
     hover: float = 0.0,
+    progress: Callable[[int, int], object] = lambda done, total: None,
 ) -> RobotPlan:
     """Plan the motion of a robot for a learned fold.
 
     Args:
-        folder: Folder of the learned fold.
+        fold: The learned fold, or its folder.
         robot: The robot.
         place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search for them.
         table_height: Height of the table top in the robot's base [m]; None to search for it.
         pace: Speeds and waiting times of the motion.
         hover: Height above the table at which the robot makes the motion with open jaws [m]; 0 to fold.
+        progress: Function that is called with the number of tested placements and the number of all.
 
     Raises:
         NoPlacement: If the robot cannot do the fold from any placement; the message has the reason.
         InputError: If the folder is not a learned fold, or the robot cannot do the fold from the given place.
     """
-    hands = HandMotion.load(folder)
+    folder = fold.folder if isinstance(fold, Result) else fold
+    hands = HandMotion.of(fold) if isinstance(fold, Result) else HandMotion.load(fold)
+    source = fold if isinstance(fold, Result) and folder is None else ResultFolder(Path(folder or "."))
+    name = folder or "fold"
     refusals: list[Refused] = []
     starts = [way.starting(start) for start in robot.poses for way in robot.with_hands(len(hands.curves))]
-    for starting in starts:
+    for number, starting in enumerate(starts):
+        searched = partial(_searched, progress, SEARCH * number, SEARCH * len(starts))
         heights = table_heights(starting, table_height)
         if heights is None:
             refusals.append(table_too_high(starting))
             continue
-        for task, reach in _candidates(folder, starting, hands, place, heights, refusals):
+        for task, reach in _candidates(source, starting, hands, place, heights, refusals, searched):
             try:
                 found = _worked_out(task, pace or Pace(), reach if place is None else None)
                 return found if not hover else _hovering(found, hover, pace or Pace())
@@ -107,42 +117,48 @@ def plan_fold(
                 refusals.append(Refused(str(error), 1.0))
     best = max(refusals, key=lambda refusal: refusal.progress)
     if place is not None:
-        raise InputError(f"{folder}: refused: {best}")
+        raise InputError(f"{name}: refused: {best}")
     arms = "both arms" if len(hands.curves) > 1 else "an arm"
-    raise NoPlacement(f"{folder}: no placement before the robot lets {arms} do the fold: {best}")
+    raise NoPlacement(f"{name}: no placement in front of the robot lets {arms} do the fold: {best}")
+
+
+def _searched(progress: Callable[[int, int], object], before: int, total: int, done: int) -> None:
+    progress(before + done, total)
 
 
 def _candidates(
-    folder: Path,
+    source: Result | ResultFolder,
     robot: Robot,
     hands: HandMotion,
     place: tuple[float, float, float] | None,
     heights: tuple[float, float],
     refusals: list[Refused],
+    progress: Progress,
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
     """Return the most promising placements of the fold, each as a fold to plan.
 
     If no placement is within reach, the reason is added to `refusals`.
     """
-    reach = best_placements(robot, hands, heights) if place is None else _at(robot, hands, place, heights)
+    cloth = cloth_of(source)
+    if place is None:
+        reach = best_placements(robot, hands, heights, cloth, progress)
+    else:
+        reach = search(robot, hands, _at(robot, place, heights), fine=True, cloth=cloth, progress=progress)
     count = min(CANDIDATES, reach.good)
     if count == 0:
         refusals.append(out_of_reach(robot, hands, reach))
         count = int(reach.reached[:, 0].min() == len(reach.times))  # if the arms reach all points, one is planned
     return [
-        (PlacedFold(robot, hands, placement, holds, folder), reach)
+        (PlacedFold(robot, hands, placement, holds, source), reach)
         for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]
     ]
 
 
-def _at(
-    robot: Robot, hands: HandMotion, place: tuple[float, float, float], heights: tuple[float, float]
-) -> PlacementRanking:
-    """Rank the placements with a given x, y [m] and yaw [rad], for table heights between two bounds [m]."""
+def _at(robot: Robot, place: tuple[float, float, float], heights: tuple[float, float]) -> list[Placement]:
+    """Return the placements with a given x, y [m] and yaw [rad], for table heights between two bounds [m]."""
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
-    places = [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]
-    return search(robot, hands, places, fine=True)
+    return [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:

@@ -6,6 +6,7 @@ distances are computed: to the trunk, to the table, and between the arms.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
@@ -14,9 +15,14 @@ import numpy as np
 from tatamu.robots.arm_reach import CLEAR, HOPELESS, ArmReach, follow
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
+from tatamu.robots.cloth import clear_holds
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import Hold, Placement, grid, holds_of, neighbours
+from tatamu.simulation.rollout import Rollout
+
+Progress = Callable[[int], object]
+"""Function that is told how much of the search for placements is done, up to `SEARCH`."""
 
 SAMPLES = 10
 """Number of points on each hand's path for which the arm's reach is tested.
@@ -52,6 +58,8 @@ ASKED = 80
 
 The placements with the best quality are chosen.
 """
+SEARCH = 2 * ASKED
+"""Number of placements in a whole search, of which half are near the best placements."""
 TRIED = 8
 """Largest number of hand orientations for which an arm's distances are computed at one placement.
 
@@ -85,6 +93,10 @@ class PlacementRanking:
         return int((self.quality >= 0).sum())
 
 
+def silent(done: int) -> None:
+    """Report nothing."""
+
+
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
     """Return the range of table heights at which the table does not touch the robot in its initial pose [m].
 
@@ -97,20 +109,36 @@ def table_heights(robot: Robot, given: float | None = None) -> tuple[float, floa
     return (low, high) if low <= high and low < lowest else None
 
 
-def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float]) -> PlacementRanking:
-    """Search placements in front of the robot, with the table top between two heights in the base B [m].
+def best_placements(
+    robot: Robot,
+    hands: HandMotion,
+    heights: tuple[float, float],
+    cloth: Rollout | None = None,
+    progress: Progress = silent,
+) -> PlacementRanking:
+    """Search placements in front of the robot from which it can do a fold, the best first.
 
-    The best placement comes first.
+    Learning for a robot and planning both ask this function.
+
+    Args:
+        robot: The robot.
+        hands: Motion of the hands.
+        heights: Lowest and highest table top in the base B [m].
+        cloth: Simulated motion of the cloth, out of which the hands stay; None if it is not known.
+        progress: Function that is called with how much is done, up to `SEARCH`.
     """
     chains = tuple(Chain.of(robot, arm) for arm in robot.folding)
     points = hands.at(hands.evenly(SAMPLES))
-    coarse = search(robot, hands, grid(chains, points, heights, robot.front, robot.trunk is not None))
+    places = grid(chains, points, heights, robot.front, robot.trunk is not None)
+    coarse = search(robot, hands, places, cloth=cloth, progress=progress)
+    half = SEARCH // 2
     around = [
         placement
         for best in coarse.placements[: min(REFINED, int((coarse.quality > HOPELESS).sum()))]
         for placement in neighbours(best, points, heights, robot.front)
     ]
-    return joined(coarse, search(robot, hands, around, fine=True))
+    fine = search(robot, hands, around, fine=True, cloth=cloth, progress=lambda done: progress(half + done))
+    return joined(coarse, fine)
 
 
 def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
@@ -126,10 +154,18 @@ def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRankin
     )
 
 
-def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: bool = False) -> PlacementRanking:
+def search(
+    robot: Robot,
+    hands: HandMotion,
+    placements: list[Placement],
+    fine: bool = False,
+    cloth: Rollout | None = None,
+    progress: Progress = silent,
+) -> PlacementRanking:
     """Rate the given placements, and return them in the order of their quality, the best first.
 
-    If `fine` is true, more orientations of the hands are tried.
+    If `fine` is true, more orientations of the hands are tried. Orientations in which a hand enters the cloth are left
+    out, unless there is no other.
     """
     times = hands.evenly(SAMPLES)
     if not placements:
@@ -141,7 +177,11 @@ def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: b
         follow(robot, arm, placements, ways, trunk, path, np.diff(times))
         for arm, ways, path in zip(robot.folding, holds, points, strict=True)
     ]
-    quality, chosen = _keep_clear(robot, placements, trunk, arms)
+    for arm, ways, found in zip(robot.folding, holds, arms, strict=True):
+        clear = clear_holds(robot, arm, hands, ways, cloth)
+        if clear.any():
+            found.quality[:, ~clear] = 2 * HOPELESS
+    quality, chosen = _keep_clear(robot, placements, trunk, arms, progress)
     reached = np.stack([arm.reached.max(axis=1) for arm in arms])
     # Placements from which the fold cannot be followed are ordered by the number of points that the worse arm reached.
     order = np.argsort(-np.where(quality > HOPELESS, 2 + quality, reached.min(axis=0) / 1e3), kind="stable")
@@ -155,7 +195,7 @@ def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: b
 
 
 def _keep_clear(
-    robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach]
+    robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach], progress: Progress
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lower the quality of promising placements at which the arms come near each other, themselves or an obstacle.
 
@@ -169,7 +209,9 @@ def _keep_clear(
     between = Clearance(robot, ("between arms",))
     promising = np.argsort(-quality, kind="stable")[: int((quality > HOPELESS).sum())]
     quality[promising[ASKED:]] = HOPELESS
-    for number in promising[:ASKED]:
+    asked = promising[:ASKED]
+    for done, number in enumerate(asked):
+        progress(done * ASKED // len(asked))
         for arm, reach, clearance in zip(robot.folding, arms, alone, strict=True):
             clearance.set_table(placements[number].z)
             _alone(robot, arm, clearance, trunk[number], reach.quality[number], reach.angles[number])
