@@ -196,7 +196,7 @@ def drawings() -> None:
     draw("plate", Plate(0.15, 0.09, 0.6), terry)
     draw("bias", Bias(0.6, 0.08), terry.model_copy(update={"shear_stiffness": 20.0}))
     write_text(IMAGES / "measure-swing.svg", Swinging(make_garment("towel"), "bottom", 0.2).drawing())
-    write_text(IMAGES / "measure-slide.svg", Slope(float(np.arctan(terry.friction_table))).drawing(None))
+    write_text(IMAGES / "measure-slide.svg", Slope(float(np.arctan(terry.friction_table))).drawing(np.empty((0, 3))))
 
 
 def draw(name: str, test: CalibrationTest, material: Material) -> None:

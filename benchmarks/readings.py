@@ -22,9 +22,9 @@ from tatamu.calibration import Measurements, calibrate
 from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease
 from tatamu.calibration.elongation import Elongation, Grasp
-from tatamu.calibration.entry import Errors
 from tatamu.calibration.fading import Fading
 from tatamu.calibration.plate import Plate
+from tatamu.calibration.readings import Errors
 from tatamu.calibration.sag import Sag
 from tatamu.calibration.swing import Swinging, TenSwings
 from tatamu.garments import make_garment

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError
 from tatamu.calibration import Measurements, calibrate
-from tatamu.calibration.entry import Errors
 from tatamu.calibration.instruments.outline import PlanOutline, centroid
 from tatamu.calibration.plate import APART, Plate, length_share
+from tatamu.calibration.readings import Errors
 from tatamu.cli.app import app
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.presets import load_preset

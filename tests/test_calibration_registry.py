@@ -12,9 +12,9 @@ import pytest
 import tatamu.calibration
 from tatamu.calibration import Measurements
 from tatamu.calibration.advice import NAMES
-from tatamu.calibration.entry import Errors
-from tatamu.calibration.guide import instructions
+from tatamu.calibration.guide import instructions, table
 from tatamu.calibration.parameters import LIMITS, PARAMETERS
+from tatamu.calibration.readings import Errors
 from tatamu.calibration.registry import TESTS
 from tatamu.calibration.setup import setup_of
 from tatamu.calibration.test import ElasticTest, LaterTest
@@ -68,7 +68,7 @@ def test_a_test_tells_a_parameter_that_calibration_knows(name: str) -> None:
 
 @pytest.mark.parametrize("name", TESTS)
 def test_the_template_of_a_test_is_its_table(name: str) -> None:
-    text = re.sub(r"^# (\[|\w+ = )", r"\1", TESTS[name].template(make_garment("towel")), flags=re.MULTILINE)
+    text = re.sub(r"^# (\[|\w+ = )", r"\1", table(name, make_garment("towel")), flags=re.MULTILINE)
     assert list(tomllib.loads(text)) == [name]
     assert set(tomllib.loads(text)[name]) == set(TESTS[name].entry.model_fields)
 

@@ -18,6 +18,7 @@ from studies.real_cloth.bench import Bench, Experiment, Values
 from studies.real_cloth.fabric import Fabric
 from studies.real_cloth.fitted_air import START, fit
 from studies.real_cloth.fitted_drape import DENSITY, TYPICAL
+from studies.real_cloth.hem import Hem, WavyDrapemeter
 from studies.real_cloth.leeds import MODELS, Leeds, MeasuredHems
 from studies.real_cloth.matsudaira import FILE, NUMBERS, Matsudaira, models
 from studies.real_cloth.page import page
@@ -29,7 +30,6 @@ from typer.testing import CliRunner
 from tatamu.base.errors import InputError
 from tatamu.calibration.instruments.drapemeter import Drapemeter
 from tatamu.calibration.instruments.oscillation import swings
-from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.simulation.material import Material
 
 ANGLES = 2.0 * np.pi * np.arange(360) / 360
@@ -37,8 +37,8 @@ STIFF = "S,stiff,3.0,0.1,20.0,0.5,97.0,4"
 """A fabric too stiff to drape much, which simulates in a second."""
 
 
-def waved(mean: float, folds: int, amplitude: float, ellipse: float = 0.0) -> PlanOutline:
-    return PlanOutline(mean + amplitude * np.cos(folds * ANGLES + 0.3) + ellipse * np.cos(2 * ANGLES))
+def waved(mean: float, folds: int, amplitude: float, ellipse: float = 0.0) -> Hem:
+    return Hem(mean + amplitude * np.cos(folds * ANGLES + 0.3) + ellipse * np.cos(2 * ANGLES))
 
 
 def write_fabrics(folder: Path, rows: str = STIFF) -> Path:
@@ -61,14 +61,14 @@ def test_an_outline_tells_what_it_was_made_of() -> None:
 def test_an_outline_of_a_curve_is_that_of_its_radii() -> None:
     outline = waved(0.12, 5, 0.02)
     curve = outline.radii[:, None] * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]) + [0.3, -0.2]
-    assert PlanOutline.of_curve(curve, np.array([0.3, -0.2])).radii == pytest.approx(outline.radii, abs=1e-9)
+    assert Hem.of_curve(curve, np.array([0.3, -0.2])).radii == pytest.approx(outline.radii, abs=1e-9)
 
 
 def test_an_outline_of_a_mesh_is_its_silhouette_even_where_the_hem_is_tucked_under() -> None:
     points, faces = Drapemeter(0.1, 0.05, 0.01).mesh
     radii = np.hypot(*points.T)
     tucked = points * np.where(radii > 0.095, 0.8, 1.0)[:, None]
-    reach = PlanOutline.of(np.column_stack([tucked, 0.0 * radii]), faces, np.zeros(2)).radii
+    reach = Hem.of(np.column_stack([tucked, 0.0 * radii]), faces, np.zeros(2)).radii
     assert reach.min() > 0.08 and reach.max() < 0.0955
 
 
@@ -199,7 +199,7 @@ def made_up(material: Material) -> Values:
     return {"radii": outline.radii.tolist(), "area": outline.area, "area_before": outline.area}
 
 
-def made_up_hem(bending: float, anisotropy: float) -> PlanOutline:
+def made_up_hem(bending: float, anisotropy: float) -> Hem:
     part = np.log(bending / STIFFER[0]) / np.log(STIFFER[-1] / STIFFER[0])
     return waved(0.1 + 0.04 * part, 7, 0.008, 0.006 * np.log(anisotropy))
 
@@ -228,7 +228,7 @@ def test_a_weave_of_typical_anisotropy_is_the_typical_weave() -> None:
 
 
 def test_cloth_that_is_not_flat_is_wavy_beyond_the_plate_only() -> None:
-    meter = Drapemeter(0.15, 0.09, 0.004, waviness=1e-3)
+    meter = WavyDrapemeter(0.15, 0.09, 0.004, waviness=1e-3)
     height = meter.unstrained[:, 2]
     beyond = np.hypot(*meter.mesh[0].T) > 0.09 + meter.row + 0.02
     assert height[beyond].std() == pytest.approx(1e-3, rel=0.2)

@@ -9,14 +9,15 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from studies.real_cloth.bench import Experiment, Values
+from studies.real_cloth.hem import Hem, WavyDrapemeter
 from studies.real_cloth.section import Sketch
-from tatamu.calibration.instruments.drapemeter import Drapemeter
-from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.simulators import capabilities
 
+FINENESS = 0.35
+"""Maximum edge length of the mesh, in bending lengths."""
 EARLIER = 5
 """Number of frames (half a second) between two shapes of the hanging cloth: an earlier shape and the last shape.
 
@@ -45,7 +46,7 @@ class Size:
         """Area of the flat specimen outside the plate [m^2]."""
         return float(np.pi * (self.specimen**2 - self.plate**2))
 
-    def coefficient(self, outline: PlanOutline) -> float:
+    def coefficient(self, outline: Hem) -> float:
         """Return the drape coefficient of a specimen with this outline from above [%]."""
         return 100.0 * outline.drape_coefficient(self.specimen, self.plate)
 
@@ -55,7 +56,7 @@ class Draped:
     """The results of all repeats of a simulated drape, except repeats that failed."""
 
     size: Size
-    outlines: Sequence[PlanOutline]
+    outlines: Sequence[Hem]
     moving: float
     """Largest change of a drape coefficient during the last half second of a simulation [percentage points]."""
     failures: Sequence[str] = ()
@@ -65,7 +66,7 @@ class Draped:
         """Make the results of a drape from the values that were read from its repeats."""
         good = [each for each in values if "failed" not in each]
         moved = [abs(each["area"] - each["area_before"]) / size.ring for each in good]
-        outlines = [PlanOutline(np.array(each["radii"])) for each in good]
+        outlines = [Hem(np.array(each["radii"])) for each in good]
         failures = [str(each["failed"]) for each in values if "failed" in each]
         return cls(size, outlines, 100.0 * max(moved, default=0.0), failures)
 
@@ -136,11 +137,12 @@ def experiments(name: str, material: Material, size: Size, seeds: int, waviness:
 
     The unstrained cloth may be wavy: `waviness` is the standard deviation of its height [m].
     """
-    meters = [Drapemeter.fine_enough(size.specimen, size.plate, material, seed, waviness) for seed in range(seeds)]
+    spacing = min(FINENESS * material.bending_length, 0.2 * (size.specimen - size.plate))
+    meters = [WavyDrapemeter(size.specimen, size.plate, spacing, seed, waviness) for seed in range(seeds)]
     return [_experiment(name, meter, material, size) for meter in meters]
 
 
-def _experiment(name: str, meter: Drapemeter, material: Material, size: Size) -> Experiment:
+def _experiment(name: str, meter: WavyDrapemeter, material: Material, size: Size) -> Experiment:
     def read(rollout: Rollout) -> Values:
         last = meter.outline(rollout)
         earlier = meter.outline(rollout, -1 - EARLIER)
@@ -150,7 +152,7 @@ def _experiment(name: str, meter: Drapemeter, material: Material, size: Size) ->
     return Experiment(f"{name}, {size.name}", meter.scene(material), "outline", read)
 
 
-def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str = "", colour: str = "plot") -> Sketch:
+def sketched(title: str, outlines: Sequence[Hem], size: Size, note: str = "", colour: str = "plot") -> Sketch:
     """Return a drawing of draped specimens from above.
 
     It has their outlines, and circles of the flat specimen and of the plate.

@@ -21,10 +21,11 @@ from studies.real_cloth.columns import Columns
 from studies.real_cloth.drape import Draped, Size
 from studies.real_cloth.fabric import FRICTION, SHEAR, SOFTENED, TWIST, WARP, WAVINESS, WEFT
 from studies.real_cloth.fitted_drape import ANISOTROPIES, DENSITY, ELLIPSE, FittedFabric, FittedModel, Sweep
+from studies.real_cloth.hem import Hem
 from studies.real_cloth.section import Line, Section, Tabulated, reached
 from studies.real_cloth.test import RealTest
 from tatamu.base.errors import InputError
-from tatamu.calibration.instruments.outline import ANGLES, PlanOutline
+from tatamu.calibration.instruments.outline import ANGLES
 from tatamu.show.chart import Chart, axis, traces
 
 FILE = "cusick_outlines.csv.gz"
@@ -64,7 +65,7 @@ class MeasuredHems:
     """All measured outlines of the drapes of a fabric."""
 
     name: str
-    outlines: Sequence[PlanOutline]
+    outlines: Sequence[Hem]
 
     def draped(self) -> Draped:
         """Return the measured outlines in the form of a simulated drape."""
@@ -83,11 +84,11 @@ class Leeds(RealTest):
     def load(self, data: Path) -> list[MeasuredHems]:
         """Read the measured outlines of the drapes of eleven fabrics from the folder `data`."""
         table = Columns.load(data / FILE, ("set", "fabric", *RADII))
-        hems: dict[str, list[PlanOutline]] = {}
+        hems: dict[str, list[Hem]] = {}
         for number, row in enumerate(table.rows):
             if row["set"] == CAPTURED:
                 radii = np.array([table.number(number, name) for name in RADII])
-                hems.setdefault(row["fabric"], []).append(PlanOutline(1e-3 * radii))
+                hems.setdefault(row["fabric"], []).append(Hem(1e-3 * radii))
         if not hems:
             raise InputError(f"{data / FILE}: must hold rows with set = {CAPTURED}, given none")
         return [MeasuredHems(name, hems[name]) for name in sorted(hems, key=lambda name: (len(name), name))]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Fit
 from tatamu.calibration.parameters import PLACE, SYMBOLS, UNITS
-from tatamu.calibration.quantity import SHOWN
+from tatamu.calibration.readings import SHOWN
 from tatamu.calibration.registry import TESTS
 from tatamu.calibration.result import Calibration
 from tatamu.calibration.test import millimetres
@@ -73,10 +73,7 @@ def _shown(fit: Fit, value: float) -> str:
 
 
 def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
-    """Return a note on a test whose reading the simulator cannot reproduce.
-
-    Another test determines the parameter instead.
-    """
+    """Return a note on a test whose reading the simulator cannot reproduce, while another test can."""
     others = [each.test for each in calibration.fits if each.parameter == fit.parameter and each is not fit]
     symbol = SYMBOLS[fit.parameter]
     return [
@@ -122,10 +119,9 @@ def _restless(calibration: Calibration) -> list[str]:
 
 
 def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, float]]] | None:
-    """Return the reading to repeat, and the relative uncertainties of parameters before and after its repeats.
+    """Return the reading whose `MORE` repeats lower the sum of the relative variances the most, or None.
 
-    The number of additional repeats is `MORE`. The repeats of the returned reading lower the sum of the parameters'
-    relative variances the most. The result is None if the readings determine no parameter, or if repeats do not help.
+    With it come the relative uncertainties of parameters before and after the repeats.
     """
     rows = [PLACE[name] for name in calibration.known]
     variance = np.diag(calibration.covariance)[rows]

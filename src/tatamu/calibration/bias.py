@@ -1,41 +1,28 @@
 """Test *bias*: the elongation of a hanging strip that is cut at 45 degrees to the yarns gives the shear stiffness.
 
-This test is not in the paper. Woven cloth is stiff along its yarns, and stretches easily at 45 degrees to the yarns
-("on the bias"). The stiffness on the bias is
+Woven cloth is stiff along its yarns, and stretches easily at 45 degrees to them (docs/theory/membrane.md):
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
-The derivation is in docs/theory/membrane.md. Here Y and Y_weft are the stretch stiffnesses along the two yarns [N/m],
-nu is Poisson's ratio, and G is the shear stiffness [N/m]. The term 1 / G is the largest.
-
-A strip of length L and areal density rho becomes longer by rho g L^2 / 2 Y(45) when it hangs. This formula ignores that
-the strip's clamped end cannot become narrower. The strip is therefore simulated.
-
-A whole cloth that hangs by a corner would not have to be cut. But such a cloth falls into random folds, which move its
-lowest corner by one or two millimetres. The elongation of such a cloth also depends on the width of the grip.
+A hanging strip becomes longer by rho g L^2 / 2 Y(45), if its clamped end could become narrower. A whole cloth that
+hangs by a corner need not be cut, but its random folds move the lowest corner by one or two millimetres.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
 from tatamu.calibration.picture import CLOTH
-from tatamu.calibration.quantity import Length, Lengths
-from tatamu.calibration.readings import Reading
-from tatamu.calibration.target import Target
-from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, RestTest, Specimen, millimetres
-from tatamu.garments import Garment
+from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
+from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, RestTest, Specimen, Target, millimetres
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
 from tatamu.simulation.material import GRAVITY, Material
@@ -44,7 +31,6 @@ from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tatamu.simulation.settling import settling
-from tatamu.simulation.simulators import capabilities
 
 COLUMNS = 6
 """Number of mesh cells across the simulated strip."""
@@ -53,11 +39,7 @@ SLIMMEST, WIDEST = 0.02, 0.34
 RELAXATIONS = 14.0
 """Duration of the simulation, multiplied by the frequency of the strip's slowest motion [-]."""
 ASIDE = 1.1
-"""Factor by which the shear stiffness is multiplied for a second simulation.
-
-This simulation is made if the search ends after one simulation. The two readings give the slope of the reading over the
-stiffness.
-"""
+"""Factor from the shear stiffness to that of a second simulation, for the slope after a search of one simulation."""
 UNKNOWN = 1.0
 """Standard uncertainty of ln Y if the elongation test only bounds the stretch stiffness Y."""
 
@@ -85,7 +67,6 @@ class BiasReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """Return the readings by their names; see `TestEntry.readings`."""
         return {"bias_L1": Reading.of(self.L1, errors.length), "bias_L2": Reading.of(self.L2, errors.length)}
 
 
@@ -106,48 +87,21 @@ class Bias(LaterTest, RestTest):
     entry = BiasReadings
     needs = ("elongation",)
     needs_because = "it is longer by the stiffness along its yarns too"
+    asks = ("orthotropy", "knows no shear stiffness of its own")
     read = "L1 - L2 on the bias"
-    words = MappingProxyType({"bias_L1": "L1 on the bias", "bias_L2": "L2 on the bias"})
-    instructions = """\
-Hang a strip cut on the bias (optional): for woven cloth.                                [bias] width, L1, L2
-   Cut a strip of the same cloth at 45 degrees to its yarns, as long as possible; its width is a tenth of its length.
-   Clamp one end straight and level between two rulers. L1: distance from the grip straight down to the end. Then lay
-   the strip down without pulling at it. L2: distance between the same two places. Repeat with the other end clamped.
-"""
+    words: ClassVar = {"bias_L1": "L1 on the bias", "bias_L2": "L2 on the bias"}
 
     @classmethod
     def of(cls, entry: BiasReadings, specimen: Specimen) -> Self:
-        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         return cls(float(np.mean(entry.L2)), entry.width, specimen.spacing)
-
-    @classmethod
-    def template(cls, garment: Garment) -> str:
-        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
-        return """\
-# [bias]                 # optional: a strip cut at 45 degrees to the yarns; tells the shear stiffness of woven cloth
-# width = 0.08           # of the strip
-# L1 = []                # hanging, from the grip straight down to the end
-# L2 = []                # lying
-"""
-
-    def unusable(self, simulator: str) -> str | None:
-        """Return why a simulator cannot do this test; see `CalibrationTest.unusable`."""
-        return None if capabilities(simulator).orthotropy else "knows no shear stiffness of its own"
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the strip [m], shape (n, 2), and triangles.
-
-        The coordinates are the distance down from the grip and the distance across the strip.
-        """
+        """Points of the strip [m], shape (n, 2), down from the grip and across, and triangles."""
         flat, faces = staggered_rectangle(self.width, self.length, self.spacing or self.width / COLUMNS)
         return flat[:, :2] + [0.5 * self.length, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test.
-
-        The strip starts unstrained, straight down from its grip, and comes to rest.
-        """
         rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
         plan, faces = self.mesh
         nothing = np.zeros(len(plan))
@@ -166,31 +120,25 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the elongation of the simulated strip [m]: the hanging length L1 minus the lying length L2."""
         end = self.mesh[0][:, 0] > self.length - 1e-9
         return float(-rollout.positions[frame, end, 2].mean()) - self.length
 
     def guess(self, longer: float, material: Material) -> float:
-        """Return the shear stiffness [N/m] of a strip whose elongation is `longer` [m], if its yarns do not stretch."""
         return material.areal_density * GRAVITY * self.length**2 / (8.0 * longer)
 
     def target(self, readings: Readings) -> Target:
-        """Return what the simulated reading must reach; see `RestTest.target`."""
         hung, lying = (readings[name] for name in ("bias_L1", "bias_L2"))
         longer = hung.value - lying.value
         error = float(np.hypot(hung.uncertainty, lying.uncertainty))
         return Target(
             test=self,
-            parameter=self.parameter,
             measured=longer,
             uncertainty=error,
             bound="at least" if longer < error else None,
-            guess=self.guess,
             straight=lambda value: float(np.log(max(value, 1e-6))),
         )
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search for the shear stiffness with which the simulated strip has the measured elongation."""
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))
         if len(found.samples) < 2:  # the first value was right; a second value is needed for the slope
@@ -200,14 +148,11 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
         return material.model_copy(update={self.parameter: found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the effects of uncertain readings on the shear stiffness G to `changes`; see `LaterTest.propagate`.
-
-        The elongation e depends on Y / rho and G / rho, with the stretch stiffness Y, the shear stiffness G and the
-        areal density rho. The elongation is about proportional to rho. With s = -de/dln G, a change of the three
-        parameters changes e by
-
-            e dln rho - s dln G - (e - s) dln Y
-        """
+        # The elongation e depends on Y / rho and G / rho, with the stretch stiffness Y, the shear stiffness G and the
+        # areal density rho. The elongation is about proportional to rho. With s = -de/dln G, a change of the three
+        # parameters changes e by
+        #
+        #     e dln rho - s dln G - (e - s) dln Y
         slope = -fit.slope if fit.slope else max(fit.measured, fit.uncertainty)
         whole = fit.measured / slope
         yarns = min(1.0 - whole, 0.0)
@@ -222,7 +167,6 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
                 change[shear] += yarns * UNKNOWN
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return advice on this test; see `CalibrationTest.advice`."""
         shear = getattr(estimate.material, self.parameter)
         read = f"bias: {millimetres(fit.measured)}"
         if fit.bound:
@@ -235,10 +179,7 @@ Hang a strip cut on the bias (optional): for woven cloth.                       
             [] if relative <= POOR else [f"{read} tells G to {100 * relative:.0f} % only: read L1 and L2 more often."]
         )
 
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the hanging strip with its yarns, and the lying strip next to it."""
-        if shape is None:
-            return ""
+    def drawing(self, shape: np.ndarray) -> str:
         hung = shape[:, 1:]
         flat = self.mesh[0][:, ::-1] * [1.0, -1.0]
         aside = np.array([0.45 * self.length, 0.0])

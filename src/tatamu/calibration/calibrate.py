@@ -1,15 +1,11 @@
 """Calibration: find the parameters of one simulator from measurements (paper, section IV).
 
-- The areal density is mass divided by area.
-- Stretch stiffness, bending rigidity and friction of bending are found in turn, until none of the three changes. Each
-  of the three is adjusted until the simulation reproduces the readings of its own tests. The other two stay fixed
-  meanwhile.
-- If several tests determine the bending rigidity, the result is the weighted mean of their values. The weights follow
-  from the uncertainties of the readings.
-- The tests that need these parameters come later, in the order of `registry`.
+Stretch stiffness, bending rigidity and friction of bending are found in turn, each from its own tests with the other
+two fixed, until none of the three changes. Several tests of one parameter give the weighted mean of their values. The
+tests that need these parameters come later, in the order of `registry`.
 
-Every parameter is an effective value. With this value, this simulator reproduces the readings, on meshes like the
-meshes of the tests. Another simulator needs other values.
+Every parameter is an effective value, with which this simulator reproduces the readings on meshes like those of the
+tests.
 """
 
 from __future__ import annotations
@@ -20,16 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.calibration.fit import Fit
-from tatamu.calibration.laboratory import Laboratory
+from tatamu.calibration.estimate import Fit
+from tatamu.calibration.laboratory import DEFAULTS, CalibrationOptions, Laboratory
 from tatamu.calibration.match import Match
 from tatamu.calibration.measurements import Measurements
-from tatamu.calibration.options import DEFAULTS, CalibrationOptions
 from tatamu.calibration.parameters import OPTIONAL, PARAMETERS, PLACE, UNMEASURED
 from tatamu.calibration.result import Calibration
 from tatamu.calibration.setup import Setup, setup_of
-from tatamu.calibration.target import Target, by_parameter, weights
-from tatamu.calibration.test import CalibrationTest, Changes, ElasticTest, LaterTest, Readings
+from tatamu.calibration.test import CalibrationTest, Changes, ElasticTest, LaterTest, Readings, Target
 from tatamu.calibration.uncertainty import ELASTIC, Sensitivity, contributions, disagreement, slopes
 from tatamu.simulation.material import Material
 from tatamu.simulation.simulators import named
@@ -37,7 +31,7 @@ from tatamu.simulation.simulators import named
 LIGHTEST, HEAVIEST = 0.02, 5.0
 """Smallest and largest areal density of a fabric [kg/m^2]."""
 Groups = dict[str, list[Target]]
-"""For each parameter, by its name: the targets, which are the readings of the tests that determine it."""
+"""The targets of each parameter."""
 
 
 def calibrate(
@@ -52,8 +46,7 @@ def calibrate(
     Args:
         measurements: Readings of the garment.
         simulator: Name of the simulator.
-        spacing: Mesh spacing of the tests [m]. If None, the mesh is so fine that its spacing does not matter in the
-            simulator `native`.
+        spacing: Mesh spacing of the tests [m]; None for a mesh so fine that it does not matter in `native`.
         tick: Function that is called before each simulation with the name of its test.
         options: Accuracy of the matches, and durations.
 
@@ -103,7 +96,7 @@ class ElasticMatch:
     passes: int
 
     def telling(self, parameter: str) -> list[Target]:
-        """Return the tests that determine a parameter. Tests that only give a bound of the parameter are left out."""
+        """Return the tests that determine a parameter."""
         return _telling(self.groups.get(parameter, []), self.matches)
 
     def fits(self, laboratory: Laboratory, group: list[Target]) -> list[Fit]:
@@ -126,10 +119,7 @@ def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.nda
 
 
 def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
-    """Return the material with which the search starts.
-
-    Textbook formulas give the values of the measured parameters.
-    """
+    """Return the material with which the search starts, by textbook formulas."""
     density = readings["mass"].value / setup.area
     if not LIGHTEST <= density <= HEAVIEST:
         raise InputError(
@@ -168,15 +158,12 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
 
 
 def _mean(group: list[Target], values: list[float]) -> float:
-    """Return the weighted geometric mean of the values that several tests give for a parameter.
-
-    The function `weights` gives the weights.
-    """
+    """Return the weighted geometric mean of the values that several tests give for a parameter."""
     return values[0] if len(values) == 1 else float(np.exp(weights(group) @ np.log(values)))
 
 
 def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
-    """Return the tests of one parameter that determine its value. Tests that only give a bound are left out."""
+    """Return the tests of one parameter that do not only bound it."""
     return [target for target in group if target.bound_by(matches[target.test.name]) is None]
 
 
@@ -194,10 +181,7 @@ def _contributions(
     fits: list[Fit],
     material: Material,
 ) -> Changes:
-    """Return how much each reading contributes to each parameter's uncertainty.
-
-    Tests that only bound a parameter contribute nothing.
-    """
+    """Return how much each reading of a test that determines a parameter contributes to the uncertainties."""
 
     def sensitivity(target: Target, weight: float) -> Sensitivity:
         def reading(*logarithms: float) -> float:
@@ -232,3 +216,20 @@ def _assumed(tests: list[CalibrationTest]) -> tuple[str, ...]:
     """Return the fields of the material that no test determines."""
     measured = {"areal_density", *(test.parameter for test in tests)}
     return (*(name for name in PARAMETERS if name not in measured and name not in OPTIONAL), *UNMEASURED)
+
+
+def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
+    """Group tests by their parameters. Tests that only bound a parameter are left out if another test determines it."""
+    groups: dict[str, list[Target]] = {}
+    for target in targets:
+        groups.setdefault(target.parameter, []).append(target)
+    return {
+        parameter: [target for target in group if target.bound is None] or group[-1:]
+        for parameter, group in groups.items()
+    }
+
+
+def weights(group: list[Target]) -> np.ndarray:
+    """Return the weights of the k tests of one parameter, `Target.spread` to the power of -2 with sum 1, shape (k,)."""
+    inverse = np.array([target.spread**-2.0 for target in group])
+    return np.asarray(inverse / inverse.sum())

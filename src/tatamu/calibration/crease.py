@@ -1,83 +1,49 @@
 """Test *crease*: the angle of a fold that remains in pressed cloth determines the friction of bending.
 
-This test is not in the paper. A band of cloth is the hinge of two light boards, like the spine of a book. The hinge is
-closed under a weight and released. The hinge then keeps a curvature k. At this curvature, the friction of bending HB
-[N] balances the bending moment B k (docs/theory/hysteresis.md). B is the bending rigidity [N m]. The curvature is the
-same along the whole band. With the length `gap` of the band, the remaining angle is therefore about
+A band of cloth is the hinge of two light boards, like the spine of a book, which is closed under a weight and released.
+It keeps the curvature at which the friction of bending HB balances the moment B k (docs/theory/hysteresis.md), so that
+a small remaining angle is about HB / B * gap.
 
-    HB / B * gap
-
-This formula is valid if the angle is much smaller than the half turn by which the hinge was closed.
-
-Without boards, cloth would also bend outside its crease while it opens. The amount of this bending would depend on the
-way in which the cloth is released. The hinge stands upright, so its weight does not turn it, and the simulation has no
-gravity.
+Without boards, cloth also bends outside its crease while it opens, and by how much depends on the way in which it is
+released. The hinge stands upright, so the simulation has no gravity.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.picture import CLOTH, DASH
-from tatamu.calibration.quantity import Angles, Length
-from tatamu.calibration.readings import Reading, uncertainty
-from tatamu.calibration.target import Target, textbook_spread
-from tatamu.calibration.test import ElasticTest, Readings, Specimen
-from tatamu.garments import Garment
+from tatamu.calibration.readings import Angles, Errors, Length, Reading, TestEntry, uncertainty
+from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, textbook_spread
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import ROW, staggered_rectangle
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tatamu.simulation.settling import settling
-from tatamu.simulation.simulators import capabilities
 
 ARM = 0.03
-"""Radius of the arc by which the remaining angle is expressed as a length [m].
-
-The simulation must reproduce this arc, because the readings of elastic tests are lengths.
-"""
+"""Radius of the arc as which the remaining angle is read [m], because the readings of elastic tests are lengths."""
 CELLS = 12
-"""Number of mesh rows between the two held ends of the simulated band.
-
-The cloth also bends over half a row next to each held end. The length of the band therefore corresponds to 13 rows.
-"""
+"""Mesh rows between the held ends. The cloth also bends over half a row at each end, so the gap is 13 rows."""
 HELD_ROWS = 2
 COLUMNS = 6
 THIN = 0.25
-"""Largest thickness of the simulated band, as a fraction of the width of a mesh row.
-
-Layers of such a thin band do not touch.
-"""
+"""Maximum thickness of the simulated band, in mesh rows, so that its layers do not touch."""
 FIRST_MODE = 3.52
-"""Lowest angular frequency of a strip that is clamped at one end, in units of sqrt(B / rho) / L^2.
-
-B is the bending rigidity [N m], rho the areal density [kg/m^2], and L the length of the strip [m].
-"""
+"""Lowest angular frequency of a strip that is clamped at one end, in units of sqrt(B / rho) / L^2."""
 PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
-"""Three times in units of 1 / omega: when the hinge is closed, when it is released, and when it is at rest.
-
-omega is the lowest angular frequency of the simulated band, which is the hinge.
-"""
+"""When the hinge is closed, released and at rest, in units of 1 / (its lowest angular frequency)."""
 WIDEST = 120.0
-"""Largest remaining angle of the hinge that determines the friction of bending [degrees].
-
-A larger angle only gives a bound of the friction, because the fold hardly opened when it was released.
-"""
+"""Maximum angle that determines the friction of bending [degrees]. A larger one only bounds it."""
 LEAST_GAP = 1.5
-"""Smallest allowed length of the band, divided by the thickness of both boards together.
-
-A shorter band could not go around the boards.
-"""
+"""Minimum length of the band, in thicknesses of both boards, around which the band goes."""
 
 
 class CreaseReadings(TestEntry):
@@ -101,7 +67,6 @@ class CreaseReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """Return the readings by their names; see `TestEntry.readings`."""
         per_degree = ARM * np.pi / 180.0
         error = uncertainty(self.angle, errors.angle)
         return {"angle": Reading(per_degree * float(np.mean(self.angle)), per_degree * error, len(self.angle))}
@@ -116,10 +81,7 @@ class PressedCrease(ElasticTest):
     apart: float
     """Distance between the band's ends while the hinge is closed [m]."""
     usual: float
-    """Bending length of the garment's material before the calibration [m].
-
-    The first guess of the friction of bending follows from this length.
-    """
+    """Bending length of the garment's material before the calibration [m], for the first guess."""
 
     name = "crease"
     title = "Crease: friction of bending HB"
@@ -127,36 +89,15 @@ class PressedCrease(ElasticTest):
     entry = CreaseReadings
     needs = ("sag",)
     needs_because = "it tells the friction of bending over the bending rigidity"
+    asks = ("hysteresis", "knows no friction of bending")
     read = "arc of the angle at 30 mm"
-    words = MappingProxyType({"angle": "the angle that stays (its arc at 30 mm)"})
-    reads = MappingProxyType({"angle": 1.0})
+    words: ClassVar = {"angle": "the angle that stays (its arc at 30 mm)"}
+    reads: ClassVar = {"angle": 1.0}
     weighs = False
-    instructions = """\
-Crease it (optional): shows how much of a fold remains.                             [crease] gap, board, angle
-   Cut a band of the same cloth, 10 cm long, and two strips of foam board, 2 cm wide. Tape the band onto the strips like
-   the cover of a book, with 1 cm of free cloth (`gap`) between them. Close it with the cloth outside, and put half a
-   kilogram on it for a minute. Stand it on end on a smooth table, open, and tap the table until it opens no further.
-   angle: degrees by which the boards differ from lying in one plane. Repeat it.
-"""
 
     @classmethod
     def of(cls, entry: CreaseReadings, specimen: Specimen) -> Self:
-        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         return cls(entry.gap, 2.0 * entry.board + specimen.base.thickness, specimen.base.bending_length)
-
-    @classmethod
-    def template(cls, garment: Garment) -> str:
-        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
-        return """\
-# [crease]               # optional: a hinge of the cloth between two boards; tells how much of a fold stays
-# gap = 0.01             # of cloth between the boards
-# board = 0.003          # thickness of one board
-# angle = []             # in degrees, by which it stays bent: 0 where the boards lie in one plane
-"""
-
-    def unusable(self, simulator: str) -> str | None:
-        """Return why a simulator cannot do this test; see `CalibrationTest.unusable`."""
-        return None if capabilities(simulator).hysteresis else "knows no friction of bending"
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
@@ -171,10 +112,7 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.asarray(np.unique(self.mesh[0][:, 0].round(9), return_inverse=True)[1])
 
     def _folded(self) -> np.ndarray:
-        """Return the positions of the n vertices of the folded band [m], shape (n, 3).
-
-        The band is a half circle between two level ends.
-        """
+        """Return the band as a half circle between two level ends [m], shape (n, 3)."""
         flat, _ = self.mesh
         links = CELLS + 2 * HELD_ROWS
         row = np.ptp(flat[:, 0]) / links
@@ -183,7 +121,6 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.column_stack([x[self._rows], flat[:, 1], z[self._rows]])
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test. Both ends of the band are brought together, then one end is released."""
         flat, faces = self.mesh
         folded = self._folded()
         last = int(self._rows.max())
@@ -209,14 +146,10 @@ Crease it (optional): shows how much of a fold remains.                         
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the remaining angle of the simulated hinge as an arc with the radius `ARM` [m]."""
         return ARM * self.angle_of(rollout.positions[frame])
 
     def angle_of(self, positions: np.ndarray) -> float:
-        """Return the remaining angle of the hinge [rad], from the positions of all n vertices [m], shape (n, 3).
-
-        The angle is the direction of the band's free end, relative to the flat band.
-        """
+        """Return the direction of the band's free end relative to the flat band [rad]."""
         before, end = self.side(positions)[-2:]
         along, up = end - before
         return float(np.arctan2(up, along))
@@ -226,38 +159,28 @@ Crease it (optional): shows how much of a fold remains.                         
         return np.array([positions[self._rows == row][:, [0, 2]].mean(axis=0) for row in range(self._rows.max() + 1)])
 
     def guess(self, arc: float, material: Material) -> float:
-        """Return an estimate of the friction of bending HB [N] from the arc of the remaining angle [m].
-
-        The angle is about HB / B * gap, with the bending rigidity B and the length `gap` of the band. B follows from
-        the bending length of the garment's material before the calibration.
-        """
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 
     def target(self, readings: Readings) -> Target:
-        """Return what the simulated reading must reach; see `RestTest.target`."""
         arc = readings["angle"]
         widest = ARM * np.radians(WIDEST)
         return Target(
             test=self,
-            parameter=self.parameter,
             measured=arc.value,
             uncertainty=arc.uncertainty,
             bound="at most" if arc.value < arc.uncertainty else "at least" if arc.value > widest else None,
-            guess=self.guess,
             straight=lambda value: float(np.log(max(value, 1e-6))),
             rising=True,
             spread=textbook_spread(self.guess, arc),
         )
 
     def sentence(self, fit: Fit) -> str:
-        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         measured, error, simulated = (
             float(np.degrees(arc / ARM)) for arc in (fit.measured, fit.uncertainty, fit.simulated)
         )
         return f"Angle that stays measured: {measured:.1f} ± {error:.1f}°; simulated: {simulated:.1f}°."
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         friction = 1e3 * estimate.material.bending_hysteresis
@@ -267,10 +190,7 @@ Crease it (optional): shows how much of a fold remains.                         
             "would tell."
         ]
 
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the hinge and its two boards, as seen from above."""
-        if shape is None:
-            return ""
+    def drawing(self, shape: np.ndarray) -> str:
         side = self.side(shape)
         board = 2.0 * self.gap
         first, last = (side[near] - side[next_] for near, next_ in ((0, 1), (-1, -2)))

@@ -1,8 +1,6 @@
 """Test *elongation* (paper, section IV-A): how much longer the garment is when it hangs than when it lies.
 
-The simulated garment hangs from the same grips as the real one. The hanging length L1 is the distance from the grip
-straight down to the farthest end. The lying length L2 is the distance between the same two points on the lying garment.
-Simulated cloth that lies is unstrained, so L2 is measured on the unstrained mesh.
+The simulated garment hangs from the same grips as the real one. L2 is measured on the unstrained mesh.
 """
 
 from __future__ import annotations
@@ -10,23 +8,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.base.records import Record
-from tatamu.calibration.edges import longest_edge, named_edge
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.picture import CLOTH
-from tatamu.calibration.quantity import Length, Lengths
-from tatamu.calibration.readings import Reading
-from tatamu.calibration.target import Target
-from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
+from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
+from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, Target, millimetres
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
@@ -37,32 +29,15 @@ from tatamu.simulation.scene import Gripper, Scene
 from tatamu.simulation.settling import settling
 
 RELAXATIONS = 14.0
-"""Duration of the simulation, multiplied by the frequency of the garment's slowest motion [-].
-
-After this time, the slowest motion has decayed to e^-14.
-"""
+"""Duration of the simulation, multiplied by the frequency of the garment's slowest motion [-]."""
 LAYERS_APART = 2.0
-"""Initial distance between the layers of the hanging garment, divided by the thickness of the cloth.
-
-If the layers were closer, contact would push them apart while the grip holds them.
-"""
+"""Initial distance between the layers, in thicknesses. Contact would push closer layers apart in the grip."""
 SAME_END = 2e-3
-"""Height of the garment's lower end [m].
-
-The vertices that are less than this height above the lowest vertex belong to the lower end.
-"""
+"""Vertices less than this height above the lowest vertex belong to the garment's lower end [m]."""
 
 OTHER_GARMENT = 0.25
-"""Largest accepted difference between the measured lying length L2 and the length of the simulated garment.
-
-The difference is a fraction of the simulated length. A larger difference means that another garment was measured, or
-that it hung from another edge.
-"""
-HUNG_BY = {
-    "towel": ["bottom"],
-    "tshirt": ["left_shoulder", "right_shoulder"],
-    "trousers": ["waist"],
-}
+"""Maximum relative difference between L2 and the simulated garment's length. Beyond, another garment was measured."""
+HUNG_BY = {"towel": ["bottom"], "tshirt": ["left_shoulder", "right_shoulder"], "trousers": ["waist"]}
 """Edges by which each of these garments hangs, by its name. Other garments hang by their longest edge."""
 
 
@@ -104,11 +79,7 @@ class ElongationReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """Return the readings by their names; see `TestEntry.readings`."""
-        return {
-            "L1": Reading.of(self.L1, errors.length),
-            "L2": Reading.of(self.L2, errors.length),
-        }
+        return {"L1": Reading.of(self.L1, errors.length), "L2": Reading.of(self.L2, errors.length)}
 
 
 @dataclass(frozen=True)
@@ -123,20 +94,12 @@ class Elongation(ElasticTest):
     parameter = "stretch_stiffness"
     entry = ElongationReadings
     read = "L1 - L2"
-    words = MappingProxyType({"L1": "L1, the hanging length", "L2": "L2, the lying length"})
-    reads = MappingProxyType({"L1": 1.0, "L2": -1.0})
+    words: ClassVar = {"L1": "L1, the hanging length", "L2": "L2, the lying length"}
+    reads: ClassVar = {"L1": 1.0, "L2": -1.0}
     size = "length"
-    instructions = """\
-Hang it.                                                                               [elongation] L1, L2
-   Clamp the whole named edge straight and level, with two rulers and clips; for shoulders use a hanger. Wait until the
-   garment is still. L1: distance from the grip straight down to the farthest end. Then lay the garment down without
-   pulling at it. L2: distance between the same two places. A narrow pinch is possible too, such as
-   {edge = "bottom", at = 0.5, width = 0.03}. It stretches the cloth unevenly, so the result depends on the mesh.
-"""
 
     @classmethod
     def of(cls, entry: ElongationReadings, specimen: Specimen) -> Self:
-        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         test = cls(specimen.garment, tuple(entry.grasps))
         lying = float(np.mean(entry.L2))
         if abs(lying / test.length - 1.0) > OTHER_GARMENT:
@@ -147,16 +110,9 @@ Hang it.                                                                        
         return test
 
     @classmethod
-    def template(cls, garment: Garment) -> str:
-        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
+    def blanks(cls, garment: Garment) -> dict[str, str]:
         edges = HUNG_BY.get(garment.name) or [longest_edge(garment)]
-        grasps = ", ".join(f'{{edge = "{each}"}}' for each in edges)
-        return f"""\
-[elongation]             # paper, section IV-A
-grasps = [{grasps}]    # hung by the whole edge; or {{edge = "..", at = 0.5, width = 0.03}}
-L1 = []                  # hanging, from the grip straight down to the farthest end
-L2 = []                  # lying
-"""
+        return {"grasps": ", ".join(f'{{edge = "{each}"}}' for each in edges)}
 
     @cached_property
     def held(self) -> list[np.ndarray]:
@@ -168,11 +124,7 @@ L2 = []                  # lying
 
     @cached_property
     def plan(self) -> np.ndarray:
-        """Positions of the n vertices of the unstrained garment [m], shape (n, 2).
-
-        The first coordinate is the distance to the side, along the grips. The second is the distance down from the
-        grips.
-        """
+        """Positions of the unstrained garment [m], shape (n, 2): to the side along the grips, and down from them."""
         flat = self.garment.cloth().rest[:, :2]
         gripped = flat[np.concatenate(self.held)]
         grip = 0.5 * (gripped.min(axis=0) + gripped.max(axis=0))
@@ -193,14 +145,9 @@ L2 = []                  # lying
         return float(self.plan[self.end, 1].mean())
 
     def guess(self, elongation: float, material: Material) -> float:
-        """Return the stretch stiffness of a hanging strip with this elongation e: rho g L^2 / 2 e [N/m].
-
-        rho is the areal density [kg/m^2], g the acceleration of gravity, and L the length of the strip.
-        """
         return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test. The garment starts unstrained in a vertical plane and comes to rest."""
         rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
         apart = LAYERS_APART * self.garment.vertices[:, 2]
         cloth = self.garment.cloth()
@@ -215,24 +162,19 @@ L2 = []                  # lying
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the elongation of the simulated garment [m]: the hanging length L1 minus the lying length L2."""
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
     def target(self, readings: Readings) -> Target:
-        """Return what the simulated reading must reach; see `RestTest.target`."""
         longer, error = self.measured(readings)
         return Target(
             test=self,
-            parameter=self.parameter,
             measured=longer,
             uncertainty=error,
             bound="at least" if longer < error else None,
-            guess=self.guess,
             straight=lambda value: float(np.log(max(value, 1e-9))),
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return advice on this test; see `CalibrationTest.advice`."""
         stiffness = estimate.material.stretch_stiffness
         read = f"elongation: {millimetres(fit.measured)}"
         if fit.bound:
@@ -248,10 +190,7 @@ L2 = []                  # lying
             "L1 and L2 more often, or hang the garment so that it is longer: elongation grows with the length squared."
         ]
 
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the hanging garment, and the lying garment next to it."""
-        if shape is None:
-            return ""
+    def drawing(self, shape: np.ndarray) -> str:
         hung = shape[:, 1:]
         flat = self.plan * [1.0, -1.0]
         aside = np.array([1.45 * np.ptp(flat[:, 0]), 0.0])
@@ -287,3 +226,29 @@ def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
         path = path[away <= max(grasp.width / 2 + 1e-9, np.sort(away)[1])]
     near = np.linalg.norm(flat[:, None] - flat[path], axis=2).min(axis=1)
     return np.flatnonzero(near < 0.25 * garment.spacing)
+
+
+def named_edge(garment: Garment, name: str) -> np.ndarray:
+    """Return the indices of the vertices along a named edge of the garment, in order.
+
+    Raises:
+        InputError: If the garment has no such edge.
+    """
+    if name not in garment.edges:
+        raise InputError(f"edge: {garment.name} has {', '.join(garment.edges)}, given {name!r}")
+    return garment.edges[name]
+
+
+def longest_edge(garment: Garment) -> str:
+    """Return the name of the longest edge at an opening of the garment, such as a hem.
+
+    If no edge is at an opening, return the name of the longest edge.
+
+    Raises:
+        InputError: If the garment has no named edges.
+    """
+    names = [name for name in garment.edges if name in garment.openings] or list(garment.edges)
+    if not names:
+        raise InputError(f"garment: {garment.name} has no named edges to hold it by")
+    flat = garment.vertices
+    return max(names, key=lambda name: np.linalg.norm(np.diff(flat[garment.edges[name]], axis=0), axis=1).sum())

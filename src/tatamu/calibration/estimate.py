@@ -7,10 +7,45 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.calibration.fit import Fit
 from tatamu.calibration.parameters import OPTIONAL, PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
 from tatamu.simulation.material import Material
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The result of one test: the parameter with which the simulation reproduces the reading."""
+
+    test: str
+    parameter: str
+    measured: float
+    """The measured reading, in `unit`."""
+    uncertainty: float
+    """Standard uncertainty of the measured reading, in `unit`."""
+    aim: float
+    """Value of the reading that the simulation had to reproduce, `Target.aim`."""
+    simulated: float
+    """The simulated reading, with the parameter that was found."""
+    unit: str
+    bound: str | None
+    """Bound of the parameter, "at least" or "at most"; None if the test determines the value of the parameter."""
+    samples: tuple[tuple[float, float], ...]
+    """Values of the parameter that were simulated, each with its reading, or its speed [m/s] for friction."""
+    alone: float | None = None
+    """Value of the parameter by this test alone; None if the material's value is from this test only.
+
+    Several tests may determine the parameter, or the value that was assumed before may satisfy this test's bound.
+    """
+    resolution: float | None = None
+    """Standard uncertainty of the parameter's logarithm due to the last interval of a bisection; None without one."""
+
+    @property
+    def slope(self) -> float | None:
+        """Derivative of the reading by the parameter's logarithm, of the three samples closest to `aim`; or None."""
+        nearest = sorted(self.samples, key=lambda sample: abs(sample[1] - self.aim))[:3]
+        if len(nearest) < 2:
+            return None
+        return float(np.polyfit(np.log([sample[0] for sample in nearest]), [sample[1] for sample in nearest], 1)[0])
 
 
 @dataclass(frozen=True)
@@ -22,11 +57,7 @@ class Estimate:
     """Name of the simulator. Another simulator needs another material."""
     fits: tuple[Fit, ...]
     contributions: Mapping[str, np.ndarray]
-    """Contribution of each reading to the uncertainties, by the name of the reading.
-
-    A contribution has one number for each of the k parameters, shape (k,). The number is the change of the parameter's
-    logarithm if the reading changes by one standard uncertainty.
-    """
+    """Change of the logarithms of the k parameters by one standard uncertainty of each reading, shape (k,)."""
     readings: Mapping[str, Reading]
     """Readings from the measurements file, by their names."""
     assumed: tuple[str, ...]
@@ -68,10 +99,7 @@ class Estimate:
         return np.asarray(part / np.outer(scale, scale))
 
     def bounding(self, parameter: str) -> Fit | None:
-        """Return the result of the test that bounds a parameter, if no test determines its value.
-
-        None if a test determines the parameter, or no test gives a bound.
-        """
+        """Return the result of the test that bounds a parameter whose value no test determines; or None."""
         fits = [fit for fit in self.fits if fit.parameter == parameter]
         return fits[-1] if fits and all(fit.bound for fit in fits) else None
 

@@ -1,33 +1,24 @@
 """Test *friction* (paper, section IV-B): cloth starts to slide on a board of the measured slope.
 
-The simulated table has the slope theta = asin(H_s / L_t). H_s is the height of the board's lifted end, and L_t is the
-length of the board. The coefficient of friction is found by bisection, between a value at which a simulated sheet stays
-and a value at which it slides. The search starts from the textbook's coefficient tan(theta). The result is compared
-with this coefficient.
-
-Sliding does not depend on the shape of the sheet, so a small sheet of the same material is simulated.
+The simulated table has the slope theta = asin(H_s / L_t). The coefficient of friction is found by bisection between a
+value at which a small simulated sheet stays and one at which it slides, from the textbook's coefficient tan(theta).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
 from tatamu.calibration.picture import CLOTH
-from tatamu.calibration.quantity import Lengths
-from tatamu.calibration.readings import Reading
+from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
-from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -39,26 +30,18 @@ SIZE, SPACING = (0.10, 0.20), 0.02
 DURATION = 0.8
 """Simulated time of a sheet on the tilted table [s]."""
 SLIDING = 5e-3
-"""Largest mean speed of a sheet that counts as at rest [m/s]. A faster sheet counts as sliding.
+"""Maximum mean speed over the last quarter of the time of a sheet that counts as at rest [m/s].
 
-The mean is over the last quarter of the simulated time. A sheet reaches this speed if its coefficient of friction is
-1.5e-3 below tan(theta), where theta is the slope of the table.
+A sheet reaches this speed if its coefficient of friction is 1.5e-3 below tan(theta).
 """
 FIRST = 0.02
-"""Relative difference between tan(theta) and the first coefficients of the search.
-
-The search starts with a coefficient that is larger than tan(theta) by this fraction, and one that is smaller. Here
-theta is the slope of the table.
-"""
+"""Relative difference between tan(theta) and the first two coefficients of the search."""
 RESOLUTION = 2e-3
 """Largest width of the last interval of a bisection of the coefficient of friction [-]."""
 LARGEST = 3.0
 """Largest coefficient of friction that is tried in the search."""
 EFFECTIVE = 0.02
-"""Largest relative difference between the coefficient that was found and tan(theta).
-
-If the difference is larger, the coefficient is reported as an effective value. Here theta is the slope of the table.
-"""
+"""Maximum relative difference from tan(theta) of a coefficient that is not reported as an effective one."""
 
 
 class FrictionReadings(TestEntry):
@@ -86,11 +69,7 @@ class FrictionReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """Return the readings by their names; see `TestEntry.readings`."""
-        return {
-            "L_t": Reading.of(self.L_t, errors.length),
-            "H_s": Reading.of(self.H_s, errors.H_s),
-        }
+        return {"L_t": Reading.of(self.L_t, errors.length), "H_s": Reading.of(self.H_s, errors.H_s)}
 
 
 @dataclass(frozen=True)
@@ -105,37 +84,19 @@ class Slope(LaterTest):
     parameter = "friction_table"
     entry = FrictionReadings
     read = "theta"
-    words = MappingProxyType({"L_t": "L_t, the board", "H_s": "H_s, the lifted end"})
+    words: ClassVar = {"L_t": "L_t, the board", "H_s": "H_s, the lifted end"}
     samples = "speed"
     sheet = SIZE
-    instructions = """\
-Let it slide.                                                                          [friction] L_t, H_s
-   Lay the garment flat on the board, on the surface on which it will be folded. One end of the board stays on the
-   table. L_t: length of the board from that end to the end that you lift. Lift slowly and evenly. H_s: height of the
-   lifted end when the cloth starts to slide.
-"""
 
     @classmethod
     def of(cls, entry: FrictionReadings, specimen: Specimen) -> Self:
-        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         return cls(float(np.arcsin(np.mean(entry.H_s) / np.mean(entry.L_t))))
-
-    @classmethod
-    def template(cls, garment: Garment) -> str:
-        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
-        return """\
-[friction]               # paper, section IV-B
-L_t = []                 # length of the board
-H_s = []                 # height of its lifted end when the cloth starts to slide
-"""
 
     @property
     def textbook(self) -> float:
-        """Coefficient of friction by the textbook: tan(theta), where theta is the slope of the board."""
         return float(np.tan(self.angle))
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test: a sheet at rest on the tilted table."""
         flat, faces = staggered_rectangle(*SIZE, SPACING)
         down = np.array([np.cos(self.angle), 0.0, -np.sin(self.angle)])
         normal = np.array([np.sin(self.angle), 0.0, np.cos(self.angle)])
@@ -157,7 +118,6 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         return float(distance / (rollout.times[-1] - rollout.times[late]))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search for the coefficient of friction with which a sheet starts to slide on the measured slope."""
 
         def speed(coefficient: float) -> float:
             scene = self.scene(material.model_copy(update={"friction_table": coefficient}))
@@ -182,11 +142,8 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         return material.model_copy(update={"friction_table": found.coefficient}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the effects of uncertain readings on the coefficient of friction to `changes`; see `LaterTest.propagate`.
-
-        The coefficient is mu = tan(theta), where theta is the slope of the board. The slope follows from sin(theta) =
-        H_s / L_t, with the height H_s of the lifted end and the length L_t of the board.
-        """
+        # The coefficient is mu = tan(theta), where theta is the slope of the board. The slope follows from sin(theta) =
+        # H_s / L_t, with the height H_s of the lifted end and the length L_t of the board.
         board = readings["L_t"]
         height = readings["H_s"]
         per_radian = 2.0 / np.sin(2.0 * self.angle)  # d ln tan(theta) / d theta
@@ -195,25 +152,21 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         changes["L_t"][PLACE[self.parameter]] = -per_height * np.sin(self.angle) * board.uncertainty
 
     def record(self) -> dict[str, float]:
-        """Return the textbook's coefficient tan(theta) for the material's file; see `CalibrationTest.record`."""
         return {"tan_theta": self.textbook}
 
     def sentence(self, fit: Fit) -> str:
-        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         return (
             f"θ = asin(H_s / L_t) = {np.degrees(fit.measured):.1f} ± {np.degrees(fit.uncertainty):.1f} degrees; "
             f"tan θ = {self.textbook:.3f}."
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return advice on this test; see `CalibrationTest.advice`."""
         if not fit.bound:
             return []
         does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
         return [f"friction: {estimate.simulator} {does}; tan(theta) is taken, which it cannot follow."]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return a note if the coefficient that was found differs from tan(theta), the textbook's coefficient."""
         off = estimate.material.friction_table / self.textbook - 1.0
         if abs(off) < EFFECTIVE:
             return []
@@ -222,8 +175,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
             f"{self.textbook:.3f} to slide on this slope: an effective one, for this simulator."
         ]
 
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the board, the cloth on the board, and the lengths to read. The argument `shape` is not used."""
+    def drawing(self, shape: np.ndarray) -> str:
         board = 0.6
         foot = np.zeros(2)
         top = board * np.array([np.cos(self.angle), np.sin(self.angle)])
@@ -253,11 +205,7 @@ class Sliding:
     samples: tuple[tuple[float, float], ...]
     """All simulated pairs of a coefficient and the resulting speed [m/s]."""
     bound: str | None = None
-    """Kind of bound if the search only bounds the coefficient; None if the search determines the coefficient.
-
-    It is "at least" if the sheet slides even at the largest coefficient that is tried. It is "at most" if the sheet
-    stays even without friction.
-    """
+    """ "at least" if the sheet slides at every coefficient, "at most" if it stays without friction; otherwise None."""
 
     @property
     def coefficient(self) -> float:
@@ -266,13 +214,9 @@ class Sliding:
 
 
 def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
-    """Find the coefficient at which a sheet starts to slide, by bisection.
+    """Find the coefficient at which a sheet starts to slide, by bisection; without any, the guess is kept.
 
-    If no coefficient separates sliding from staying, the guess is kept.
-
-    Args:
-        speed: Function that simulates the speed at a coefficient [m/s].
-        guess: Coefficient with which the search starts.
+    `speed` simulates the speed at a coefficient [m/s].
     """
     seen: dict[float, float] = {}
 
@@ -290,9 +234,9 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
 
 
 def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, float]:
-    """Return a coefficient at which the sheet slides, and a larger coefficient at which it stays.
+    """Return a coefficient at which the sheet slides, and a larger one at which it stays.
 
-    If one of these two coefficients does not exist, a value outside the range of coefficients is returned in its place.
+    A value outside the range of coefficients stands for one that does not exist.
     """
     low = guess * (1.0 - FIRST)
     high = guess * (1.0 + FIRST)

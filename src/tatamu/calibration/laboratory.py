@@ -1,7 +1,4 @@
-"""A laboratory for the simulated tests.
-
-A test is simulated until its cloth has come to rest, and its reading is stored.
-"""
+"""Simulates tests until their cloth has come to rest, and keeps their readings."""
 
 from __future__ import annotations
 
@@ -12,11 +9,36 @@ from typing import Protocol
 import numpy as np
 
 from tatamu.base.errors import SimulationError
-from tatamu.calibration.options import DEFAULTS, CalibrationOptions
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
+
+
+@dataclass(frozen=True)
+class CalibrationOptions:
+    """Tolerances of simulated readings, and limits of the time in which the simulated cloth comes to rest."""
+
+    settled: float = 5e-5
+    """Maximum change of a reading over the last quarter of its simulation [m]. Otherwise it is lengthened."""
+    lengthening: float = 2.0
+    """Factor by which a simulation is lengthened if its cloth has not come to rest."""
+    longest: float = 8.0
+    """Largest duration of a simulation, as a multiple of the duration that its test sets."""
+    within: float = 1e-3
+    """Largest accepted difference between the simulated and the measured reading, as a fraction of the reading."""
+    finest: float = 1e-5
+    """Minimum difference that is accepted [m]."""
+    agreement: float = 5e-3
+    """Maximum change of a parameter's logarithm in the last pass over the tests."""
+    passes: int = 5
+    """Maximum number of passes over the elastic tests."""
+    passes_with_friction: int = 10
+    """Maximum number with friction of bending, which changes the rigidity that follows from a sag."""
+
+
+DEFAULTS = CalibrationOptions()
+"""Options of the command `tatamu calibrate`."""
 
 
 class LengthTest(Protocol):
@@ -28,7 +50,7 @@ class LengthTest(Protocol):
         ...
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of the test, which is the input of its simulation, for a material."""
+        """Return the scene of the test."""
         ...
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
@@ -79,10 +101,7 @@ class Laboratory:
         return [shape for (name, _), shape in self._shapes.items() if name == test]
 
     def _settled(self, test: LengthTest, scene: Scene) -> tuple[float, np.ndarray]:
-        """Simulate until the reading of a test no longer changes, and return the reading and the final positions.
-
-        The duration that was needed is stored. The next simulation of the same test starts with this duration.
-        """
+        """Simulate until a reading no longer changes, first for the time that the same test needed before."""
         options = self.options
         factor = self._durations.get(test.name, 1.0)
         while True:

@@ -1,33 +1,26 @@
 """Test *loop*: the height of the crease of folded cloth determines the bending rigidity.
 
-This test is not in the paper. It works even for cloth that is too limp for the test *sag*. It gives the bending
-rigidity at the large curvature of a fold. This rigidity may differ from the rigidity at a small curvature. Such a
-difference exists in real cloth and in Blender's old bending model.
+It works even for cloth that is too limp for the test *sag*, and gives the bending rigidity at the large curvature of a
+fold, which may differ from that at a small curvature in real cloth and in Blender's old bending model.
 
-A strip is laid over itself without friction, and its ends are held. The strip then takes the shape of minimum energy,
-which is a loop. The height of the loop depends only on the ratio of bending rigidity to weight.
+A strip is laid over itself without friction, and its ends are held. The height of the loop of minimum energy depends
+only on the ratio of bending rigidity to weight.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 
 from tatamu.base.errors import InputError
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.picture import CLOTH, DASH, strip_profile
-from tatamu.calibration.quantity import Lengths
-from tatamu.calibration.readings import Reading
-from tatamu.calibration.target import Target, textbook_spread
-from tatamu.calibration.test import ElasticTest, Readings, Specimen, millimetres
-from tatamu.garments import Garment
+from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
+from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, millimetres, textbook_spread
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.heavy_strip.chain import start
 from tatamu.simulation.material import GRAVITY, Material
@@ -37,17 +30,9 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulation.settling import settling
 
 HEIGHT, LIFT = 0.906, 1.1
-"""Factors in the height of the loop's top above the table: 0.906 l_b + 1.1 thickness.
-
-l_b is the bending length of the cloth. The height was computed with a chain that bends under its own weight
-(`heavy_strip.chain`).
-"""
+"""Factors in the height of the loop's top above the table, 0.906 l_b + 1.1 thickness (`heavy_strip.chain`)."""
 LIES = 4.0
-"""Length of cloth on either side of the crease, divided by the height of the loop [-].
-
-In a computation with a chain that bends under its own weight (`heavy_strip.chain`), a length of 3.85 heights gives the
-same loop as an infinite length.
-"""
+"""Length of cloth on either side of the crease, in heights of the loop. 3.85 act like infinite length."""
 CELL = 0.2
 """Edge length of the mesh divided by the height of the loop."""
 COLUMNS = 6
@@ -56,8 +41,7 @@ LAYS = 0.3
 """Duration of the motion that lays the strip's upper end on its lower end, as a fraction of the simulated time."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
-"""Largest height of a fold [m]. A higher fold is refused, because only cardboard, and no cloth, would fold like
-this."""
+"""Maximum height of a fold of cloth [m]."""
 
 
 class LoopReadings(TestEntry):
@@ -76,10 +60,7 @@ class LoopReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """Return the readings by their names; see `TestEntry.readings`."""
-        return {
-            "height": Reading.of(self.height, errors.length),
-        }
+        return {"height": Reading.of(self.height, errors.length)}
 
 
 @dataclass(frozen=True)
@@ -98,19 +79,11 @@ class Loop(ElasticTest):
     parameter = "bending_rigidity"
     entry = LoopReadings
     read = "height of the loop"
-    words = MappingProxyType({"height": "the height of the loop"})
-    reads = MappingProxyType({"height": 1.0})
-    instructions = """\
-Make a loop (optional): for cloth that hangs straight down in measurement $sag.                    [loop] height
-   Fold one layer over itself on the table without pressing it, with parallel edges; of a T-shirt, use the hem of one
-   side. Each side should be four times as long as the loop is high. height: distance from the table to the top of the
-   loop. Sag and loop together determine bending better than either alone. If they disagree, the cloth bends
-   differently in a fold.
-"""
+    words: ClassVar = {"height": "the height of the loop"}
+    reads: ClassVar = {"height": 1.0}
 
     @classmethod
     def of(cls, entry: LoopReadings, specimen: Specimen) -> Self:
-        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         test = cls(float(np.mean(entry.height)), specimen.base.thickness, specimen.spacing)
         if test.height <= 2.0 * test.thickness:
             raise InputError(
@@ -118,14 +91,6 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
                 "loop pressed flat, or is the garment's thickness (of one layer) less?"
             )
         return test
-
-    @classmethod
-    def template(cls, garment: Garment) -> str:
-        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
-        return """\
-# [loop]                 # optional: cloth folded over itself; tells B too
-# height = []            # from the table to the top of the loop
-"""
 
     @property
     def bending_length(self) -> float:
@@ -139,20 +104,13 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the unfolded strip [m], shape (n, 3), and its triangles.
-
-        The length of the strip is along x, from x = 0.
-        """
+        """Points of the unfolded strip [m], shape (n, 3), along x from x = 0, and its triangles."""
         row = np.sqrt(0.75) * self.edge
         rows = 2 * int(np.ceil(LIES * self.height / row)) + 2 * HELD_ROWS
         vertices, faces = staggered_rectangle(COLUMNS * self.edge, rows * row, self.edge)
         return vertices - [vertices[:, 0].min(), 0.0, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test: a wide loop whose upper end is laid onto its lower end.
-
-        The loop then comes to rest.
-        """
         flat, faces = self.mesh
         row = np.sqrt(0.75) * self.edge
         length = float(flat[:, 0].max())
@@ -180,42 +138,30 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the simulated height of the loop's top above the table [m]."""
         return self.height_of(rollout.positions[frame])
 
     def height_of(self, positions: np.ndarray) -> float:
-        """Return the height of the loop's top [m], from the positions of all n vertices [m], shape (n, 3).
-
-        This height is the mean height of the highest row of vertices.
-        """
+        """Return the mean height of the highest row of vertices [m]."""
         rows = np.unique(self.mesh[0][:, 0].round(6), return_inverse=True)[1]
         return float((np.bincount(rows, positions[:, 2]) / np.bincount(rows)).max()) + 0.5 * self.thickness
 
     def guess(self, height: float, material: Material) -> float:
-        """Return the bending rigidity of an ideal strip with a loop of this height: rho g l_b^3 [N m].
-
-        rho is the areal density [kg/m^2], g the acceleration of gravity, and l_b the bending length [m].
-        """
         return material.areal_density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """Return what the simulated reading must reach; see `RestTest.target`."""
         height = readings["height"]
         layers = 2.0 * self.thickness
         return Target(
             test=self,
-            parameter=self.parameter,
             measured=height.value,
             uncertainty=height.uncertainty,
             bound="at most" if height.value - height.uncertainty < layers else None,
-            guess=self.guess,
             straight=lambda value: float(np.log(max(value - 0.5 * layers, 1e-4))),
             rising=True,
             spread=textbook_spread(self.guess, height),
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         return [
@@ -223,10 +169,7 @@ Make a loop (optional): for cloth that hangs straight down in measurement $sag. 
             f"read, B is at most {1e6 * estimate.material.bending_rigidity:.2g} µN m."
         ]
 
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip that is folded over itself, as seen from the side."""
-        if shape is None:
-            return ""
+    def drawing(self, shape: np.ndarray) -> str:
         side = strip_profile(self.mesh[0][:, 0], shape)
         height = self.height_of(shape)
         reach = side[:, 0].max()

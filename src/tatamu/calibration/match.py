@@ -22,12 +22,9 @@ class Match:
     parameter: float
     reading: float
     reached: bool
-    """Whether the simulated reading equals the measured reading, within the tolerance of the search.
-
-    If not, the parameter with the nearest reading is kept.
-    """
+    """Whether the reading was reached. If not, the parameter with the nearest reading is kept."""
     samples: tuple[tuple[float, float], ...]
-    """All simulated values of the parameter, each with its reading. The values are in rising order."""
+    """All simulated values of the parameter in rising order, each with its reading."""
 
     def after(self, earlier: tuple[tuple[float, float], ...]) -> Match:
         """Return this result with the samples of an earlier search added."""

@@ -10,16 +10,24 @@ A reading is a number or a list of repeats. All numbers are in SI units, such as
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Field, create_model, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.quantity import Length, Masses
-from tatamu.calibration.readings import Reading
+from tatamu.calibration.bias import BiasReadings
+from tatamu.calibration.crease import CreaseReadings
+from tatamu.calibration.elongation import ElongationReadings
+from tatamu.calibration.fading import FadingReadings
+from tatamu.calibration.friction import FrictionReadings
+from tatamu.calibration.loop import LoopReadings
+from tatamu.calibration.plate import PlateReadings
+from tatamu.calibration.push import PushReadings
+from tatamu.calibration.readings import Errors, Length, Masses, Reading, TestEntry
 from tatamu.calibration.registry import TESTS
+from tatamu.calibration.sag import SagReadings
+from tatamu.calibration.swing import SwingReadings
 from tatamu.simulation.material import THICKNESS
 
 
@@ -40,21 +48,21 @@ class GarmentReadings(Record):
     """Thickness of one layer [m], see `Material.thickness`; None for the thickness of the material."""
 
 
-class Head(Record):
-    """The fields with which every file of measurements begins."""
+class Measurements(Record):
+    """All readings of one garment. The fields of tests that were not made are None."""
 
     version: Literal[1] = 1
     garment: GarmentReadings
-
-
-_TABLES: dict[str, Any] = {name: (test.entry | None, None) for name, test in TESTS.items()}
-_WithTests: Any = create_model("_WithTests", __base__=Head, **_TABLES)
-"""Measurements with a field for the table of each test. The field is None if the test was not made."""
-
-
-class Measurements(_WithTests):
-    """All readings of one garment. The fields of tests that were not made are None."""
-
+    elongation: ElongationReadings | None = None
+    friction: FrictionReadings | None = None
+    sag: SagReadings | None = None
+    loop: LoopReadings | None = None
+    plate: PlateReadings | None = None
+    crease: CreaseReadings | None = None
+    push: PushReadings | None = None
+    bias: BiasReadings | None = None
+    swing: SwingReadings | None = None
+    fading: FadingReadings | None = None
     errors: Errors = Field(default_factory=Errors)
 
     @model_validator(mode="after")
@@ -78,13 +86,11 @@ class Measurements(_WithTests):
 
     def readings(self) -> dict[str, Reading]:
         """Return every reading, by its name."""
-        errors: Errors = self.errors
-        garment: GarmentReadings = self.garment
-        found = {"mass": Reading.of(garment.mass, errors.mass, "kg")}
-        for name, side in zip(("width", "length"), garment.size or (), strict=False):
-            found[name] = Reading.of((side,), errors.length)
+        found = {"mass": Reading.of(self.garment.mass, self.errors.mass, "kg")}
+        for name, side in zip(("width", "length"), self.garment.size or (), strict=False):
+            found[name] = Reading.of((side,), self.errors.length)
         for entry in self.entries().values():
-            found |= entry.readings(errors)
+            found |= entry.readings(self.errors)
         return found
 
 

@@ -1,7 +1,4 @@
-"""The page of a calibration, which opens offline.
-
-It shows the material, the results of the tests, and the reading to repeat.
-"""
+"""The page of a calibration."""
 
 from __future__ import annotations
 
@@ -11,21 +8,17 @@ import numpy as np
 from markupsafe import Markup
 
 from tatamu.calibration.advice import NAMES, advice_on
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Fit
 from tatamu.calibration.friction import SLIDING
 from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS, UNITS
-from tatamu.calibration.quantity import SHOWN
-from tatamu.calibration.readings import Reading
+from tatamu.calibration.readings import SHOWN, Reading
 from tatamu.calibration.result import Calibration, rounded
-from tatamu.calibration.test import CalibrationTest
+from tatamu.calibration.test import CalibrationTest, RestTest
 from tatamu.show.chart import Chart, Plot, axis, band, line, log_axis, note, traces
 from tatamu.show.page import render
 
 ROOM = 1.6
-"""Factor by which a logarithmic axis extends beyond the points of a chart, on both sides.
-
-With this factor, the axis always has at least one labelled value.
-"""
+"""Factor by which a logarithmic axis extends beyond the points, so that at least one value is labelled."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +66,14 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
         relation="is" if fit.bound else "=",
         value=value,
         spread=spread,
-        picture=Markup(test.drawing(calibration.shapes[fit.test])),
+        picture=Markup(_drawing(test, calibration.shapes[fit.test])),
     )
+
+
+def _drawing(test: CalibrationTest, shape: np.ndarray | None) -> str:
+    if shape is not None:
+        return test.drawing(shape)
+    return "" if isinstance(test, RestTest) else test.drawing(np.empty((0, 3)))
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
@@ -170,11 +169,7 @@ def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
 
 
 def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]:
-    """Return the rows of the uncertainty table.
-
-    A row has the name of a reading, its value, and its uncertainty. The row also has, for each parameter, the fraction
-    of the parameter's variance that the reading causes.
-    """
+    """Return each reading, its value, its uncertainty, and its fraction of each known parameter's variance."""
     known = [PLACE[name] for name in calibration.known]
     if not known:
         return []

@@ -1,19 +1,14 @@
 """Test *plate*: the drape of a disc of cloth over a round plate determines the bending rigidity.
 
-This test is not in the paper. A disc of cloth hangs over a smaller plate, in folds, and is seen from above. The drape
-coefficient is
+Seen from above, the drape coefficient is
 
     DC = (A_outline - A_plate) / (A_disc - A_plate)
 
-It compares three areas, all seen from above: the area in the cloth's outline, the plate, and the flat disc. The
-simulation must reproduce the radius of the circle that has the same area as the outline.
+The simulation must reproduce the radius of the circle that has the area of the outline. The search starts from
+DC / (1 - DC) = (l_b / a / 0.255)^2.95, with the overhang a, which was fitted to simulations of discs that are 1.7 or 2
+times as wide as the plate, with Y = 300 N/m.
 
-The coefficient grows with the bending length l_b divided by the overhang a, the width of the cloth outside the plate.
-The relation is about DC / (1 - DC) = (l_b / a / 0.255)^2.95. The search starts from this formula. The formula was
-fitted to simulations in which the disc was 1.7 or 2 times as wide as the plate, and the stretch stiffness was 300 N/m.
-
-The positions of the folds are random. Therefore two discs are simulated side by side, and the mean of their results is
-used. The differences between the two discs, in all simulations, are counted in the uncertainty.
+Folds begin at random places, so two discs are simulated side by side, and their differences enter the uncertainty.
 """
 
 from __future__ import annotations
@@ -21,40 +16,30 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.drapemeter import Drapemeter
 from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.calibration.picture import CLOTH, DASH
-from tatamu.calibration.quantity import Length
-from tatamu.calibration.readings import Reading, uncertainty
-from tatamu.calibration.target import Target, textbook_spread
-from tatamu.calibration.test import ElasticTest, Readings, Specimen
-from tatamu.garments import Garment
+from tatamu.calibration.readings import Errors, Length, Reading, TestEntry, uncertainty
+from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, textbook_spread
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 
 HALF, POWER = 0.2545, 2.95
-"""The two numbers in the formula at the top of the module.
-
-The first number is the ratio of bending length to overhang at which the drape coefficient is 1/2. The second number is
-the exponent of this ratio.
-"""
+"""The two numbers in the formula at the top of the module."""
 DISCS = 2
 """Number of discs that are simulated side by side."""
 APART = 2.6
 """Distance between the centres of the two discs, in radii of the discs."""
 CELL = 0.45
-"""Edge length of the mesh divided by the bending length, which follows from the formula at the top of the module."""
+"""Edge length of the mesh, in bending lengths by the formula at the top of the module."""
 FINEST, COARSEST = 0.06, 0.2
 """Smallest and largest edge length of the mesh divided by the overhang."""
 ANGLES = 180
@@ -64,15 +49,9 @@ SETTLING = 4.0
 LIMPEST, STIFFEST = 0.08, 0.93
 """Smallest and largest drape coefficient that determines the bending rigidity. Other coefficients only give a bound."""
 STEP = 0.4
-"""Step of a parameter's logarithm for numerical derivatives of the reading.
-
-The step is large, so that the differences of readings exceed their random scatter.
-"""
+"""Step of a parameter's logarithm for derivatives: so large that differences exceed the random scatter."""
 FOLDS = 2
-"""Largest accepted difference between the counted and the simulated number of folds.
-
-The user is told about a larger difference.
-"""
+"""Maximum difference between the counted and the simulated folds of which the user is not told."""
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -99,15 +78,9 @@ class PlateReadings(TestEntry):
     plate: Length
     """Diameter of the plate [m]."""
     drape_coefficient: Coefficients
-    """Drape coefficient [-].
-
-    It is the area of the cloth outside the plate, seen from above, divided by this area of the flat disc.
-    """
+    """Drape coefficient [-]."""
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
-    """Number of folds at the edge of the cloth.
-
-    The number is compared with the simulated number, but does not determine a parameter.
-    """
+    """Number of folds at the edge of the cloth, which is compared but determines no parameter."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -119,7 +92,6 @@ class PlateReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """Return the readings by their names; see `TestEntry.readings`."""
         ring = 0.25 * (self.disc**2 - self.plate**2)
         mean = float(np.mean(self.drape_coefficient))
         radius = float(np.sqrt(0.25 * self.plate**2 + mean * ring))
@@ -149,34 +121,15 @@ class Plate(ElasticTest):
     parameter = "bending_rigidity"
     entry = PlateReadings
     read = "mean radius of the hem"
-    words = MappingProxyType({"hem": "the drape coefficient"})
-    reads = MappingProxyType({"hem": 1.0})
+    words: ClassVar = {"hem": "the drape coefficient"}
+    reads: ClassVar = {"hem": 1.0}
     step = STEP
-    instructions = """\
-Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc, plate, drape_coefficient, nodes
-   Take a round plate, half to two thirds as wide as the disc, and a can to stand it on. Centre the disc on the plate
-   while that lies on the table, and press it flat. Lift both onto the can and let the cloth come to rest. Photograph it
-   straight from above, with a ruler beside it at the height of the plate. `tatamu measure --drape PHOTO ..` reads the
-   coefficient and the number of folds (nodes). Turn the disc over and repeat, because it folds differently each time.
-"""
 
     @classmethod
     def of(cls, entry: PlateReadings, specimen: Specimen) -> Self:
-        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         folds = float(np.mean(entry.nodes)) if entry.nodes else None
         mean = float(np.mean(entry.drape_coefficient))
         return cls(0.5 * entry.disc, 0.5 * entry.plate, mean, folds, specimen.spacing)
-
-    @classmethod
-    def template(cls, garment: Garment) -> str:
-        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
-        return """\
-# [plate]                # optional: a disc of the cloth over a round plate, from above; tells B too
-# disc = 0.30            # diameter of the cloth
-# plate = 0.18           # diameter of the plate
-# drape_coefficient = [] # between 0 and 1: `tatamu measure --drape PHOTO ..` reads it
-# nodes = []             # folds of the hem
-"""
 
     @property
     def overhang(self) -> float:
@@ -191,7 +144,6 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return [Drapemeter(self.disc, self.plate, edge, DISCS * self.seed + number) for number in range(DISCS)]
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test. Two discs are raised side by side and come to rest."""
         scenes = [disc.scene(material) for disc in self.discs]
         aside = [np.array([number * APART * self.disc, 0.0, 0.0]) for number in range(DISCS)]
         vertices, rest = (
@@ -232,12 +184,10 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         ]
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the radius of the circle that has the mean area of the simulated outlines [m]."""
         areas = [outline.area for outline in self.outlines(rollout.positions[frame])]
         return float(np.sqrt(np.mean(areas) / np.pi))
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Return the uncertainty due to the random positions of folds; see `ElasticTest.chance`."""
         radii = np.sqrt([[outline.area / np.pi for outline in self.outlines(shape)] for shape in shapes])
         return float(np.sqrt(radii.var(axis=1, ddof=1).mean() / DISCS))
 
@@ -246,33 +196,27 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         return (radius**2 - self.plate**2) / (self.disc**2 - self.plate**2)
 
     def guess(self, radius: float, material: Material) -> float:
-        """Return the bending rigidity for this mean radius [N m], by the formula at the top of the module."""
         return material.areal_density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """Return what the simulated reading must reach; see `RestTest.target`."""
         hem = readings["hem"]
         low, high = (self.coefficient_of(hem.value + sign * hem.uncertainty) for sign in (-1.0, 1.0))
         return Target(
             test=self,
-            parameter=self.parameter,
             measured=hem.value,
             uncertainty=hem.uncertainty,
             bound="at most" if low < LIMPEST else "at least" if high > STIFFEST else None,
-            guess=self.guess,
             straight=lambda radius: float(np.log(length_share(self.coefficient_of(radius)))),
             rising=True,
             spread=textbook_spread(self.guess, hem),
         )
 
     def sentence(self, fit: Fit) -> str:
-        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         measured, simulated = (100.0 * self.coefficient_of(radius) for radius in (fit.measured, fit.simulated))
         error = 100.0 * fit.uncertainty * 2.0 * fit.measured / (self.disc**2 - self.plate**2)
         return f"Drape coefficient measured: {measured:.1f} ± {error:.1f} %; simulated: {simulated:.1f} %."
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         side, other = ("limp", "smaller") if fit.bound == "at most" else ("stiff", "larger")
@@ -282,7 +226,6 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
         ]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return a note if the real and the simulated cloth have different numbers of folds."""
         shape = estimate.shapes.get(self.name)
         if shape is None or self.folds is None:
             return []
@@ -294,10 +237,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
             "differ in bending, or the cloth may shear more easily than is assumed."
         ]
 
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the disc on its plate, as seen from above."""
-        if shape is None:
-            return ""
+    def drawing(self, shape: np.ndarray) -> str:
         turn = np.linspace(0.0, 2.0 * np.pi, 181)
         circle = np.column_stack([np.cos(turn), np.sin(turn)])
         drawing = Drawing.around(np.array([[-1.05, -1.25], [1.05, 1.05]]) * self.disc, 300.0, 260.0)
@@ -311,9 +251,6 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
 
 def length_share(coefficient: float) -> float:
-    """Return the bending length divided by the overhang, for a drape coefficient.
-
-    The result follows from the formula at the top of the module.
-    """
+    """Return l_b / a for a drape coefficient, by the formula at the top of the module."""
     inside = float(np.clip(coefficient, 0.01, 0.99))
     return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))

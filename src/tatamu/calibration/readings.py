@@ -1,10 +1,82 @@
-"""Readings: values with standard uncertainties."""
+"""Readings, with their uncertainties and units, and the tables of a measurements file that contain them.
+
+A reading in a file is a number or a list of repeats. Readings in wrong units are refused.
+"""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BeforeValidator, Field
+
+from tatamu.base.records import Record
+
+LONGEST, HEAVIEST = 10.0, 20.0
+"""Largest length [m] and mass [kg] of a garment. Larger values are refused, because their unit must be wrong."""
+LATEST = 600.0
+"""Largest measured time [s]. Larger values are refused, because their unit must be wrong."""
+FARTHEST = 180.0
+"""Largest angle of a fold [degrees]: the angle of a closed fold."""
+SHOWN = {"m": (1e3, "mm"), "kg": (1e3, "g"), "s": (1.0, "s"), "-": (1.0, "")}
+"""Factor and unit with which pages show a reading, by the unit of the reading."""
+
+
+def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:
+    given = value if isinstance(value, list | tuple) else [value]
+    if not given:
+        raise ValueError("must hold at least one reading, given none")
+    for each in given:
+        if isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) < np.inf:
+            raise ValueError(f"must be a finite number of {unit}, or a list of them, given {each!r}")
+        if each < 0 or (each == 0 and not nothing):
+            raise ValueError(f"must be {'at least 0' if nothing else 'more than nothing'}, given {each:g} {unit}")
+        if each > largest:
+            raise ValueError(
+                f"must be in {unit}, at most {largest:g}, given {each:g}: if that was read in {smaller}, "
+                f"write {each / 1000:g}" + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
+            )
+    return tuple(float(each) for each in given)
+
+
+def _lengths(value: Any) -> tuple[float, ...]:
+    return _readings(value, LONGEST, "metres", "millimetres")
+
+
+def _distances(value: Any) -> tuple[float, ...]:
+    return _readings(value, LONGEST, "metres", "millimetres", nothing=True)
+
+
+def _masses(value: Any) -> tuple[float, ...]:
+    return _readings(value, HEAVIEST, "kilograms", "grams")
+
+
+def _times(value: Any) -> tuple[float, ...]:
+    return _readings(value, LATEST, "seconds", "milliseconds")
+
+
+def _angles(value: Any) -> tuple[float, ...]:
+    given = _readings(value, np.inf, "degrees", "", nothing=True)
+    if max(given) > FARTHEST:
+        raise ValueError(f"must be in degrees, at most {FARTHEST:g}, given {max(given):g}")
+    return given
+
+
+def _length(value: Any) -> float:
+    return _lengths([value])[0]
+
+
+Lengths = Annotated[tuple[float, ...], BeforeValidator(_lengths)]
+Distances = Annotated[tuple[float, ...], BeforeValidator(_distances)]
+"""Type of a measured distance: one or more repeats [m], each of which may be 0."""
+Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
+Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
+Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
+"""Type of a measured angle: one or more repeats [degrees], each from 0 to 180."""
+Length = Annotated[float, BeforeValidator(_length)]
+Error = Annotated[float, Field(ge=1e-6, le=0.1)]
 
 
 @dataclass(frozen=True)
@@ -26,10 +98,33 @@ class Reading:
 
 
 def uncertainty(readings: tuple[float, ...], error: float) -> float:
-    """Return the standard uncertainty of the mean of n readings.
-
-    The result is `error`, the standard deviation of one reading, divided by sqrt(n). If the scatter of the readings is
-    larger than `error`, the scatter is used instead.
-    """
+    """Return the standard uncertainty of the mean of readings, each with `error`, or their scatter if larger."""
     scatter = float(np.std(readings, ddof=1)) if len(readings) > 2 else 0.0
     return max(error, scatter) / float(np.sqrt(len(readings)))
+
+
+class Errors(Record):
+    """Standard deviations of single readings, from all causes: the marks of the ruler, the eye, the cloth's motion."""
+
+    length: Error = 0.001
+    """Standard deviation of every length except H_s [m]."""
+    mass: Error = 0.001
+    """Standard deviation of the mass [kg]."""
+    H_s: Error = 0.005
+    """Standard deviation of H_s [m]."""
+    time: Annotated[float, Field(ge=1e-3, le=10.0)] = 0.3
+    """Standard deviation of the time of ten swings, by a stopwatch [s]."""
+    swings: Annotated[float, Field(ge=1e-2, le=10.0)] = 0.3
+    """Standard deviation of the number of swings [-]."""
+    drape: Error = 0.03
+    """Standard deviation of a drape coefficient [-]."""
+    angle: Annotated[float, Field(ge=0.1, le=45.0)] = 4.0
+    """Standard deviation of the angle that remains in a crease [degrees]."""
+
+
+class TestEntry(Record):
+    """The table of one test in a measurements file: its readings, and how the cloth was held."""
+
+    @abstractmethod
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """Return the readings by their names. No other test uses the same names."""

@@ -1,8 +1,7 @@
 """Test *sag* (paper, section IV-C): how far cloth in front of a straight grip hangs down.
 
-The grip is horizontal and parallel to the edge of the cloth. The grip is as wide as the cloth in front of it, so this
-cloth is a strip that is clamped at one end. The ratio of sag to length depends only on the length of the strip and its
-ratio of bending rigidity to weight. Cloth behind the grip has no effect.
+The grip is as wide as the cloth in front of it, so this cloth is a strip that is clamped at one end. The ratio of sag
+to length depends only on Gamma = rho g d^3 / B, with the free length d.
 
 A mesh also bends behind its foremost held row, over half a cell. This row is therefore half a cell in front of the
 grip, so that the bending starts at the front of the grip (docs/reference/checks.md, `clamp`).
@@ -12,24 +11,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 from scipy.special import logit
 
 from tatamu.base.errors import InputError
-from tatamu.calibration.edges import longest_edge, named_edge
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.elongation import longest_edge, named_edge
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
 from tatamu.calibration.picture import CLOTH, DASH, strip_profile
-from tatamu.calibration.quantity import Lengths
-from tatamu.calibration.readings import Reading
-from tatamu.calibration.target import Target, textbook_spread
-from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
+from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
+from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, Target, millimetres, textbook_spread
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
@@ -45,39 +39,23 @@ CELLS = 12
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
-"""Two numbers of columns of the mesh. The first is the default. The second is used if the mesh spacing is given.
+"""Columns of the mesh, and columns if the mesh spacing is given.
 
-Some simulators give vertices at the border the same mass as inner vertices. A strip with few columns would then weigh
-more than the same part of the garment.
+Some simulators give vertices at the border the mass of inner vertices, so a strip with few columns weighs too much.
 """
 THIN = 0.25
 """Largest thickness of the simulated strip, divided by the shortest edge of its mesh."""
 RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
-"""Ratios of weight to bending rigidity that a ruler can distinguish: Gamma = rho g d^3 / B.
-
-rho is the areal density, g the acceleration of gravity, d the free length, and B the bending rigidity.
-"""
-
+"""Values of Gamma that a ruler can distinguish."""
 STIFFEST, LIMPEST = 0.02, 0.96
-"""Smallest and largest ratio of sag to free length that determines the bending rigidity. The free length is the length
-of the cloth in front of the grip.
-
-Other ratios only bound the rigidity.
-"""
+"""Minimum and maximum ratio of sag to free length that determines the bending rigidity. Others only bound it."""
 SHORTEST_EDGE = 1.5
-"""Smallest ratio of the edge's length to the free length, which is the length of the cloth in front of the grip. On a
-shorter edge, the ends would hang differently from the middle."""
+"""Minimum ratio of the edge's length to the free length. Ends of a shorter edge hang differently from its middle."""
 BEST = 1.8
-"""Ratio of free length to bending length that is proposed to the user.
-
-The free length is the length of cloth in front of the grip. With this ratio, the sag is about half of the free length.
-"""
+"""Ratio of free length to bending length that is proposed: the sag is about half of the free length."""
 SHORTEST = 0.025
-"""Smallest length of cloth in front of the grip that can be measured [m].
-
-The cloth is held between two rulers, and measured with a ruler with millimetre marks.
-"""
+"""Minimum free length that can be measured with a ruler [m]."""
 STEP = 0.005
 """Step of the free lengths that are proposed to the user [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
@@ -108,11 +86,7 @@ class SagReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """Return the readings by their names; see `TestEntry.readings`."""
-        return {
-            "free_length": Reading.of(self.free_length, errors.length),
-            "sag": Reading.of(self.sag, errors.length),
-        }
+        return {"free_length": Reading.of(self.free_length, errors.length), "sag": Reading.of(self.sag, errors.length)}
 
 
 @dataclass(frozen=True)
@@ -129,19 +103,12 @@ class Sag(ElasticTest):
     parameter = "bending_rigidity"
     entry = SagReadings
     read = "sag"
-    words = MappingProxyType({"free_length": "the free length", "sag": "the sag"})
-    reads = MappingProxyType({"sag": 1.0})
+    words: ClassVar = {"free_length": "the free length", "sag": "the sag"}
+    reads: ClassVar = {"sag": 1.0}
     size = "free_length"
-    instructions = """\
-Let it sag.                                                                            [sag] free_length, sag
-   Clamp one layer between two rulers beside the named edge, parallel to it and level, so that a length of cloth stands
-   out in front of them: the free_length. Lift the rulers. sag: distance from the grip straight down to the lowest
-   point, the edge. Choose the free length so that the cloth sags by about half of it. Read both equally carefully.
-"""
 
     @classmethod
     def of(cls, entry: SagReadings, specimen: Specimen) -> Self:
-        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         test = cls(float(np.mean(entry.free_length)), specimen.spacing)
         garment = specimen.garment
         path = garment.vertices[named_edge(garment, entry.edge), :2]
@@ -155,23 +122,13 @@ Let it sag.                                                                     
         return test
 
     @classmethod
-    def template(cls, garment: Garment) -> str:
-        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
-        edge = EDGE.get(garment.name) or longest_edge(garment)
+    def blanks(cls, garment: Garment) -> dict[str, str]:
         free = max(SHORTEST, STEP * round(BEST * garment.material.bending_length / STEP))
-        return f"""\
-[sag]                    # paper, section IV-C
-edge = "{edge}"
-free_length = {free:g}      # from the front of the grip to the edge: set what you used
-sag = []                 # from the grip vertically down to the edge
-"""
+        return {"edge": EDGE.get(garment.name) or longest_edge(garment), "free": f"{free:g}"}
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The strip's points [m], shape (n, 3), its triangles, and its held vertices.
-
-        The edge of the strip is at x = 0, and the grip is at larger x.
-        """
+        """The strip's points [m], shape (n, 3), its triangles, and its held vertices. The edge is at x = 0."""
         wanted = CELLS if self.spacing is None else self.free_length / (np.sqrt(0.75) * self.spacing) - 0.5
         cells = int(np.clip(round(wanted), FEWEST, MOST))
         row = self.free_length / (cells + 0.5)
@@ -187,7 +144,6 @@ sag = []                 # from the grip vertically down to the edge
         return vertices, faces, np.flatnonzero(along >= cells)
 
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test. The strip starts horizontal and comes to rest."""
         vertices, faces, held = self.mesh
         gamma = self.gamma(material)
         rate = slowest_frequency(gamma, self.free_length, GRAVITY)
@@ -200,34 +156,22 @@ sag = []                 # from the grip vertically down to the edge
         )
 
     def _thin(self, material: Material) -> float:
-        """Return a thickness of the simulated strip with which its neighbouring triangles do not touch.
-
-        The thickness has no other effect, because the strip touches nothing else.
-        """
+        """Return a thickness with which neighbouring triangles do not touch [m]. It has no other effect."""
         vertices, faces, _ = self.mesh
         shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
         return min(material.thickness, THIN * shortest)
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Return the sag of the simulated strip [m]: the mean depth of the edge below the grip."""
         return float(-rollout.positions[frame, self.mesh[0][:, 0] < 1e-9, 2].mean())
 
     def gamma(self, material: Material) -> float:
-        """Return the ratio of weight to bending rigidity, Gamma = rho g d^3 / B.
-
-        rho is the areal density, g the acceleration of gravity, d the free length, and B the bending rigidity.
-        """
+        """Return Gamma = rho g d^3 / B."""
         return material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
 
     def guess(self, sag: float, material: Material) -> float:
-        """Return the bending rigidity of an ideal strip with this sag [N m], by the heavy elastica.
-
-        The heavy elastica is the theory of a thin strip that bends under its own weight.
-        """
         return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
 
     def target(self, readings: Readings) -> Target:
-        """Return what the simulated reading must reach; see `RestTest.target`."""
         sag = readings["sag"]
         length = readings["free_length"]
         free = self.free_length
@@ -235,17 +179,14 @@ sag = []                 # from the grip vertically down to the edge
         by_length = textbook_spread(lambda free, material: Sag(free).guess(sag.value, material), length)
         return Target(
             test=self,
-            parameter=self.parameter,
             measured=sag.value,
             uncertainty=sag.uncertainty,
             bound=sag_bound(sag, free),
-            guess=self.guess,
             straight=lambda value: float(logit(np.clip(value / free, 1e-4, 1.0 - 1e-4))),
             spread=float(np.hypot(by_sag, by_length)),
         )
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return advice on this test; see `CalibrationTest.advice`."""
         material = estimate.material
         length = material.bending_length
         rigidity = 1e6 * material.bending_rigidity
@@ -267,10 +208,7 @@ sag = []                 # from the grip vertically down to the edge
             return []
         return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(length, estimate)}"]
 
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip in front of its grip, as seen from the side."""
-        if shape is None:
-            return ""
+    def drawing(self, shape: np.ndarray) -> str:
         rows = np.unique(self.mesh[0][:, 0].round(6))
         side = strip_profile(self.mesh[0][:, 0], shape)
         front = self.free_length
@@ -294,10 +232,7 @@ sag = []                 # from the grip vertically down to the edge
 
 
 def _longer_or_loop(length: float, estimate: Estimate) -> str:
-    """Return a sentence that proposes a better free length, which is the length of cloth in front of the grip.
-
-    If the better length is too short to be held, the sentence proposes the loop test.
-    """
+    """Return a sentence that proposes a better free length, or the loop test if that length is too short to hold."""
     better = BEST * length
     if better >= SHORTEST:
         expected = 1e3 * better * tip(BEST**3)[1]

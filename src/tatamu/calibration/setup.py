@@ -21,21 +21,14 @@ SPACING = 0.02
 class Setup:
     """The simulated copies of a measured garment and of the tests that were made on it."""
 
-    specimen: Specimen
+    garment: Garment
+    """The garment that was measured."""
+    base: Material
+    """The material before the calibration."""
     tests: Mapping[str, CalibrationTest]
     """Tests by their names, in the order of the registry."""
     assumed: tuple[str, ...] = ()
     """Fields of the material that the measurements file may state, but does not state."""
-
-    @property
-    def garment(self) -> Garment:
-        """The garment that was measured."""
-        return self.specimen.garment
-
-    @property
-    def base(self) -> Material:
-        """The material before the calibration."""
-        return self.specimen.base
 
     @property
     def area(self) -> float:
@@ -43,10 +36,7 @@ class Setup:
         return float(areas(self.garment.cloth().rest, self.garment.faces).sum())
 
     def usable(self, simulator: str) -> list[CalibrationTest]:
-        """Return the tests that are used with a simulator.
-
-        A test is used if the simulator can do this test, and no other test replaces it.
-        """
+        """Return the tests that a simulator can do and no other test replaces."""
         return [test for test in self.tests.values() if self.unused(test, simulator) is None]
 
     def unused(self, test: CalibrationTest, simulator: str) -> str | None:
@@ -63,17 +53,13 @@ class Setup:
 def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     """Make the simulated copies of the tests in a measurements file.
 
-    Args:
-        measurements: Readings of the garment.
-        spacing: Mesh spacing of garment and strip [m]. If None, the mesh is so fine that its spacing does not matter.
-
     Raises:
         InputError: If the garment, its material or an edge does not exist, or the garment cannot have these readings.
     """
     specimen = _specimen(measurements, spacing)
     made = {name: TESTS[name].of(entry, specimen) for name, entry in measurements.entries().items()}
     assumed = () if measurements.garment.thickness else ("thickness",)
-    return Setup(specimen, made, assumed)
+    return Setup(specimen.garment, specimen.base, made, assumed)
 
 
 def _specimen(measurements: Measurements, spacing: float | None) -> Specimen:

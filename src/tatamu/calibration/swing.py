@@ -1,13 +1,7 @@
 """Test *swing*: the time of ten swings of a cloth held by two corners determines the added mass of air.
 
-This test is not in the paper. A plate of length L that hangs by its edge swings with the period
-
-    T = 2 pi sqrt(2 L (rho + m_a) / (3 g rho))
-
-Here rho is the areal density, and g the acceleration of gravity. The added mass m_a is the mass per area of the air
-that moves with the plate along its normal (docs/theory/air.md). This air adds inertia but no weight.
-
-Cloth held by two corners is not a plate, so this formula is only approximate. The cloth is therefore simulated. m_a is
+A plate of length L that hangs by its edge swings with the period T = 2 pi sqrt(2 L (rho + m_a) / (3 g rho)), because
+the air that it moves adds inertia but no weight (docs/theory/air.md). Cloth held by two corners is no plate, so m_a is
 adjusted until the simulated cloth has the measured period.
 """
 
@@ -16,37 +10,31 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 
 from tatamu.base.errors import InputError
-from tatamu.calibration.edges import longest_edge
-from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp
-from tatamu.calibration.entry import Errors, TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp, longest_edge
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.oscillation import swings
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match, match
 from tatamu.calibration.parameters import LIMITS, PLACE
 from tatamu.calibration.picture import CLOTH, DASH
-from tatamu.calibration.quantity import Lengths, Times
-from tatamu.calibration.readings import Reading
+from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry, Times
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
-from tatamu.simulation.simulators import capabilities
 
 TEN = 10
 """Number of swings that are timed."""
 SIMULATED = 4
-"""Number of simulated swings. Their mean period is used."""
+"""Number of simulated swings, whose mean period is used."""
 PINCH = 0.03
 """Width of each of the two grips [m]."""
 FARTHEST = 0.7
@@ -58,10 +46,7 @@ LEAST = 0.004
 WITHIN = 2e-3
 """Largest accepted difference between the simulated and the measured period, as a fraction."""
 DRAG = 0.7
-"""Quadratic drag that is assumed if the material has none [kg/m^3].
-
-Air that adds mass to a cloth also slows it down.
-"""
+"""Quadratic drag that is assumed if the material has none [kg/m^3], because air that adds mass also slows down."""
 
 
 class SwingReadings(TestEntry):
@@ -82,7 +67,6 @@ class SwingReadings(TestEntry):
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
-        """Return the readings by their names; see `TestEntry.readings`."""
         return {"ten_swings": Reading.of(self.ten_swings, errors.time, "s")}
 
 
@@ -101,11 +85,7 @@ class Swinging:
         return Elongation(self.garment, tuple(Grasp(edge=self.edge, at=at, width=PINCH) for at in (0.0, 1.0)))
 
     def check(self, test: str) -> None:
-        """Check that the cloth is long enough for the distance `aside`.
-
-        Raises:
-            InputError: If the edge does not exist, or `aside` is too large.
-        """
+        """Raise InputError if the edge does not exist, or `aside` is too large."""
         if self.aside > FARTHEST * self.hung.length:
             raise InputError(
                 f"{test}: aside ({self.aside:g} m) must be at most {FARTHEST:g} of the {self.hung.length:.2f} m that "
@@ -113,11 +93,7 @@ class Swinging:
             )
 
     def scene(self, material: Material, periods: float) -> Scene:
-        """Return a scene in which the cloth swings.
-
-        The duration of the scene is about `periods` times the period of a rigid plate. At the start, the cloth is a
-        plane that is pulled aside.
-        """
+        """Return a scene in which the cloth starts as an inclined plane, for about `periods` periods of a plate."""
         scene = self.hung.scene(material)
         angle = np.arcsin(self.aside / self.hung.length)
         start = scene.cloth.vertices.copy()
@@ -167,6 +143,10 @@ class SwungTest(LaterTest):
     rising: ClassVar[bool]
     """Whether the reading rises with the parameter; otherwise it falls."""
 
+    @classmethod
+    def blanks(cls, garment: Garment) -> dict[str, str]:
+        return {"edge": (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]}
+
     @abstractmethod
     def reading(self, rollout: Rollout) -> float:
         """Return the reading of a simulated motion."""
@@ -178,10 +158,7 @@ class SwungTest(LaterTest):
     def matched(
         self, laboratory: Laboratory, material: Material, measured: Reading, within: float
     ) -> tuple[Match, Fit]:
-        """Return the outcome of the search for the parameter that reproduces the reading, and the result of the test.
-
-        `within` is the relative accuracy of the search.
-        """
+        """Search for the parameter that reproduces the reading, to the relative accuracy `within`."""
 
         def reading(value: float) -> float:
             changed = material.model_copy(update={self.parameter: value})
@@ -210,8 +187,7 @@ class SwungTest(LaterTest):
         )
         return found, fit
 
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the cloth at its release and hanging; see `CalibrationTest.drawing`."""
+    def drawing(self, shape: np.ndarray) -> str:
         return self.swinging.drawing()
 
 
@@ -228,65 +204,39 @@ class TenSwings(SwungTest):
     unit = "s"
     rising = True
     entry = SwingReadings
+    asks = ("directional_air", "knows no air that cloth carries")
     read = "time of ten swings"
-    words = MappingProxyType({"ten_swings": "the time of ten swings"})
-    instructions = """\
-Swing it (optional): for cloth that hands move fast.                         [swing] edge, aside, ten_swings
-   Hold the garment by both ends of the named edge, or clip them to a rail, as far apart as when it lies flat. A second
-   person draws the far edge `aside` metres to one side, about a fifth of the length, keeps it level, and lets it go.
-   ten_swings: seconds for ten swings there and back, in still air.
-"""
+    words: ClassVar = {"ten_swings": "the time of ten swings"}
 
     @classmethod
     def of(cls, entry: SwingReadings, specimen: Specimen) -> Self:
-        """Return the simulated copy of this measurement; see `CalibrationTest.of`."""
         swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
         swinging.check(cls.name)
         return cls(swinging, None if specimen.base.air_drag_quadratic else DRAG)
 
-    @classmethod
-    def template(cls, garment: Garment) -> str:
-        """Return this test's part of an empty measurements file; see `CalibrationTest.template`."""
-        edge = (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]
-        return f"""\
-# [swing]                # optional: held by both ends of an edge and let go from the side; tells what air it carries
-# edge = "{edge}"
-# aside = 0.10           # how far the far edge is drawn aside
-# ten_swings = []        # seconds, there and back ten times
-"""
-
-    def unusable(self, simulator: str) -> str | None:
-        """Return why a simulator cannot do this test; see `CalibrationTest.unusable`."""
-        return None if capabilities(simulator).directional_air else "knows no air that cloth carries"
-
     def scene(self, material: Material) -> Scene:
-        """Return the scene of this test; see `CalibrationTest.scene`."""
         drag = material.air_drag_quadratic if self.drag is None else self.drag
         own = material.model_copy(update={"air_drag_quadratic": drag, "air_drag": 0.0})
         return self.swinging.scene(own, SIMULATED)
 
     def reading(self, rollout: Rollout) -> float:
-        """Return ten times the mean period of the first simulated swings [s]; NaN if the cloth does not swing."""
         signal = self.swinging.signal(rollout)
         found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))[: 2 * SIMULATED - 2]
         return float(TEN * np.mean([each.period for each in found])) if found else float("nan")
 
     def guess(self, seconds: float, material: Material) -> float:
-        """Return the added mass of a plate that swings ten times in this time [kg/m^2], by the module's formula."""
-        length = self.swinging.hung.length
-        heavier = (seconds / TEN / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * length)
-        return float(np.clip(material.areal_density * (heavier - 1.0), *LIMITS[self.parameter]))
+        return float(np.clip(material.areal_density * (self.heavier(seconds) - 1.0), *LIMITS[self.parameter]))
+
+    def heavier(self, seconds: float) -> float:
+        """Return 1 + m_a / rho of a plate that swings ten times in this time."""
+        return float((seconds / TEN / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * self.swinging.hung.length))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """Search for the added mass at which ten simulated swings take the measured time."""
         found, fit = self.matched(laboratory, material, readings["ten_swings"], WITHIN)
         return material.model_copy(update={self.parameter: found.parameter}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the effects of uncertain readings on the added mass m_a to `changes`; see `LaterTest.propagate`.
-
-        The period of the swings depends on m_a / rho, where rho is the areal density.
-        """
+        # The period of the swings depends on m_a / rho, where rho is the areal density.
         density = PLACE["areal_density"]
         by_time = 1.0 / fit.slope if fit.slope else self.per_time(readings)
         changes["ten_swings"][PLACE[self.parameter]] = by_time * readings["ten_swings"].uncertainty
@@ -294,21 +244,15 @@ Swing it (optional): for cloth that hands move fast.                         [sw
             change[PLACE[self.parameter]] += change[density]
 
     def per_time(self, readings: Readings) -> float:
-        """Return the derivative of ln m_a by the time T_10 of ten swings [1/s], from the formula for a plate.
-
-        The derivative is 2 (rho + m_a) / (m_a T_10), where m_a is the added mass and rho the areal density.
-        """
+        """Return the derivative of ln m_a by the time T_10 of ten swings, 2 (rho + m_a) / (m_a T_10) [1/s]."""
         seconds = readings["ten_swings"].value
-        length = self.swinging.hung.length
-        heavier = (seconds / TEN / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * length)
+        heavier = self.heavier(seconds)
         return float(2.0 * heavier / max(heavier - 1.0, 0.02) / seconds)
 
     def sentence(self, fit: Fit) -> str:
-        """Return a sentence on the reading; see `CalibrationTest.sentence`."""
         return f"Ten swings measured: {fit.measured:.1f} ± {fit.uncertainty:.1f} s; simulated: {fit.simulated:.2f} s."
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return advice on this test; see `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         side = "faster than the cloth swings without air" if fit.bound == "at most" else "slower than with any air"

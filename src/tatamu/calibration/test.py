@@ -1,54 +1,39 @@
 """A calibration test: a measurement, its simulated copy, and the parameter that the test determines.
 
-Each test is one module. It contains:
+Each test is one module, and texts/NAME.toml has what the user is told to do and writes down.
 
-- the test's table in the measurements file (a `TestEntry`), and its readings
-- its scene
-- the parameter that the test determines, with the uncertainty of this parameter
-- its advice to the user, and its drawing
-
-`registry` lists the tests, and all other code uses this list. There are two kinds of tests, which find their parameters
-in different ways:
-
-- `ElasticTest`: a length at rest that determines the stretch stiffness, the bending rigidity or the friction of
-  bending. The parameters of all these tests are found together, because each reading depends on all three parameters.
-- `LaterTest`: a test that finds its parameter when these three parameters are known. Later tests are made in the order
-  of the registry.
+- `ElasticTest`: a length at rest. The parameters of these tests are found together, because each length depends on
+  stretch stiffness, bending rigidity and friction of bending.
+- `LaterTest`: a test that finds its parameter when these three are known, in the order of the registry.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
-from tatamu.calibration.entry import TestEntry
-from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.fit import Fit
+from tatamu.base.errors import SimulationError
+from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
-from tatamu.calibration.readings import Reading
-from tatamu.calibration.target import Target
+from tatamu.calibration.match import Match, match
+from tatamu.calibration.parameters import LIMITS
+from tatamu.calibration.readings import Reading, TestEntry
 from tatamu.garments import Garment
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import capabilities
 
 POOR = 0.25
-"""Largest relative standard uncertainty of a parameter.
-
-If it is larger, the user is told that the readings are insufficient.
-"""
+"""Maximum relative standard uncertainty of a parameter of which the user is not told."""
 Readings = Mapping[str, Reading]
 """Readings by their names."""
 Changes = dict[str, np.ndarray]
-"""For each reading, by its name: the changes of all parameters' logarithms if the reading changes by one standard
-uncertainty.
-
-The parameters are in the order of `PARAMETERS`.
-"""
+"""By reading: the changes of the logarithms of all `PARAMETERS` by one standard uncertainty of the reading."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +42,9 @@ class Specimen:
 
     garment: Garment
     base: Material
-    """Material before the calibration. Parameters that are not measured keep their values."""
+    """Material before the calibration."""
     spacing: float | None
-    """Mesh spacing [m]. If None, each test chooses a mesh so fine that its spacing does not matter."""
+    """Mesh spacing [m]; None for meshes so fine that it does not matter."""
 
 
 class CalibrationTest(ABC):
@@ -76,41 +61,33 @@ class CalibrationTest(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Tests whose results this test needs."""
     needs_because: ClassVar[str] = ""
-    """Reason why this test needs other tests. Messages put this text after the word "as"."""
+    """Why, after the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
-    """Tests that replace this test.
-
-    A material cannot have the parameter of this test together with the parameter of one of these tests.
-    """
+    """Tests that replace this test, because no material can have both parameters."""
     yields_because: ClassVar[str] = ""
-    """Reason why other tests replace this test. Messages put this text after the word "as"."""
-    instructions: ClassVar[str]
-    """Instructions for measuring. `$NAME` stands for the number of the test NAME in the guide."""
+    """Why, after the word "as"."""
+    asks: ClassVar[tuple[str, str] | None] = None
+    """Capability that a simulator needs for this test, and what a simulator without it is told; None for none."""
     read: ClassVar[str]
     """Name of the reading in one or two words."""
     words: ClassVar[Mapping[str, str]]
     """Name of each reading in the advice."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
-    """Kind of result of each simulation.
-
-    "reading" is the simulated reading, "speed" is the speed of the cloth [m/s].
-    """
+    """What each simulation gives: the reading, or the speed of the cloth [m/s]."""
 
     @classmethod
     @abstractmethod
     def of(cls, entry: Any, specimen: Specimen) -> Self:
-        """Make the simulated copy of a measurement.
-
-        `entry` is the test's table in the measurements file. Its class is `cls.entry`.
+        """Make the simulated copy of a measurement from the test's table in the measurements file.
 
         Raises:
             InputError: If the specimen cannot have these readings.
         """
 
     @classmethod
-    @abstractmethod
-    def template(cls, garment: Garment) -> str:
-        """Return the test's part of a measurements file, with empty readings."""
+    def blanks(cls, garment: Garment) -> dict[str, str]:
+        """Return what stands in texts/NAME.toml, in the test's part of a measurements file, for each `$name`."""
+        return {}
 
     @classmethod
     def was_made(cls, readings: Readings) -> bool:
@@ -122,11 +99,8 @@ class CalibrationTest(ABC):
         """Return the simulated scene of this test with a material."""
 
     @abstractmethod
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """Return a drawing of the test as SVG, from the positions of its cloth at rest [m], shape (n, 3).
-
-        The drawing is empty if the test needs the positions but they are missing.
-        """
+    def drawing(self, shape: np.ndarray) -> str:
+        """Return a drawing of the test as SVG, from the positions of its cloth at rest [m], shape (n, 3)."""
 
     @property
     def textbook(self) -> float | None:
@@ -139,7 +113,7 @@ class CalibrationTest(ABC):
 
     def unusable(self, simulator: str) -> str | None:
         """Return why a simulator cannot do this test; None if it can."""
-        return None
+        return None if self.asks is None or getattr(capabilities(simulator), self.asks[0]) else self.asks[1]
 
     def sentence(self, fit: Fit) -> str:
         """Return a sentence on the measured and the simulated reading."""
@@ -153,7 +127,7 @@ class CalibrationTest(ABC):
         """Return sentences of advice to the user on the result of this test."""
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return remarks on the result of this test as sentences. They are printed after all advice."""
+        """Return sentences that are printed after all advice."""
         return []
 
 
@@ -165,6 +139,10 @@ class RestTest(CalibrationTest):
         """Return the length that a ruler would read on the simulated cloth [m]."""
 
     @abstractmethod
+    def guess(self, reading: float, material: Material, /) -> float:
+        """Return the parameter by a textbook formula, from the reading [m] and the other parameters of a material."""
+
+    @abstractmethod
     def target(self, readings: Readings) -> Target:
         """Return what the simulation must reproduce: the measured reading, and whether it only bounds the parameter."""
 
@@ -173,21 +151,16 @@ class ElasticTest(RestTest):
     """A test whose length at rest depends on stretch stiffness and bending, and determines one of these parameters."""
 
     reads: ClassVar[Mapping[str, float]]
-    """Names of readings, each with a factor. The sum of these readings times their factors is the measured length."""
+    """Factor of each reading in the measured length, which is their sum."""
     weighs: ClassVar[bool] = True
     """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
-    """Name of the reading to which all lengths of the simulated test are proportional; None if no reading has this
-    effect."""
+    """Name of the reading to which all lengths of the simulated test are proportional, if any."""
     step: ClassVar[float] = 0.1
     """Step of a parameter's logarithm for numerical derivatives of the length."""
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Return the standard uncertainty of the simulated length due to the random positions of folds [m].
-
-        Args:
-            shapes: Positions at rest [m], shape (n, 3), for all materials that were tried.
-        """
+        """Return the standard uncertainty of the length due to random folds [m], from all shapes that were tried."""
         return 0.0
 
     def measured(self, readings: Readings) -> tuple[float, float]:
@@ -209,15 +182,101 @@ class LaterTest(CalibrationTest):
 
     @abstractmethod
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the effects of uncertain readings on this test's parameter to `changes`.
+        """Add the effects of uncertain readings on this test's parameter, which are still zero, to `changes`."""
 
-        An effect is the change of the parameter's logarithm if a reading changes by one standard uncertainty.
 
-        Args:
-            changes: Effects of each reading on all parameters. The entries of this test's parameter are still zero.
-            readings: Readings by their names.
-            fit: Result of the test.
+UNKNOWN = 1.0
+"""Standard uncertainty of a parameter's logarithm if only its order of magnitude is known."""
+Guess = Callable[[float, Material], float]
+"""Textbook formula: the parameter from a reading and the other parameters of a material."""
+UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
+"""Cloth for relative uncertainties by textbook formulas, which are proportional to the density."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """The reading of one test, and the parameter that this reading determines."""
+
+    test: RestTest
+    measured: float
+    """The measured reading [m]."""
+    uncertainty: float
+    """Standard uncertainty of the reading [m]."""
+    bound: str | None
+    """Bound of the parameter, "at least" or "at most"; None if the reading determines the value of the parameter."""
+    straight: Callable[[float], float]
+    """Function of the reading that is nearly linear in the logarithm of the parameter."""
+    rising: bool = False
+    """Whether the reading rises with the parameter; otherwise it falls."""
+    spread: float = 1.0
+    """Standard uncertainty of the parameter's logarithm by the textbook formula. It weights tests of one parameter."""
+
+    @property
+    def parameter(self) -> str:
+        """Field of a material that the reading determines."""
+        return self.test.parameter
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Smallest and largest value of the parameter that is tried."""
+        return LIMITS[self.parameter]
+
+    @property
+    def aim(self) -> float:
+        """Length that the simulation must reproduce [m]: the reading, shifted by its uncertainty if it only bounds."""
+        towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
+        return self.measured + towards * self.uncertainty
+
+    def start(self, material: Material) -> float:
+        """Return the parameter by the textbook formula, within `limits`. The search starts with this value."""
+        return float(np.clip(self.test.guess(max(self.aim, 1e-5), material), *self.limits))
+
+    def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
+        """Search for the parameter at which the simulated reading equals `aim`.
+
+        Raises:
+            SimulationError: If the simulator fails for every value of the parameter.
         """
+
+        def reading(value: float) -> float:
+            return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
+
+        within = max(laboratory.options.within * self.aim, laboratory.options.finest)
+        found = match(reading, self.aim, start, self.limits, within, self.straight, self.rising)
+        if not np.isfinite(found.reading):
+            raise SimulationError(f"{self.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
+        return found
+
+    def bound_by(self, found: Match) -> str | None:
+        """Return the bound that the test gives, also because the simulator did not reach the reading; or None."""
+        if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
+            return self.bound
+        return "at most" if (found.reading < self.aim) != self.rising else "at least"
+
+    def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
+        """Return the result of the test. `shared` is true if other tests also determined the parameter."""
+        return Fit(
+            test=self.test.name,
+            parameter=self.parameter,
+            measured=self.measured,
+            uncertainty=self.uncertainty,
+            aim=self.aim,
+            simulated=simulated,
+            unit="m",
+            bound=self.bound_by(found),
+            samples=found.samples,
+            alone=found.parameter if shared else None,
+        )
+
+
+def textbook_spread(guess: Guess, reading: Reading) -> float:
+    """Return the standard uncertainty of a parameter's logarithm, from that of a reading by the textbook formula."""
+    if not reading.value > reading.uncertainty:
+        return UNKNOWN
+    more, less = (guess(reading.value + step, UNIT) for step in (reading.uncertainty, -reading.uncertainty))
+    if not (more > 0.0 and less > 0.0):
+        return UNKNOWN
+    return max(0.5 * abs(float(np.log(more / less))), 1e-6)
 
 
 def millimetres(length: float) -> str:

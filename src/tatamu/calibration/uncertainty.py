@@ -1,9 +1,7 @@
 """Uncertainties of parameters from uncertainties of readings, to first order (JCGM 100:2008, 5.1 and 5.2).
 
-The symbols are the stretch stiffness Y, the bending rigidity B, the friction of bending HB, the areal density rho, the
-acceleration of gravity g, and the size L of the garment. For cloth at rest, a length divided by L depends only on Y /
-(rho g L), B / (rho g L^3) and HB / (rho g L^2). A few simulations give the derivatives f_Y, f_B and f_HB of a reading f
-by ln Y, ln B and ln HB. The derivatives by density and size follow from these three:
+For cloth at rest, a length divided by the size L depends only on Y / (rho g L), B / (rho g L^3) and HB / (rho g L^2). A
+few simulations give the derivatives f_Y, f_B and f_HB of a reading f by ln Y, ln B and ln HB, and so
 
     df/dln rho = -(f_Y + f_B + f_HB),    df/dln L = f - f_Y - 3 f_B - 2 f_HB,    f_Y = df/dln Y, ...
 """
@@ -16,16 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.base.errors import TatamuError
-from tatamu.calibration.fit import Fit
+from tatamu.calibration.estimate import Fit
 from tatamu.calibration.parameters import PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 
 AGREES = 2.0
-"""Largest scatter of the results of tests that agree on one parameter, in standard uncertainties.
-
-If the scatter is larger, the tests disagree.
-"""
+"""Maximum scatter of the results of tests that agree on one parameter, in standard uncertainties."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 """Parameters on which lengths at rest depend."""
 
@@ -41,21 +36,19 @@ class Slopes:
 
     @property
     def density(self) -> float:
-        """Derivative df/dln rho of the reading f by the logarithm of the areal density rho."""
+        """Derivative by the logarithm of the areal density."""
         return -(self.stretch + self.bending + self.friction)
 
     @property
     def size(self) -> float:
-        """Derivative df/dln L of the reading f by the logarithm of the garment's size L, with everything else fixed."""
+        """Derivative by the logarithm of the garment's size."""
         return self.reading - self.stretch - 3.0 * self.bending - 2.0 * self.friction
 
 
 def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) -> Slopes:
-    """Return the derivatives of a reading, which is a function of the logarithms of two or three parameters.
+    """Return the derivatives of a reading, which is a function of the logarithms of the first `ELASTIC` parameters.
 
-    The parameters are the stretch stiffness, the bending rigidity and, optionally, the friction of bending. The
-    derivatives are central differences with the given step. If the simulator fails on one side, the difference is
-    one-sided.
+    They are central differences, or one-sided where the simulator fails.
     """
     here = reading(*at)
 
@@ -96,12 +89,9 @@ class Sensitivity:
 def contributions(
     readings: Readings, elastic: Sequence[Sensitivity], later: Sequence[tuple[LaterTest, Fit]]
 ) -> Changes:
-    """Return by how much one standard uncertainty of each reading changes the logarithms of the k `PARAMETERS`.
+    """Return by how much one standard uncertainty of each reading changes the logarithms of all `PARAMETERS`.
 
-    Args:
-        readings: Readings by their names.
-        elastic: Sensitivities of the tests that determine a parameter in `ELASTIC`.
-        later: Tests of other parameters with their results, in the order in which they were made.
+    `elastic` and `later` are the tests that determine a parameter, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     places = [PLACE[parameter] for parameter in ELASTIC]
@@ -123,11 +113,7 @@ def contributions(
 def disagreement(values: list[float], spreads: list[float]) -> float:
     """Return the uncertainty of a parameter's logarithm that the disagreement of its tests adds; 0 if they agree.
 
-    The uncertainty of the weighted mean is increased by the Birge ratio, as the Particle Data Group does.
-
-    Args:
-        values: Value of the parameter according to each test.
-        spreads: Standard uncertainty of the logarithm of each value.
+    `spreads` are the uncertainties of the logarithms of the values. The Birge ratio increases that of their mean.
     """
     if len(values) < 2:
         return 0.0
@@ -143,10 +129,7 @@ def _share(reading: Reading) -> float:
 
 
 def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> float:
-    """Return the change of a test's simulated reading [m] that the uncertainty of one measured reading causes.
-
-    `density` is the change of ln rho, the logarithm of the areal density.
-    """
+    """Return the change of a test's reading [m] by one uncertain reading, which changes ln rho by `density`."""
     own = each.test.reads.get(name, 0.0) * reading.uncertainty
     scaled = each.slopes.size * _share(reading) if name == each.test.size else 0.0
     heavier = each.slopes.density * density if each.test.weighs else 0.0
@@ -154,10 +137,7 @@ def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> fl
 
 
 def _elastic(tests: Sequence[Sensitivity], moved: Sequence[float]) -> np.ndarray:
-    """Return the changes of ln Y, ln B and ln HB that change the simulated readings by `moved` [m], shape (3,).
-
-    Y is the stretch stiffness, B the bending rigidity, and HB the friction of bending.
-    """
+    """Return the changes of the logarithms of `ELASTIC` that change the readings by `moved` [m], shape (3,)."""
     matrix = np.eye(len(ELASTIC))
     wanted = np.zeros(len(ELASTIC))
     for each, by in zip(tests, moved, strict=True):

@@ -5,8 +5,7 @@ plate rises. The scene fixes the cloth on the plate. It also fixes half a row of
 the cloth is level where it leaves the plate.
 
 The mesh is a ring of concentric rows. A perfectly flat disc would not buckle. Therefore small random heights are added,
-which represent the unevenness of real fabric. To represent more unevenness, the unstrained shape of the cloth can be
-wavy.
+which represent the unevenness of real fabric.
 """
 
 from __future__ import annotations
@@ -17,10 +16,8 @@ from functools import cached_property
 import numpy as np
 
 from tatamu.base.curves import minimum_jerk
-from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import ROW, delaunay
-from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
 RISE = 0.1
@@ -29,15 +26,8 @@ RISING = 2.0
 """Time in which the plate rises [s]."""
 SETTLING = 2.0
 """Time from the end of the rise to the reading [s]."""
-FINENESS = 0.35
-"""Edge length ("spacing") of the mesh, in bending lengths."""
 UNEVENNESS = 0.02
 """Standard deviation of the random heights of the flat cloth, in spacings of the mesh."""
-WAVE = 0.02
-"""Length of the waves of wavy cloth [m]. The heights of two points at the distance d have the correlation
-exp(-d² / (2 WAVE²))."""
-WAVES = 200
-"""Number of cosine waves whose sum is the height of wavy cloth."""
 KNOTS = 21
 
 
@@ -53,16 +43,6 @@ class Drapemeter:
     """Edge length of the mesh [m]."""
     seed: int = 0
     """Random seed of the unevenness, and of the angles at which the rows of the mesh begin."""
-    waviness: float = 0.0
-    """Standard deviation of the height of wavy unstrained cloth outside the plate [m]; 0 for flat cloth."""
-
-    @classmethod
-    def fine_enough(
-        cls, specimen: float, plate: float, material: Material, seed: int = 0, waviness: float = 0.0
-    ) -> Drapemeter:
-        """Return a drapemeter whose mesh is fine enough for the bending of the material."""
-        spacing = min(FINENESS * material.bending_length, 0.2 * (specimen - plate))
-        return cls(specimen, plate, spacing, seed, waviness)
 
     @property
     def rows(self) -> int:
@@ -92,20 +72,9 @@ class Drapemeter:
 
     @property
     def unstrained(self) -> np.ndarray:
-        """Positions of the vertices in unstrained cloth [m], shape (n, 3).
-
-        The fixed part is level. Outside the fixed part, the waves of wavy cloth grow to their full height over the
-        length of one wave.
-        """
+        """Positions of the vertices in unstrained cloth [m], shape (n, 3). The fixed part is level."""
         points, _ = self.mesh
-        if not self.waviness:
-            return np.column_stack([points, np.zeros(len(points))])
-        random = np.random.default_rng([self.seed, 2])
-        waves = random.standard_normal((2, WAVES)) / WAVE
-        phases = random.uniform(0.0, 2.0 * np.pi, WAVES)
-        height = self.waviness * np.sqrt(2.0 / WAVES) * np.cos(points @ waves + phases).sum(axis=1)
-        beyond = np.hypot(*points.T) - self.plate - self.row
-        return np.column_stack([points, np.clip(beyond / WAVE, 0.0, 1.0) * height])
+        return np.column_stack([points, np.zeros(len(points))])
 
     def scene(self, material: Material) -> Scene:
         """Return a scene in which the plate rises. The table has no friction, and the air's damping is critical."""
@@ -132,10 +101,6 @@ class Drapemeter:
         """
         free = self.specimen - self.plate
         return float(2.0 * material.areal_density * np.sqrt(1.5 * GRAVITY / free))
-
-    def outline(self, rollout: Rollout, frame: int = -1) -> PlanOutline:
-        """Return the outline of the cloth from above, with the plate's axis at the origin."""
-        return PlanOutline.of(rollout.positions[frame], rollout.faces, np.zeros(2))
 
 
 def _ring(radius: float, spacing: float, turn: float) -> np.ndarray:

@@ -7,13 +7,13 @@ area inside the outline, the flat specimen, and the plate:
     DC = (A_outline - A_plate) / (A_specimen - A_plate)
 
 In a drape test, a *node* is a fold of the hem that stands out from the plate: a local maximum of r with a prominence
-above `PROMINENCE`. A *trough* is the smallest r between two neighbouring nodes.
+above `PROMINENCE`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import Self
 
 import numpy as np
 from scipy.signal import find_peaks
@@ -39,7 +39,7 @@ class PlanOutline:
     """Radii at equally spaced angles, starting at the angle 0 [m], shape (k,)."""
 
     @classmethod
-    def of(cls, positions: np.ndarray, faces: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> PlanOutline:
+    def of(cls, positions: np.ndarray, faces: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> Self:
         """Return the outline of a mesh from above: the largest distance of the cloth from the centre at each angle.
 
         Args:
@@ -52,7 +52,7 @@ class PlanOutline:
         return cls(_reach(plan[Topology(faces).edges], angles))
 
     @classmethod
-    def of_curve(cls, curve: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> PlanOutline:
+    def of_curve(cls, curve: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> Self:
         """Return the outline of a closed curve, such as a curve from a photo.
 
         The curve has points [m] of shape (k, 2), and its first point is not repeated at the end.
@@ -90,37 +90,6 @@ class PlanOutline:
     def nodes(self) -> int:
         """Number of nodes. A node is a fold of the hem, where the radius has a local maximum."""
         return len(self.peaks)
-
-    @property
-    def amplitude(self) -> float:
-        """Amplitude of the hem's waves [m]; 0 with fewer than two nodes.
-
-        A node is a local maximum of the radius, and a trough is the smallest radius between two neighbouring nodes. The
-        amplitude is half the difference between the mean radius of the nodes and the mean radius of the troughs.
-        """
-        peaks = self.peaks
-        if len(peaks) < 2:
-            return 0.0
-        around = np.append(peaks, peaks[0] + len(self.radii))
-        pairs = pairwise(around)
-        troughs = [self.radii[np.arange(a, b) % len(self.radii)].min() for a, b in pairs]
-        return float(0.5 * (self.radii[peaks].mean() - np.mean(troughs)))
-
-    @property
-    def wavelength(self) -> float:
-        """Wavelength of the hem's waves as seen from above [m]; infinite without nodes.
-
-        The wavelength is the circumference of a circle with the mean radius, divided by the number of nodes. A node is
-        a local maximum of the radius.
-        """
-        return float(2.0 * np.pi * self.radii.mean() / self.nodes) if self.nodes else np.inf
-
-    def harmonic(self, order: int) -> float:
-        """Return the amplitude of a harmonic of the radii [m].
-
-        The second harmonic is large if the cloth bends differently along warp and weft.
-        """
-        return float(2.0 * np.abs(np.fft.rfft(self.radii)[order]) / len(self.radii))
 
 
 def centroid(curve: np.ndarray) -> np.ndarray:
