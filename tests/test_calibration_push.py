@@ -126,7 +126,7 @@ def test_a_push_needs_stretch_and_friction() -> None:
 
 
 def test_a_simulator_without_wrinkles_does_not_use_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.calibration.push.capabilities", lambda simulator: Capabilities(compression=False))
+    monkeypatch.setattr("tatamu.calibration.test.capabilities", lambda simulator: Capabilities(compression=False))
     found = calibrate(told(0.01))
     assert found.fit("push") is None and "compression" in found.assumed and found.material.compression == 1.0
     assert any("not used" in text for text in advice_on(found))
