@@ -9,7 +9,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
-.PHONY: help learn blender test test-slow oldest lint wheel docs learning earned loop-closed \
+.PHONY: help learn blender test test-slow oldest lint wheel docs learning earned measured-folds \
         times folds garments calibration validate real-cloth presets photographs foreign own-garments golden tangle \
         bench gallery datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
@@ -66,9 +66,8 @@ learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, agains
 earned: $(DEV)  ## learned folds against the curves that a search is given: the table of README.md; hours
 	$(BIN)/python -m benchmarks.earned --out runs/earned --write-docs
 
-loop-closed: $(DEV)  ## hidden set-ups observed and corrected: the tables of docs/notes/observation.md; half an hour
-	$(BIN)/python -m benchmarks.loop_closed --write-docs
-	$(BIN)/python -m benchmarks.updates --write-docs
+measured-folds: $(DEV)  ## hidden set-ups measured and corrected: the table of docs/notes/observation.md; an hour
+	$(BIN)/python -m benchmarks.measured_folds --write-docs
 
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
 	$(BIN)/python -m benchmarks.times --out runs/times --write-docs

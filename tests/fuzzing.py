@@ -28,7 +28,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from tatamu.after.feedback import FORM, Observation, read_template, ruler
+from tatamu.after.feedback import FORM, MeasuredFold, read_template, ruler
 from tatamu.base.errors import TatamuError
 from tatamu.calibration import load_measurements
 from tatamu.cameras.board import Board, load_board, write_board
@@ -149,7 +149,7 @@ def _form(folder: Path, random: Random) -> None:
 
 
 def _observation(folder: Path, random: Random) -> None:
-    seen = ruler({"left": (random.gauss(0.0, 0.01), 0.0), "slip": (0.001, 0.0)}, turned_in=["right"])
+    seen = ruler({"left": (random.gauss(0.0, 0.01), 0.0), "slip": (0.001, 0.0)}, 0.5, turned_in=["right"])
     (folder / "1.json").write_text(seen.model_dump_json())
 
 
@@ -351,8 +351,8 @@ KINDS = (
     Kind("study.db", _study, _changed_study),
     Kind("simulated.jsonl", _verdicts, lambda folder: VerdictCache(folder / "simulated.jsonl").get("k1")),
     Kind("manipulation.json", _fold("manipulation.json"), lambda folder: Result.load(folder).manipulation),
-    Kind("form.toml", _form, lambda folder: read_template(folder / "form.toml")),
-    Kind("1.json", _observation, lambda folder: Observation.load(folder / "1.json")),
+    Kind("form.toml", _form, lambda folder: read_template(folder / "form.toml", 0.5)),
+    Kind("1.json", _observation, lambda folder: MeasuredFold.load(folder / "1.json")),
 )
 """Every kind of file, and how it is read."""
 

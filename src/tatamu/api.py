@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from tatamu.after.feedback import CorrectionRecord, Observation, Observed, ruler, write_corrected
+from tatamu.after.feedback import Feedback, MeasuredFold, ruler, size_of, write_corrected
 from tatamu.after.feedback import corrected as corrected_fold
 from tatamu.after.feedback import observe as observe_fold
 from tatamu.after.feedback.known import known_of
-from tatamu.after.feedback.measured import RULER
 from tatamu.after.margins import DRAWS, Measured, measure
 from tatamu.after.second_opinion import Opinion
 from tatamu.after.second_opinion import check as check_result
@@ -36,6 +36,9 @@ from tatamu.study.loop import Progress
 from tatamu.study.options import FoldOptions, LearnOptions
 from tatamu.study.plan import PlanResult as LearnedPlan
 from tatamu.study.result import Result as LearnedFold
+
+if TYPE_CHECKING:
+    from tatamu.cameras.reading import FoldReading
 
 
 class Result(LearnedFold):
@@ -234,76 +237,85 @@ def measure_margins(
 
 
 def observe(
-    result: LearnedFold,
+    result: LearnedFold | Path | str,
     *,
     left: Sequence[float] | None = None,
     right: Sequence[float] | None = None,
     slip: Sequence[float] | None = None,
-    deviation: float = RULER,
+    deviation: float | None = None,
     failed: bool = False,
     turned_in: Sequence[str] = (),
-    measured: Observation | None = None,
+    measured: MeasuredFold | None = None,
+    reading: FoldReading | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Observed:
-    """Infer the errors of a set-up from how a real fold ended. The command `tatamu observe` does the same computation.
+) -> Feedback:
+    """Infer the errors of a set-up from how a real fold ended. The result has `.posterior` and `.correction`.
 
-    The result has the attributes `.posterior` and `.correction`.
-
-    If the fold has a folder, its simulations and observations are kept there. If no number is given, the earlier
-    observations in the folder are evaluated again.
+    If the fold has a folder, the numbers, the simulations and a page are kept there. Without numbers, the folds that
+    were measured before are evaluated again.
 
     Args:
-        result: The learned fold that was carried out.
+        result: The learned fold that was carried out, or its folder.
         left: Deviation of the left corner of the moved hem from its target, along the fold and across it [m].
         right: Deviation of the right corner of the moved hem from its target, along the fold and across it [m].
-        slip: Displacement of the lower hem from its initial position, along the fold and across it [m].
-        deviation: Standard deviation of the measurement errors of `left`, `right` and `slip` [m].
+        slip: Displacement of the lower hem, along the fold and across it [m].
+        deviation: Standard deviation of the errors of these numbers [m]; None for 1.5 mm.
         failed: Whether the real fold failed.
         turned_in: Corners that are turned in, "left" or "right". These corners are not measured.
-        measured: An observation that is given instead of `left`, `right`, `slip`, `failed` and `turned_in`; None to use
-            these arguments.
+        measured: The measured fold, instead of the six arguments before.
+        reading: What was read from the photograph of `measured`, to be drawn beside it.
         executor: Executor of the simulations; None for threads on all processors.
-        progress: Function that is called after every simulation, with the number of finished simulations and the number
-            of all simulations.
+        progress: Function that is called after every simulation, with the numbers of finished and of all simulations.
 
     Raises:
-        InputError: If a number is out of range, or nothing was observed.
+        InputError: If a number is out of range, or no fold was measured.
     """
+    learned = result if isinstance(result, LearnedFold) else LearnedFold.load(result)
     given = {"left": left, "right": right, "slip": slip}
     pairs = {place: pair for place, pair in given.items() if pair is not None}
     if pairs or failed or turned_in:
         if measured is not None:
-            raise InputError("measured: has the numbers; give it, or left, right and slip")
-        measured = ruler(pairs, deviation=deviation, failed=failed, turned_in=turned_in)
-    return observe_fold(result, measured, executor=executor, progress=progress)
+            raise InputError("measured: must be given without left, right, slip, failed and turned_in")
+        size = size_of(learned.task.fold)
+        measured = ruler(pairs, size, deviation=deviation, failed=failed, turned_in=turned_in)
+
+    def show(found: Feedback, file: Path) -> None:
+        from tatamu.after.feedback.page import write_page
+
+        write_page(found, file, reading)
+
+    return observe_fold(learned, measured, executor=executor, progress=progress, show=show)
 
 
-def correct(observed: Observed | LearnedFold, *, out: Path | str | None = None) -> Result:
-    """Return the fold with corrected grasps, releases and heights. The corrections undo the errors of the set-up.
+def correct(observed: Feedback | LearnedFold | Path | str, *, out: Path | str | None = None) -> Result:
+    """Return the fold with corrected grasps, releases and heights, which undo the expected errors of the set-up.
 
     Args:
-        observed: The result of `observe`, or a learned fold whose folder contains observations.
+        observed: The result of `observe`, or a learned fold or folder with measured folds.
         out: Folder to write, which the command `tatamu plan` can read; None to write no folder.
 
     Raises:
-        InputError: If nothing was observed, or the folder cannot be written.
+        InputError: If no fold was measured, or the folder cannot be written.
     """
-    found = observed if isinstance(observed, Observed) else observe_fold(observed)
-    if out is None:
-        made = corrected_fold(found.learned, CorrectionRecord.of(found), found.posterior.disturbances)
+    if isinstance(observed, Feedback):
+        found = observed
     else:
-        made = write_corrected(found, Path(out))
+        found = observe_fold(observed if isinstance(observed, LearnedFold) else LearnedFold.load(observed))
+    made = corrected_fold(found.learned, found.correction, found.posterior.disturbances)
+    if out is not None:
+        write_corrected(made, found.correction, Path(out))
+        made = replace(made, folder=Path(out))
     return Result(**{each.name: getattr(made, each.name) for each in fields(made)})
 
 
-def check(result: LearnedFold, simulator: str) -> Opinion:
-    """Simulate the best manipulation of a fold in another simulator. The result has `.score` and `.holds`.
+def check(result: LearnedFold | Path | str, simulator: str) -> Opinion:
+    """Simulate a learned fold, or that of a folder, in another simulator. The result has `.score` and `.holds`.
 
     Raises:
         InputError: If the simulator does not exist, or cannot run on this machine.
     """
-    return check_result(result, simulator)
+    return check_result(result if isinstance(result, LearnedFold) else LearnedFold.load(result), simulator)
 
 
 def calibrate(measurements: Measurements | Path | str, simulator: str = "native") -> Calibration:

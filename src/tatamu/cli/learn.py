@@ -148,8 +148,8 @@ def _learn(
     if after:
         from tatamu.after.feedback.texts import next_lines
 
-        assert isinstance(result, Result), "observed folds are single folds"
-        for line in next_lines(after[-1], result):
+        assert isinstance(result, Result), "measured folds are single folds"
+        for line in next_lines(result):
             print(line)
     for line in success_lines(result):
         print(line)

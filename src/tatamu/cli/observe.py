@@ -1,12 +1,10 @@
-"""The commands `tatamu observe` and `tatamu correct`.
-
-The first command records measurements of a real fold, and infers the errors of hands, table and cloth. The second
-command corrects the next fold against these errors.
-"""
+"""The commands `tatamu observe` and `tatamu correct`: where a real fold ended, and the correction of the next one."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,8 +16,9 @@ from tatamu.cli.cluster import SchedulerOption
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption
 
 if TYPE_CHECKING:
-    from tatamu.after.feedback import Observation, Observed
+    from tatamu.after.feedback import Feedback, MeasuredFold
     from tatamu.cameras.reading import FoldReading
+    from tatamu.study.result import Result
 
 RunArgument = Annotated[
     Path,
@@ -69,9 +68,8 @@ def observe(
 ) -> None:
     """Record how a real fold ended, and infer the errors of hands, table and cloth.
 
-    At the first observation, the fold is simulated with 200 random disturbances. The simulations are kept, and an
-    interrupted command can be run again to resume. If no measurement is given, earlier observations are evaluated
-    again.
+    The first call simulates 100 scenarios, which takes minutes; they are kept, so later calls take seconds. To resume
+    an interrupted command, repeat it. Without numbers, the folds that were measured before are evaluated again.
 
     Examples:
     `tatamu observe runs/towel --left 12,-3 --right 8,4 --slip 2,0`
@@ -88,9 +86,10 @@ def observe(
 
     `tatamu observe runs/towel/corrected-1 --left 2,0 --right 1,1`
     """
-    from tatamu.after.feedback import FORM, ObservedFolder, read_template, ruler
-    from tatamu.after.feedback.page import write_page
+    from tatamu.after.feedback import FORM, read_template, ruler, size_of
+    from tatamu.api import observe as observe_fold
     from tatamu.base.files import write_text
+    from tatamu.study.result import Result
 
     given = {"left": left, "right": right, "slip": slip}
     typed = any(each is not None for each in (*given.values(), deviation, turned_in)) or failed
@@ -103,40 +102,41 @@ def observe(
         write_text(template, FORM)
         print(f"form: {template}")
         return
-    _refuse(typed and form is not None, "--from: holds the numbers; give them there or as options, not both")
+    _refuse(typed and form is not None, "--from: must be given without numbers as options, as the form has them")
     seen = any(each is not None for each in (board, sheet, before, frame, lens, corner, picture))
     _refuse(
         photo is None and seen, "--photo: must be given with --board, --sheet, --before, --frame, --lens or --corner"
     )
-    measured = any(each is not None for each in (*given.values(), deviation, form))
-    _refuse(photo is not None and measured, "--photo: has the numbers; give it, or the numbers of a ruler")
-    observation: Observation | None = None
+    numbers = any(each is not None for each in (*given.values(), deviation, form))
+    _refuse(photo is not None and numbers, "--photo: must be given without the numbers of a ruler")
+    learned = Result.load(folder)
+    size = size_of(learned.task.fold)
+    measured: MeasuredFold | None = None
     reading: FoldReading | None = None
     if form is not None:
-        observation = read_template(form)
+        measured = read_template(form, size)
     elif photo is not None:
-        observation, reading = _from_photo(
-            folder, photo, board, sheet, before, frame, lens, corner or [], picture, failed, _sides(turned_in)
+        measured, reading = _from_photo(
+            learned, photo, board, sheet, before, frame, lens, corner or [], picture, failed, _sides(turned_in)
         )
     elif typed:
         pairs = {place: _pair(place, text) for place, text in given.items() if text is not None}
-        sides = _sides(turned_in)
-        observation = ruler(
-            pairs, deviation=1e-3 * (1.5 if deviation is None else deviation), failed=failed, turned_in=sides
+        measured = ruler(
+            pairs,
+            size,
+            label="--{}",
+            unit="mm",
+            deviation=deviation,
+            failed=failed,
+            turned_in=_sides(turned_in),
         )
-    observed = _observed(folder, observation, scheduler)
-    if reading is not None:
-        from tatamu.after.feedback.explained import draw_explained
-        from tatamu.cameras import pictures as look
-
-        look.write_picture(draw_explained(observed, reading), ObservedFolder.of(folder).photos()[observed.newest])
-    write_page(observed)
-    for line in _lines(observed):
+    found = _feedback(learned, measured is None, scheduler, partial(observe_fold, measured=measured, reading=reading))
+    for line in _lines(found):
         print(line)
 
 
 def _from_photo(
-    folder: Path,
+    learned: Result,
     photo: Path,
     board: Path | None,
     sheet: str | None,
@@ -147,18 +147,14 @@ def _from_photo(
     picture: Path | None,
     failed: bool,
     turned_in: list[str],
-) -> tuple[Observation, FoldReading]:
-    """Read the measurements of a real fold from a photograph.
-
-    If the user wants a picture, draw the corners that were found on the photograph.
-    """
+) -> tuple[MeasuredFold, FoldReading]:
+    """Read where a real fold ended from a photograph, and draw what was found if a picture is wanted."""
     from tatamu.after.feedback.photo import read_photo
     from tatamu.base.files import check_targets
     from tatamu.cameras import pictures as look
     from tatamu.cameras.board import PAPERS
     from tatamu.cameras.mounting import parse_pose
     from tatamu.cli.locate import parse_corners
-    from tatamu.study.result import Result
 
     scale = board if board is not None else sheet
     if scale is None or (board is not None and sheet is not None):
@@ -168,8 +164,8 @@ def _from_photo(
     if picture is not None:
         look.check_picture(picture, "picture")
         check_targets([picture], [path for path in (photo, before, board, lens) if path is not None])
-    observation, reading = read_photo(
-        Result.load(folder),
+    measured, reading = read_photo(
+        learned,
         photo,
         scale,
         before=before,
@@ -179,12 +175,12 @@ def _from_photo(
         failed=failed,
         turned_in=turned_in,
     )
-    for number in observation.measured:
+    for number in measured.measured:
         print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
     if picture is not None:
         look.write_picture(look.draw_reading(reading), picture)
         print(f"look at: {picture}, the corners and their targets on top of the photo")
-    return observation, reading
+    return measured, reading
 
 
 @app.command()
@@ -197,61 +193,58 @@ def correct(
 ) -> None:
     """Correct the next fold: shift grasps, releases and heights against the inferred errors.
 
-    In the name RUN/corrected-N, N is the number of observed folds. The command `tatamu plan` accepts the folder of the
-    corrected fold.
+    N is the number of measured folds. `tatamu plan` accepts the folder of the corrected fold. If there is nothing to
+    correct, nothing is written.
 
     Examples:
     `tatamu correct runs/towel`
 
     `tatamu plan runs/towel/corrected-1 --robot hironx --out plan`
     """
-    from tatamu.after.feedback import ObservedFolder, kept, write_kept
-    from tatamu.after.feedback.texts import correction_lines
-
-    place = ObservedFolder.of(folder)
-    record = kept(place)
-    if record is None:
-        _observed(folder, None, scheduler)
-        record = kept(place)
-        assert record is not None, "it was written now"
-    for line in correction_lines(record):
-        print(line)
-    if record.hands:
-        print(f"corrected: {write_kept(place, record, out).folder}")
-
-
-def _observed(folder: Path, observation: Observation | None, scheduler: str | None) -> Observed:
-    """Infer errors from an observation of a real fold, and print the progress on the console."""
-    from tatamu.after.feedback import ObservedFolder, keep
+    from tatamu.after.feedback import FeedbackFolder
     from tatamu.after.feedback import observe as observe_fold
+    from tatamu.after.feedback.texts import correction_lines
+    from tatamu.api import correct as correct_fold
+    from tatamu.study.result import Result
+
+    found = _feedback(Result.load(folder), True, scheduler, observe_fold)
+    for line in correction_lines(found.correction):
+        print(line)
+    if found.correction.is_none:
+        print("written: nothing")
+    else:
+        path = out or FeedbackFolder.of(folder).corrected(found.correction.folds)
+        print(f"corrected: {correct_fold(found, out=path).folder}")
+
+
+def _feedback(learned: Result, again: bool, scheduler: str | None, run: Callable[..., Feedback]) -> Feedback:
+    """Infer the errors of the set-up, with a bar on the console; `again` without a new measured fold."""
+    from tatamu.after.feedback import FeedbackFolder
     from tatamu.cli.progress import prepare, resumable
     from tatamu.cluster import executor_at
     from tatamu.show.progress import progress
-    from tatamu.study.result import Result
 
-    learned = Result.load(folder)
-    place = ObservedFolder.of(folder)
-    if observation is None and not place.observations():
-        raise InputError(f"{folder}: nothing was observed before; give --left, --right, --slip, --photo or --failed")
+    path = learned.folder or Path()
+    place = FeedbackFolder.of(path)
+    if again and not place.files():
+        raise InputError(f"{path}: has no measured fold; run `tatamu observe {path} --left A,B --right A,B` first")
     with executor_at(scheduler) as executor:
         if executor is None and not place.has_draws:
             prepare(learned.simulator)
-        kept = f"finished simulations are kept in {folder}"
-        with resumable(kept), progress(f"scenarios of {folder.name}", unit="simulations") as report:
-            observed = observe_fold(learned, observation, executor=executor, progress=report)
-    keep(observed)
-    return observed
+        kept = f"finished simulations are kept in {place.path}"
+        with resumable(kept), progress(f"scenarios of {path.name}", unit="simulations") as report:
+            return run(learned, executor=executor, progress=report)
 
 
-def _lines(observed: Observed) -> list[str]:
-    from tatamu.after.feedback import CorrectionRecord, ObservedFolder
+def _lines(found: Feedback) -> list[str]:
+    from tatamu.after.feedback import FeedbackFolder
     from tatamu.after.feedback.texts import correction_lines, posterior_lines
 
-    folder = ObservedFolder(observed.learned.folder or Path())
-    after = [] if observed.correction.is_none else [f"next: tatamu correct {folder.path}"]
+    folder = FeedbackFolder(found.learned.folder or Path())
+    after = [] if found.correction.is_none else [f"next: tatamu correct {folder.path}"]
     return [
-        *posterior_lines(observed),
-        *correction_lines(CorrectionRecord.of(observed)),
+        *posterior_lines(found),
+        *correction_lines(found.correction),
         f"posterior: {folder.posterior_file}",
         f"page: {folder.page_file}",
         *after,
@@ -264,11 +257,11 @@ def _refuse(wrong: bool, message: str) -> None:
 
 
 def _pair(name: str, text: str) -> tuple[float, float]:
-    """Read two numbers in millimetres from a text such as "12,-3", and return them in metres."""
+    """Return the two numbers of a text such as "12,-3"."""
     numbers = re.fullmatch(r"\s*([-+]?\d+(?:\.\d*)?)\s*,\s*([-+]?\d+(?:\.\d*)?)\s*", text)
     if numbers is None:
         raise InputError(f"--{name}: must be two numbers in millimetres, such as 12,-3, given {text!r}")
-    return 1e-3 * float(numbers[1]), 1e-3 * float(numbers[2])
+    return float(numbers[1]), float(numbers[2])
 
 
 def _sides(text: str | None) -> list[str]:

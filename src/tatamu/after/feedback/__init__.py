@@ -1,32 +1,28 @@
 """After a real fold: its measurement, the inferred errors of the set-up, and the correction of the next fold.
 
-A set-up is one robot with one garment on one table. Its systematic errors are the same in every fold. The prior is the
-distribution of these errors before folds were observed. The posterior is their distribution after folds were observed.
+A set-up is one robot with one garment on one table. Its systematic errors are the same in every fold.
 """
 
-from tatamu.after.feedback.corrected import CorrectionRecord, corrected, keep, kept, write_corrected, write_kept
-from tatamu.after.feedback.correction import Correction, Expected
-from tatamu.after.feedback.folder import ObservedFolder
-from tatamu.after.feedback.measured import FORM, Observation, from_numbers, read_template, ruler
-from tatamu.after.feedback.observe import Observed, observe
+from tatamu.after.feedback.correction import Correction, Expected, corrected
+from tatamu.after.feedback.folder import FeedbackFolder, write_corrected
+from tatamu.after.feedback.measured import FORM, MeasuredFold, from_numbers, read_template, ruler, size_of
+from tatamu.after.feedback.observe import Feedback, feedback_of, observe
 from tatamu.after.feedback.posterior import Posterior
 
 __all__ = [
     "FORM",
     "Correction",
-    "CorrectionRecord",
     "Expected",
-    "Observation",
-    "Observed",
-    "ObservedFolder",
+    "Feedback",
+    "FeedbackFolder",
+    "MeasuredFold",
     "Posterior",
     "corrected",
+    "feedback_of",
     "from_numbers",
-    "keep",
-    "kept",
     "observe",
     "read_template",
     "ruler",
+    "size_of",
     "write_corrected",
-    "write_kept",
 ]

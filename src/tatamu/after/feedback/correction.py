@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tatamu.after.feedback.emulator import Emulator
 from tatamu.after.feedback.posterior import Posterior
-from tatamu.evaluation.disturbances import World, hand_errors
-from tatamu.folding.fold import Fold
+from tatamu.evaluation.disturbances import Disturbances, World, disturbed_scene, hand_errors, mean_world
+from tatamu.folding.fold import Fold as TargetFold
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.marks import MARKS
 from tatamu.folding.shift import HandShift
+from tatamu.study.result import Result
 
-CORRECTABLE = ("hands.offset", "hands.difference", "hands.yaw", "grasp", "cloth.place", "table.height")
-"""Beginnings of the names of disturbances that a shift of grasp, release and height can correct."""
-PARTS = (1.0, 0.75, 0.5, 0.25)
-"""Fractions of the expected error whose correction is tried, the whole error first."""
-WORTH = 0.0015
-"""Least expected decrease of the fold's distance from its target for which a correction is made [m].
+CORRECTABLE = ("hands.offset", "hands.difference", "hands.yaw", "cloth.place", "table.height")
+"""Beginnings of the names of disturbances that are corrected.
 
-It is the error of a ruler. Smaller expected gains make as many set-ups worse as better (docs/notes/observation.md).
-"""
+Errors of the grasp are mostly new in each fold, and a grasp that is shifted outwards could miss the cloth."""
+MIN_SHIFT = 0.0005
+"""Smallest shift of a hand for which a correction is made [m]."""
 INTERVAL = (0.05, 0.95)
 """Quantiles of a 90 % interval."""
 
@@ -42,19 +40,19 @@ class Expected:
     """90 % interval of that distance [m]."""
 
     @classmethod
-    def of(cls, posterior: Posterior, emulator: Emulator, correction: np.ndarray) -> Expected:
+    def of(cls, posterior: Posterior, emulator: Emulator, change: np.ndarray) -> Expected:
         """Return the expected outcome of a fold with a correction, shape (k,)."""
-        ends = posterior.ends(emulator, correction)
+        ends = posterior.ends(emulator, change)
         distances = emulator.distances(ends)
         low, high = np.quantile(distances, INTERVAL)
-        interval = (float(low), float(high))
-        return cls(ends.mean(axis=0), np.quantile(ends, INTERVAL, axis=0).T, float(distances.mean()), interval)
+        marks = emulator.marks(posterior.mean + change)
+        return cls(marks, np.quantile(ends, INTERVAL, axis=0).T, float(distances.mean()), (float(low), float(high)))
 
-    def plain(self) -> dict[str, object]:
+    def describe(self) -> dict[str, object]:
         """Return plain data for a file."""
         return {
             "mean_vertex_distance": self.distance,
-            "interval": [float(value) for value in self.distance_interval],
+            "interval": list(self.distance_interval),
             "marks": dict(zip(MARKS, self.marks.tolist(), strict=True)),
         }
 
@@ -63,10 +61,12 @@ class Expected:
 class Correction:
     """The correction of the next fold, and its expected outcomes."""
 
+    folds: int
+    """Number of measured folds from which the correction follows."""
     change: np.ndarray
     """The correction as a change of disturbances, shape (k,)."""
     shifts: tuple[HandShift, ...]
-    """Correction of each hand, from the fold as it was learned, left before right."""
+    """Shift of each hand from the fold as it was learned, left before right; empty if nothing is corrected."""
     before: Expected
     """Expected outcome without the correction."""
     after: Expected
@@ -74,46 +74,66 @@ class Correction:
 
     @property
     def is_none(self) -> bool:
-        """Whether nothing is changed, because nothing is expected to help."""
-        return not self.change.any()
+        """Whether nothing is corrected."""
+        return not self.shifts
+
+    def describe(self) -> dict[str, object]:
+        """Return the contents of `correction.json`."""
+        return {
+            "version": 1,
+            "observed": self.folds,
+            "hands": [shift.model_dump() for shift in self.shifts],
+            "expected": {"before": self.before.describe(), "after": self.after.describe()},
+        }
 
 
-def find_correction(posterior: Posterior, emulator: Emulator, fold: Fold, manipulation: Manipulation) -> Correction:
-    """Return the correction with which the next fold is expected to end nearest to its target.
+def find_correction(posterior: Posterior, emulator: Emulator, learned: Result) -> Correction:
+    """Return the correction that undoes the expected systematic errors."""
+    shifts = shifts_against(learned.task.fold, learned.manipulation, posterior.world)
+    largest = max(abs(value) for shift in shifts for value in (*shift.grasp, *shift.release, shift.height))
+    if not posterior.used or largest < MIN_SHIFT:
+        shifts = ()
+    change = emulator.moved(as_disturbances(shifts, ()))
+    before, after = (Expected.of(posterior, emulator, each) for each in (0.0 * change, change))
+    return Correction(len(posterior.chances), change, shifts, before, after)
 
-    Args:
-        posterior: The posterior of the set-up.
-        emulator: Emulator of the learned fold.
-        fold: The learned fold.
-        manipulation: Its manipulation as learned.
+
+def shifts_against(fold: TargetFold, manipulation: Manipulation, world: World) -> tuple[HandShift, ...]:
+    """Return the shift of each hand that undoes the `CORRECTABLE` errors of a scenario.
+
+    Hands are raised but never lowered: a hand that is too high costs little, and one that is too low meets the table or
+    drags the cloth.
     """
-    usable = [any(f"{name}.".startswith(f"{part}.") for part in CORRECTABLE) for name in posterior.names]
-    whole = np.where(usable, -posterior.mean, 0.0)
-    nothing = np.zeros(len(whole))
-    before = Expected.of(posterior, emulator, nothing)
-    tried = [(part * whole, Expected.of(posterior, emulator, part * whole)) for part in PARTS]
-    change, after = min(tried, key=lambda each: each[1].distance)
-    if not posterior.used or after.distance > before.distance - WORTH:
-        change, after = nothing, before
-    return Correction(change, _shifts(posterior, fold, manipulation, change), before, after)
-
-
-def _shifts(posterior: Posterior, fold: Fold, manipulation: Manipulation, change: np.ndarray) -> tuple[HandShift, ...]:
-    """Return the shift of each hand that corrects errors of minus `change`."""
-    errors = World(dict(zip(posterior.names, (-change).tolist(), strict=True)))
-    return shift_against(hand_errors(fold, manipulation, errors))
-
-
-def shift_against(errors: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[HandShift, ...]:
-    """Return the shift of each hand that corrects errors in the form of `hand_errors`."""
+    undone = {n: v for n, v in world.values.items() if any(f"{n}.".startswith(f"{part}.") for part in CORRECTABLE)}
     return tuple(
-        HandShift(grasp=_metres(-grasp), release=_metres(-hand[:2]), height=_metres(-hand[2:])[0])
-        for grasp, hand in errors
+        HandShift(grasp=_metres(-grasp), release=_metres(-hand[:2]), height=max(0.0, _metres(-hand[2:])[0]))
+        for grasp, hand in hand_errors(fold, manipulation, World(undone))
     )
 
 
+def corrected(learned: Result, correction: Correction, disturbances: Disturbances) -> Result:
+    """Return a learned fold with a correction.
+
+    The corrected real fold should end like the learned one, whose rollout is kept. The scene has the corrected hands
+    with their expected errors.
+
+    Args:
+        learned: The fold as it was learned.
+        correction: The correction.
+        disturbances: The posterior.
+    """
+    task = replace(learned.task, shift=added(learned.task.shift, correction.shifts))
+    manipulation = task.manipulation(learned.best.parameters)
+    description = learned.record.task.model_copy(update={"shift": list(task.shift) or None})
+    record = learned.record.model_copy(
+        update={"task": description, "disturbances": disturbances.describe(), "judged": None}
+    )
+    scene = disturbed_scene(task.fold, manipulation, mean_world(disturbances))
+    return Result(record, manipulation, scene, learned.rollout, None, task)
+
+
 def _metres(values: np.ndarray) -> list[float]:
-    """Return lengths in metres, rounded to 0.01 mm [m]."""
+    """Return lengths rounded to 0.01 mm [m]."""
     return [round(float(value), 5) + 0.0 for value in values]
 
 
@@ -132,10 +152,10 @@ def added(one: Sequence[HandShift], other: Sequence[HandShift]) -> tuple[HandShi
 
 
 def as_disturbances(shifts: Sequence[HandShift], less: Sequence[HandShift]) -> dict[str, float]:
-    """Return the change of disturbances that shifts of hands amount to, by their names.
+    """Return the change of disturbances, by their names, that has the effect of shifts of hands.
 
     Args:
-        shifts: Correction of each hand, left before right; empty for none.
+        shifts: Shift of each hand, left before right; empty for none.
         less: Shifts that the learned fold already has.
     """
     hands = [_numbers(shifts, number) - _numbers(less, number) for number in range(max(len(shifts), len(less)))]

@@ -1,9 +1,4 @@
-"""Simulated draws with which observations are compared: the draws of `tatamu margins`, and wider draws.
-
-A draw is one random value of each disturbance. It gives a world, in which the fold is simulated. `tatamu margins` and
-`tatamu observe` save their simulations in the same file. Therefore a world that one of the commands has simulated is
-not simulated again by the other.
-"""
+"""The simulated scenarios with which measured folds are compared. `tatamu margins` shares them, by a common file."""
 
 from __future__ import annotations
 
@@ -23,38 +18,26 @@ from tatamu.simulation.side_by_side import executor_of, processors
 from tatamu.simulation.simulators import capabilities
 from tatamu.study.result import Result
 
-USUAL = 100
-"""Number of draws with the standard deviations that the user gave.
-
-They are equal to the first draws of `tatamu margins`.
-"""
-WIDE = 100
-"""Number of draws with larger standard deviations than the user gave.
-
-They also cover a set-up whose errors are larger than the user stated.
-"""
-WIDER = 2.0
-"""Ratio of the standard deviations of the wider draws to those that the user gave."""
+SCENARIOS = 100
+"""Number of scenarios: the first draws of `tatamu margins`."""
 
 Progress = Callable[[int, int], None]
-"""Callback with two numbers: finished simulations, and all simulations."""
+"""Callback with the numbers of finished simulations and of all simulations."""
 
 
 @dataclass(frozen=True)
 class Draws:
-    """Worlds (random draws of the disturbances), and the results of a fold in them."""
+    """Scenarios, and how the fold ended in them."""
 
     mesh: FoldOnMesh
-    """The fold on the mesh on which all draws of the disturbances were simulated."""
+    """The fold on the mesh that was simulated."""
     worlds: list[tuple[World, Verdict]]
     nominal: Verdict
-    """Result of the fold on the fine mesh, in the world in which every disturbance has its mean."""
+    """Result on the fine mesh if every disturbance has its mean."""
     difference: np.ndarray
-    """Marks on the fine mesh minus marks on the mesh of the draws [m], shape (m,).
-
-    Marks are the m lengths that are measured after a fold. For this difference, every disturbance has its mean."""
+    """Marks on the fine mesh minus marks on the mesh of the scenarios [m], shape (m,)."""
     simulated: int
-    """Number of simulations that ran now, because their results had not been saved before."""
+    """Number of simulations that ran now."""
 
 
 def draw(
@@ -64,20 +47,20 @@ def draw(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Draws:
-    """Simulate a fold in disturbed worlds. Simulations that were saved are not repeated.
+    """Simulate a fold in scenarios. Simulations that were saved are not repeated.
 
     Args:
         learned: The fold.
-        disturbances: Disturbances of the set-up before any fold was observed.
+        disturbances: Disturbances of the set-up before any fold was measured.
         out: Folder in which simulations are saved; None if they are not saved.
-        executor: Executor of the simulations. None for threads on all processors, if the simulator supports threads.
+        executor: Executor of the simulations; None for threads on all processors.
         progress: Function that is called after every simulation.
     """
     task = replace(learned.task, reach=None)
     fine = FoldOnMesh(Nominal(task), learned.best.parameters)
     coarse = coarser_fold(fine) or fine
     centre = mean_world(disturbances)
-    worlds = [centre, *sample(disturbances)]
+    worlds = [centre, *sample_worlds(disturbances, SCENARIOS, 0, Stream.MARGINS)]
     wanted = [(fine, centre), *((coarse, world) for world in worlds)]
     cache = VerdictCache(None if out is None else out / KEPT)
     names = {id(mesh): mesh.key for mesh in (fine, coarse)}
@@ -99,24 +82,8 @@ def draw(
     )
 
 
-def sample(disturbances: Disturbances) -> list[World]:
-    """Return the worlds (values of all disturbances) of the draws with the given and with the wider deviations."""
-    usual = sample_worlds(disturbances, USUAL, 0, Stream.MARGINS)
-    wide = sample_worlds(disturbances, WIDE, 0, Stream.OBSERVATION)
-    centre = mean_world(disturbances)
-    return [*usual, *(widened(world, centre) for world in wide)]
-
-
-def widened(world: World, centre: World) -> World:
-    """Return a world whose disturbances are `WIDER` times as far from their means as in `world`."""
-    return World({name: centre[name] + WIDER * (value - centre[name]) for name, value in world.values.items()})
-
-
 def _is_complete(verdict: Verdict | None) -> bool:
-    """Return whether a verdict (the result of a fold) needs no new simulation.
-
-    It needs none if it has its marks, or if its simulation failed. Verdicts of older versions lack marks.
-    """
+    """Return whether a verdict has its marks, unless the simulation failed. Those of older versions lack them."""
     return verdict is not None and (verdict.marks is not None or verdict.mean_vertex_distance is None)
 
 

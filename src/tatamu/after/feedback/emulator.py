@@ -1,23 +1,10 @@
-"""An emulator of the simulator: a statistical model of the outcome of a fold, fitted to simulated draws.
+"""A linear emulator of a fold: where the cloth ends for given disturbances, fitted to simulated scenarios.
 
-    marks(x) = b + A x + tanh(t / T) B q + s e,      x = (w - mean) / deviation
+    marks = b + A (w - mean) + e
 
-The marks are the lengths that are measured after a fold. The model has these variables:
-
-- w are the disturbances of one draw, and x are the same disturbances in standard deviations.
-- q is the place at which each hand would lay the hem down if it were alone. q is linear in w.
-- t is the time by which the left hand opens later than the right hand. It matters because the cloth follows the hand
-  that opens last. T is a constant.
-- e is the remaining error, and s is its factor. If the hands stretch or squeeze the hem between them by d, the factor
-  grows: s^2 = 1 + (d / D)^2, with a constant D.
-
-In a few draws a corner turned in, or a hand slipped off. The error e is a Student t variable, so that these draws have
-little influence. The coefficients b, A and B and the scale matrix of e are fitted together by expectation maximisation.
-The scale matrix is computed from leave-one-out residuals. The mean vertex distance d_v follows from the marks: d_v^2 =
-a + sum_i c_i marks_i^2. Its coefficients a and c_i are not negative.
-
-Sources: Lange, Little and Taylor 1989, J. American Statistical Association 84 (regression with Student t errors);
-Kennedy and O'Hagan 2001, J. Royal Statistical Society B 63.
+A few scenarios end unlike all others, because a corner turns in or a hand slips off. The errors e are fitted as Student
+t variables, so that these scenarios have little weight (Lange, Little and Taylor 1989, J. American Statistical
+Association 84). The mean vertex distance d follows from the marks: d^2 = a + sum_i c_i marks_i^2.
 """
 
 from __future__ import annotations
@@ -28,163 +15,91 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation.disturbances import World
+from tatamu.evaluation.disturbances import Split, World
 from tatamu.evaluation.robustness import Verdict
 from tatamu.folding.marks import MARKS
 
 RIDGE = 1.0
-"""Penalty on each coefficient. It has the weight of this number of draws without an effect."""
+"""Penalty on each coefficient: the weight of this number of scenarios without an effect."""
 TAILS = 3.0
-"""Degrees of freedom of the errors. The number is small, because some draws end far from the emulated result."""
+"""Degrees of freedom of the errors while the coefficients are fitted."""
 ROUNDS = 30
-"""Number of rounds of reweighting. More rounds do not change the result."""
-FEWEST = 40
-"""Least number of draws to which an emulator is fitted."""
-FOLLOWS = 0.02
-"""The constant T: delay of the later hand from which this hand determines most of the cloth's place [s]."""
-APART = 0.007
-"""The constant D: a length by which the hands stretch or squeeze the hem between them [m].
-
-If the hands stretch or squeeze the hem by D, the errors of the emulator have twice the variance. The emulator is a
-statistical model that predicts the result of a fold.
-"""
-LATER = "hands.opening_delay"
-"""Name of the disturbance t, the delay between the openings of the hands."""
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """The k disturbances of an emulator, and their effects on h hands."""
-
-    names: tuple[str, ...]
-    """Names of the disturbances."""
-    centre: np.ndarray
-    """Value of each disturbance at which x is 0, shape (k,). x is the disturbance in standard deviations."""
-    scale: np.ndarray
-    """Change of each disturbance that changes x by 1, shape (k,)."""
-    laid: np.ndarray
-    """Place at which each hand alone would lay the hem down, per unit of each disturbance [m], shape (k, h, 2).
-
-    The two coordinates of a place are along the fold and across it."""
-
-    def features(self, values: np.ndarray) -> np.ndarray:
-        """Return x and tanh(t / T) q for disturbances, whose last axis has the length k.
-
-        The last axis of the result has the length k + 2 h for h = 2 hands. It has the length k for a single hand.
-        """
-        x = (values - self.centre) / self.scale
-        if not self._later:
-            return np.asarray(x)
-        laid = np.tensordot(values, self.laid, axes=1).reshape(*values.shape[:-1], -1) / APART
-        return np.concatenate([x, np.tanh(values[..., self._later] / FOLLOWS) * laid], axis=-1)
-
-    def widths(self, values: np.ndarray) -> np.ndarray:
-        """Return s^2, the factor of the errors' variance, for each set of k disturbances.
-
-        The disturbances are along the last axis of `values`.
-        """
-        if self.laid.shape[1] < 2:
-            return np.ones(values.shape[:-1])
-        apart = values @ (self.laid[:, 0, 1] - self.laid[:, 1, 1])
-        return np.asarray(1.0 + (apart / APART) ** 2)
-
-    @property
-    def _later(self) -> list[int]:
-        """Return the index of t, the delay, in a list.
-
-        It is empty if a single hand folds, or if both hands open together.
-        """
-        return [self.names.index(LATER)] if LATER in self.names and self.laid.shape[1] > 1 else []
+"""Rounds of reweighting. More rounds do not change the result."""
+MIN_SCENARIOS = 40
+"""Minimum number of simulated scenarios."""
 
 
 @dataclass(frozen=True)
 class Emulator:
-    """Marks of a fold as a function of disturbances: k disturbances, f features, m = len(MARKS) marks.
+    """The m marks of a fold as a linear function of k disturbances."""
 
-    The module's docstring gives the formula. Marks are the lengths that are measured after a fold.
-    """
-
-    inputs: Inputs
+    names: tuple[str, ...]
+    """Names of the disturbances."""
+    centre: np.ndarray
+    """Means of the disturbances, shape (k,)."""
     base: np.ndarray
-    """Marks b without disturbances [m], shape (m,)."""
+    """Marks if every disturbance has its mean [m], shape (m,)."""
     slopes: np.ndarray
-    """Coefficients A and B of the features [m], shape (f, m)."""
+    """Change of each mark per unit of each disturbance, shape (m, k)."""
     residual: np.ndarray
-    """Scale matrix of the errors e [m^2], shape (m, m)."""
+    """Covariance of the errors [m^2], shape (m, m)."""
     distance: np.ndarray
     """Coefficients a [m^2] and c [-] of the mean vertex distance, shape (1 + m,)."""
 
     def marks(self, values: np.ndarray) -> np.ndarray:
-        """Return the m marks [m] of each set of k disturbances. Both are along the last axis."""
-        return np.asarray(self.base + self.inputs.features(values) @ self.slopes)
-
-    def ends(self, values: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-        """Return the m marks with random errors [m], shape (n, m), of n sets of k disturbances, shape (n, k)."""
-        spread, axes = np.linalg.eigh(self.residual)
-        errors = generator.standard_normal((len(values), len(MARKS))) * np.sqrt(np.clip(spread, 0.0, None)) @ axes.T
-        tails = TAILS / generator.chisquare(TAILS, len(values))
-        return np.asarray(self.marks(values) + np.sqrt(self.inputs.widths(values) * tails)[:, None] * errors)
-
-    def distances(self, marks: np.ndarray) -> np.ndarray:
-        """Return the mean vertex distance [m] of each set of m marks. Marks are along the last axis."""
-        return np.asarray(np.sqrt(self.distance[0] + marks**2 @ self.distance[1:]))
+        """Return the marks [m] for disturbances. Both are along the last axis."""
+        return np.asarray(self.base + (values - self.centre) @ self.slopes.T)
 
     def moved(self, by: Mapping[str, float]) -> np.ndarray:
-        """Return changes of the k disturbances as a vector in the emulator's order, shape (k,).
+        """Return changes of the disturbances, given by their names, as a vector, shape (k,)."""
+        return np.array([by.get(name, 0.0) for name in self.names])
 
-        `by` contains the change of each disturbance under the disturbance's name. A disturbance that is missing in `by`
-        does not change. Disturbances that the emulator does not have are left out.
-        """
-        return np.array([by.get(name, 0.0) for name in self.inputs.names])
+    def distances(self, marks: np.ndarray) -> np.ndarray:
+        """Return the mean vertex distance [m] for marks along the last axis."""
+        return np.asarray(np.sqrt(self.distance[0] + marks**2 @ self.distance[1:]))
 
 
-def fit(inputs: Inputs, draws: Sequence[tuple[World, Verdict]], correction: np.ndarray) -> Emulator:
-    """Fit an emulator to draws.
+def fit(parts: Split, scenarios: Sequence[tuple[World, Verdict]], correction: np.ndarray) -> Emulator:
+    """Fit an emulator to simulated scenarios.
 
     Args:
-        inputs: The disturbances.
-        draws: Worlds (random draws), and the results of the fold in them. Results without marks are left out.
-        correction: Marks of the nominal fold on the fine mesh minus its marks on the mesh of the draws [m], shape (m,).
+        parts: The disturbances.
+        scenarios: Scenarios with their results. Results without marks are left out.
+        correction: Marks on the fine mesh minus marks on the mesh of the scenarios [m], shape (m,).
 
     Raises:
-        InputError: If too few draws have marks.
+        InputError: If too few scenarios have marks.
     """
-    known = [(world, verdict.marks, verdict.mean_vertex_distance) for world, verdict in draws]
-    usable = [
-        (world, marks, distance) for world, marks, distance in known if marks is not None and distance is not None
-    ]
-    if len(usable) < FEWEST:
+    known = [(world, v.marks, v.mean_vertex_distance) for world, v in scenarios]
+    usable = [(world, marks, d) for world, marks, d in known if marks is not None and d is not None]
+    if len(usable) < MIN_SCENARIOS:
         raise InputError(
-            f"draws: at least {FEWEST} must end on the table to learn from, given {len(usable)} of {len(draws)}; "
-            "learn a fold that holds more often"
+            f"feedback: the cloth must end on the table in at least {MIN_SCENARIOS} of {len(scenarios)} scenarios, "
+            f"given {len(usable)}; learn a fold that succeeds more often"
         )
-    values = np.array([[world[name] for name in inputs.names] for world, _, _ in usable])
+    scale = np.where(parts.deviations > 0.0, parts.deviations, 1.0)
+    x = (np.array([[world[name] for name in parts.names] for world, *_ in usable]) - parts.mean) / scale
     y = np.array([[marks[name] for name in MARKS] for _, marks, _ in usable])
-    base, slopes, residual, weights = _regression(inputs.features(values), y, inputs.widths(values))
+    base, slopes, residual, weights = _regression(x, y)
     distance = _distance_of(y, np.array([d for *_, d in usable]), weights)
-    return Emulator(inputs, base + correction, slopes, residual, distance)
+    return Emulator(parts.names, parts.mean, base + correction, slopes.T / scale, residual, distance)
 
 
-def _regression(x: np.ndarray, y: np.ndarray, widths: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return b, the slopes, the scale matrix of leave-one-out residuals, and the weights of the draws.
-
-    Weights are at most 1.
-    """
+def _regression(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return b, A', the scale matrix of leave-one-out residuals, and the scenarios' weights of at most 1."""
     design = np.column_stack([np.ones(len(x)), x])
     penalty = np.diag([0.0, *[RIDGE] * x.shape[1]])
-    tails = np.ones(len(x))
+    weights = np.ones(len(x))
     for _ in range(ROUNDS):
-        weights = tails / widths
         weighted = design * weights[:, None]
         inverse = np.linalg.inv(design.T @ weighted + penalty)
         coefficients = inverse @ weighted.T @ y
         leverage = weights * np.einsum("ij,jk,ik->i", design, inverse, design)
         errors = (y - design @ coefficients) / (1.0 - np.minimum(leverage, 0.9))[:, None]
-        scaled = errors / np.sqrt(widths)[:, None]
-        residual = (scaled * tails[:, None]).T @ scaled / len(x) + 1e-12 * np.eye(y.shape[1])
-        squared = np.einsum("ij,jk,ik->i", scaled, np.linalg.inv(residual), scaled)
-        tails = (TAILS + y.shape[1]) / (TAILS + squared)
-    return coefficients[0], coefficients[1:], residual, np.minimum(tails, 1.0)
+        residual = (errors * weights[:, None]).T @ errors / len(x) + 1e-12 * np.eye(y.shape[1])
+        squared = np.einsum("ij,jk,ik->i", errors, np.linalg.inv(residual), errors)
+        weights = (TAILS + y.shape[1]) / (TAILS + squared)
+    return coefficients[0], coefficients[1:], residual, np.minimum(weights, 1.0)
 
 
 def _distance_of(y: np.ndarray, distances: np.ndarray, weights: np.ndarray) -> np.ndarray:

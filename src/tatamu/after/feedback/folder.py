@@ -1,50 +1,44 @@
-"""The files of observed folds in the folder of a learned fold: `observed/N.json`, `posterior.toml`, `corrected-N`.
+"""The files of measured folds in the folder of a learned fold: `observed/N.json`, `posterior.toml`, `corrected-N`.
 
-docs/reference/observation.md describes these files. A folder `corrected-N` contains the fold with the correction after
-N observed folds. It has the form of the folder of a learned fold. Its subfolder `observed/` contains the observations
-of folds that were carried out with this correction.
+docs/reference/observation.md describes them. A folder `corrected-N` has the fold with the correction after N measured
+folds, and a folder `observed` of its own for the folds that were carried out with this correction.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 
 import tomli_w
 
-from tatamu.after.feedback.measured import Observation
+from tatamu.after.feedback.correction import Correction
+from tatamu.after.feedback.measured import MeasuredFold
 from tatamu.after.margins.measurement import KEPT
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_text, write_json, write_text
-from tatamu.base.version import __version__ as VERSION
+from tatamu.base.files import write_json, write_text
 from tatamu.evaluation.disturbances import Disturbances
-from tatamu.study.folder import ResultFolder
+from tatamu.study.folder import LEARNED, RESULT, ResultFolder
+from tatamu.study.result import Result
 
 OBSERVED = "observed"
 POSTERIOR = "posterior.toml"
 CORRECTED = "corrected-"
+CORRECTION = "correction.json"
 HEAD = (
-    "# Disturbances of one set-up, given its observed folds. docs/reference/disturbances.md explains the fields.\n"
+    "# Disturbances of one set-up, given its measured folds. docs/reference/disturbances.md explains the fields.\n"
     "# Take it with --disturbances, or with --after together with the fold.\n\n"
 )
 
 
 @dataclass(frozen=True)
-class ObservedFolder:
-    """A folder on disk with the files of a learned fold and of its observations.
-
-    An observation describes how the cloth ended when a robot carried out the learned fold.
-    """
+class FeedbackFolder:
+    """The folder of a learned fold, with the files of its measured folds."""
 
     path: Path
 
     @classmethod
-    def of(cls, path: Path) -> ObservedFolder:
-        """Return the folder of a learned fold.
-
-        The argument is this folder, or the folder of a corrected fold inside it.
-        """
+    def of(cls, path: Path) -> FeedbackFolder:
+        """Return the folder of a learned fold, given this folder or that of a corrected fold inside it."""
         inner = path.resolve()
         if not inner.name.startswith(CORRECTED):
             return cls(path)
@@ -52,7 +46,7 @@ class ObservedFolder:
 
     @property
     def posterior_file(self) -> Path:
-        """Path of the file with the distribution of the errors after observed folds, `posterior.toml`."""
+        """Path of `posterior.toml`."""
         return self.path / POSTERIOR
 
     @property
@@ -60,72 +54,72 @@ class ObservedFolder:
         """Path of the page `observed/observation.html`."""
         return self.path / OBSERVED / "observation.html"
 
-    @property
-    def correction_file(self) -> Path:
-        """Path of the file with the next correction, `observed/correction.json`."""
-        return self.path / OBSERVED / "correction.json"
-
-    @property
-    def digest(self) -> str:
-        """A digest of all that determines the next correction: the fold, its observations and the inferred errors."""
-        files = [file for variant in self.variants() for file in self.files(variant)]
-        digest = sha256(VERSION.encode())
-        for file in (self.path / "result.json", self.posterior_file, *files):
-            digest.update(f"{file.relative_to(self.path)} {read_text(file) if file.exists() else ''}".encode())
-        return digest.hexdigest()
-
-    @property
-    def has_draws(self) -> bool:
-        """Whether the folder has simulations by `tatamu margins` or `tatamu observe`."""
-        return (ResultFolder(self.path).margins_folder / KEPT).exists()
-
-    def corrected(self, number: int) -> Path:
-        """Return the folder of the fold with the correction after `number` observed folds."""
-        return self.path / f"{CORRECTED}{number}"
-
     def variants(self) -> list[Path]:
-        """Return the folders of all variants of a fold: the learned fold first, then the corrected folds."""
-        numbered = [path for path in self.path.glob(f"{CORRECTED}*") if path.name.removeprefix(CORRECTED).isdecimal()]
-        return [self.path, *sorted(numbered, key=lambda path: int(path.name.removeprefix(CORRECTED)))]
+        """Return the folders of the learned fold and of the corrected folds, in this order."""
+        indexed = [path for path in self.path.glob(f"{CORRECTED}*") if path.name.removeprefix(CORRECTED).isdecimal()]
+        return [self.path, *sorted(indexed, key=lambda path: int(path.name.removeprefix(CORRECTED)))]
+
+    def files(self) -> list[Path]:
+        """Return the files `N.json` of all variants, in order."""
+        return [file for variant in self.variants() for file in self._files(variant)]
 
     @staticmethod
-    def files(variant: Path) -> list[Path]:
-        """Return the files with the observations of one variant (the learned fold or a corrected fold), in order."""
+    def _files(variant: Path) -> list[Path]:
         found = [path for path in (variant / OBSERVED).glob("*.json") if path.stem.isdecimal()]
         return sorted(found, key=lambda path: int(path.stem))
 
-    def observations(self) -> list[tuple[Path, Observation]]:
-        """Return all observations, each with the folder of the learned or corrected fold that was carried out.
+    def measured(self) -> list[tuple[Path, MeasuredFold]]:
+        """Return all measured folds, each with the folder of the fold that was carried out.
 
         Raises:
             InputError: If a file cannot be read, or a field is wrong. The message names the file and the field.
         """
-        return [(variant, Observation.load(file)) for variant in self.variants() for file in self.files(variant)]
+        return [(file.parent.parent, MeasuredFold.load(file)) for file in self.files()]
 
-    def place_of_next(self, variant: Path) -> int:
-        """Return the index among all observations that the next observation of a variant will have.
+    def next_file(self, variant: Path) -> Path:
+        """Return the file of the next measured fold of a variant."""
+        return variant / OBSERVED / f"{max((int(file.stem) for file in self._files(variant)), default=0) + 1}.json"
 
-        A variant is the learned fold or a corrected fold.
-        """
-        known = [each.resolve() for each in self.variants()]
-        until = known.index(variant.resolve()) + 1 if variant.resolve() in known else len(known)
-        return sum(len(self.files(each)) for each in known[:until])
+    def index_of(self, file: Path) -> int:
+        """Return the index of a file of `next_file` among all measured folds."""
+        variants = [each.resolve() for each in self.variants()]
+        own = file.parent.parent.resolve()
+        until = variants.index(own) + 1 if own in variants else len(variants)
+        return sum(len(self._files(each)) for each in variants[:until])
 
-    def photos(self) -> list[Path]:
-        """Return a path for each observation. If the observation has a photograph, its file is at this path."""
-        return [file.with_suffix(".jpg") for variant in self.variants() for file in self.files(variant)]
+    @property
+    def has_draws(self) -> bool:
+        """Whether simulated scenarios are kept."""
+        return (ResultFolder(self.path).margins_folder / KEPT).exists()
 
-    @classmethod
-    def add(cls, variant: Path, observation: Observation) -> Path:
-        """Write an observation into the folder of the learned or corrected fold `variant`, and return its file."""
-        number = max((int(file.stem) for file in cls.files(variant)), default=0) + 1
-        path = variant / OBSERVED / f"{number}.json"
-        write_json(path, observation.model_dump())
-        return path
+    def corrected(self, count: int) -> Path:
+        """Return the folder of the fold with the correction after `count` measured folds."""
+        return self.path / f"{CORRECTED}{count}"
 
     def write_posterior(self, posterior: Disturbances) -> None:
-        """Write `posterior.toml`, the distribution of the errors after the observed folds."""
+        """Write `posterior.toml`."""
         plain = posterior.describe()
         if not plain:
-            raise InputError(f"{self.posterior_file}: there is nothing uncertain to write")
+            raise InputError(f"{self.posterior_file}: must have an uncertain disturbance, given none")
         write_text(self.posterior_file, HEAD + tomli_w.dumps(plain))
+
+
+def write_measured(file: Path, fold: MeasuredFold) -> None:
+    """Write `observed/N.json`."""
+    write_json(file, fold.model_dump())
+
+
+def write_corrected(made: Result, correction: Correction, path: Path) -> None:
+    """Write the folder of a corrected fold, from which robot plans are made.
+
+    Files of an earlier correction are removed first, so that an interrupted call leaves no mixture.
+
+    Raises:
+        InputError: If the folder has another fold, or cannot be written.
+    """
+    if (path / RESULT).exists() and not (path / CORRECTION).exists():
+        raise InputError(f"{path}: contains a fold that is not a corrected one; choose another folder")
+    write_json(path / CORRECTION, correction.describe())
+    for name in LEARNED:
+        (path / name).unlink(missing_ok=True)
+    made.save(path)

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_json, read_toml, validated
 from tatamu.base.records import OpenRecord, Record
+from tatamu.folding.fold import Fold
 from tatamu.folding.marks import MARKS
 from tatamu.simulation.material import Number
 
 RULER = 0.0015
 """Standard deviation of a number that was read from a ruler [m]."""
-FARTHEST = 2.0
-"""Largest deviation that is accepted as a measurement [m]. A larger number probably has a wrong unit."""
+MAX_LENGTH = 2.0
+"""Largest deviation in a file [m]."""
 PLACES = ("left", "right", "slip")
-"""Places that a person measures. Each has two numbers: along the fold and across it."""
+"""What a person measures, each along the fold and across it."""
 RULER_SOURCE = "ruler"
 
 Side = Literal["left", "right"]
-Millimetres = Annotated[Number, Field(ge=-1e3 * FARTHEST, le=1e3 * FARTHEST)]
 
 
 class MeasuredNumber(OpenRecord):
@@ -31,9 +33,9 @@ class MeasuredNumber(OpenRecord):
 
     name: str
     """Name of the number, from `folding.marks.MARKS`."""
-    value: Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
+    value: Annotated[Number, Field(ge=-MAX_LENGTH, le=MAX_LENGTH)]
     """Deviation from the target [m]."""
-    deviation: Annotated[Number, Field(gt=0.0, le=FARTHEST)]
+    deviation: Annotated[Number, Field(gt=0.0, le=MAX_LENGTH)]
     """Standard deviation of the measurement [m]."""
 
     @model_validator(mode="after")
@@ -43,8 +45,8 @@ class MeasuredNumber(OpenRecord):
         return self
 
 
-class Observation(OpenRecord):
-    """The contents of the file `observed/N.json`: the measurement of one real fold."""
+class MeasuredFold(OpenRecord):
+    """The contents of `observed/N.json`: where one real fold ended."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"turned_in"})
 
@@ -58,7 +60,7 @@ class Observation(OpenRecord):
     """Corners of the hem that are turned in. They are not measured."""
 
     @model_validator(mode="after")
-    def _check(self) -> Observation:
+    def _check(self) -> MeasuredFold:
         names = [number.name for number in self.measured]
         if len(set(names)) < len(names):
             raise ValueError("measured must name each number once")
@@ -70,7 +72,7 @@ class Observation(OpenRecord):
         return self
 
     @classmethod
-    def load(cls, path: Path) -> Observation:
+    def load(cls, path: Path) -> MeasuredFold:
         """Read `observed/N.json`.
 
         Raises:
@@ -82,11 +84,11 @@ class Observation(OpenRecord):
 class Template(Record):
     """The form that a person fills in, as TOML. Lengths are in millimetres."""
 
-    left: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
+    left: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
     """Deviation of the left corner of the moved hem, along the fold and across it [mm]."""
-    right: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
+    right: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
     """Deviation of the right corner of the moved hem, along the fold and across it [mm]."""
-    slip: Annotated[list[Millimetres], Field(min_length=2, max_length=2)] | None = None
+    slip: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
     """Displacement of the lower hem, along the fold and across it [mm]."""
     deviation: Annotated[Number, Field(gt=0.0, le=100.0)] = 1e3 * RULER
     """Standard deviation of each measured number [mm]."""
@@ -110,44 +112,61 @@ failed = false         # true if nothing can be measured
 """The form that `tatamu observe --template` writes."""
 
 
-def read_template(path: Path) -> Observation:
-    """Read a form that was filled in.
+def read_template(path: Path, size: float) -> MeasuredFold:
+    """Read a form that was filled in, for a cloth of a size [m].
 
     Raises:
         InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
     """
     form = validated(Template, read_toml(path), path)
-    given = {place: getattr(form, place) for place in PLACES}
-    pairs = {place: (1e-3 * pair[0], 1e-3 * pair[1]) for place, pair in given.items() if pair is not None}
+    given = {place: pair for place in PLACES if (pair := getattr(form, place)) is not None}
     try:
-        return ruler(pairs, deviation=1e-3 * form.deviation, failed=form.failed, turned_in=form.turned_in)
+        return ruler(given, size, unit="mm", deviation=form.deviation, failed=form.failed, turned_in=form.turned_in)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
+def size_of(fold: Fold) -> float:
+    """Return the largest extent of the flat cloth [m]. Larger measured numbers probably have a wrong unit."""
+    return float(np.ptp(fold.start[:, :2], axis=0).max())
+
+
 def ruler(
     pairs: Mapping[str, Sequence[float]],
+    size: float,
     *,
-    deviation: float = RULER,
+    label: str = "{}",
+    unit: Literal["m", "mm"] = "m",
+    deviation: float | None = None,
     failed: bool = False,
     turned_in: Sequence[str] = (),
-) -> Observation:
-    """Return the observation of a fold that a person measured with a ruler.
+) -> MeasuredFold:
+    """Return the fold that a person measured with a ruler.
 
     Args:
-        pairs: For each name in `PLACES`, the deviations along the fold and across it [m].
-        deviation: Standard deviation of each number [m].
+        pairs: For each name in `PLACES`, the deviations along the fold and across it, in `unit`.
+        size: Size of the cloth [m], see `size_of`.
+        label: How messages name a place, as a format such as "--{}".
+        unit: Unit of all numbers.
+        deviation: Standard deviation of each number, in `unit`; None for 1.5 mm.
         failed: Whether the fold failed.
         turned_in: Corners of the hem that are turned in.
 
     Raises:
         InputError: If a number is out of range, or a fold did not fail and has no measured number.
     """
+    scale = 1.0 if unit == "m" else 1e-3
+    error = RULER if deviation is None else scale * deviation
+    if not 0.0 < error <= MAX_LENGTH:
+        raise InputError(f"{label.format('deviation')}: must be above 0 {unit}, given {deviation}")
     for place, pair in pairs.items():
-        if len(pair) != 2:
-            raise InputError(f"{place}: must be two numbers, along the fold and across it, given {len(pair)}")
+        if len(pair) != 2 or not all(isinstance(value, Real) and scale * abs(value) <= size for value in pair):
+            raise InputError(
+                f"{label.format(place)}: must be two numbers from {-size / scale:.3g} to {size / scale:.3g} {unit} "
+                f"(the size of the cloth), along the fold and across it, given {', '.join(map(str, pair))}"
+            )
     numbers = {
-        f"{place}_{axis}": (value, deviation)
+        f"{place}_{axis}": (scale * value, error)
         for place, pair in pairs.items()
         for axis, value in zip(("along", "across"), pair, strict=True)
     }
@@ -156,8 +175,8 @@ def ruler(
 
 def from_numbers(
     numbers: Mapping[str, tuple[float, float]], *, source: str, failed: bool = False, turned_in: Sequence[str] = ()
-) -> Observation:
-    """Return the observation that consists of measured numbers, for example from a photograph.
+) -> MeasuredFold:
+    """Return the fold with measured numbers, for example from a photograph.
 
     Args:
         numbers: For each measured name in `folding.marks.MARKS`, the value and its standard deviation [m].
@@ -174,4 +193,4 @@ def from_numbers(
         "source": source,
         "turned_in": list(turned_in),
     }
-    return validated(Observation, plain, "observation")
+    return validated(MeasuredFold, plain, "measured")

@@ -1,4 +1,4 @@
-"""The page of an observed fold: the measurement, the inferred errors, and the expected gain of the correction."""
+"""The page of measured folds: the numbers, the inferred errors, and the expected gain of the correction."""
 
 from __future__ import annotations
 
@@ -10,13 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.after.feedback.correction import WORTH
-from tatamu.after.feedback.explained import simulated
-from tatamu.after.feedback.folder import ObservedFolder
-from tatamu.after.feedback.observe import BEYOND, Observed
+from tatamu.after.feedback.folder import FeedbackFolder
+from tatamu.after.feedback.measured import RULER_SOURCE
+from tatamu.after.feedback.observe import Feedback
+from tatamu.after.feedback.photo import draw_explained, simulated
 from tatamu.after.feedback.posterior import Fold
-from tatamu.after.feedback.texts import MARK_TITLES, deviation, learned_most, shift_text, shown, title
+from tatamu.after.feedback.texts import (
+    BEYOND,
+    MARK_TITLES,
+    NOTHING,
+    again,
+    by_gain,
+    deviation,
+    shift_text,
+    shown,
+    title,
+)
 from tatamu.base.files import write_text
+from tatamu.cameras.pictures import write_picture
+from tatamu.cameras.reading import FoldReading
 from tatamu.folding.fold import Fold as TargetFold
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
@@ -51,65 +63,69 @@ class _Cloth:
         return facing_down(self.fold.garment.vertices, self.faces)
 
 
-def write_page(observed: Observed) -> Path:
-    """Write `observed/observation.html` into the folder of the learned fold, and return its path."""
-    path = ObservedFolder(observed.learned.folder or Path()).page_file
-    write_text(path, page(observed))
-    return path
+def write_page(found: Feedback, file: Path, reading: FoldReading | None = None) -> None:
+    """Write `observed/observation.html`, and the picture of a photograph beside the file of its measured fold.
+
+    Args:
+        found: What the measured folds tell.
+        file: The file of the newest measured fold.
+        reading: What was read from its photograph; None if it was measured by a ruler.
+    """
+    if reading is not None:
+        write_picture(draw_explained(found, reading), file.with_suffix(".jpg"))
+    write_text(FeedbackFolder(found.learned.folder or Path()).page_file, page(found))
 
 
-def page(observed: Observed) -> str:
-    """Return the page of the observed folds as HTML. The same observations give the same bytes."""
-    posterior, correction = observed.posterior, observed.correction
+def page(found: Feedback) -> str:
+    """Return the page of the measured folds as HTML. The same folds give the same bytes."""
+    posterior, correction = found.posterior, found.correction
     return render(
         "after/feedback/page.html",
         charts={
-            "told": [Chart("What is the same in every fold", _told(observed), kind="tall broad")],
-            "gain": [Chart("The next fold", _gain(observed))],
+            "told": [Chart("What is the same in every fold", _told(found), kind="tall broad")],
+            "gain": [Chart("The next fold", _gain(found))],
         },
-        title=fold_title(observed.learned),
-        observed=observed,
+        title=fold_title(found.learned),
+        found=found,
         posterior=posterior,
         correction=correction,
-        worth=f"{1e3 * WORTH:.1f}",
+        nothing=NOTHING,
+        again=again(found) if posterior.used else None,
         tone="fair" if correction.is_none else "near-perfect",
-        headline=_headline(observed),
-        warnings=[f"Observed fold {number} is {BEYOND}." for number in observed.implausible],
-        views=_views(observed),
-        photos=_photos(observed),
-        folds=[(number, _rows(observed, fold)) for number, fold in enumerate(observed.folds, start=1)],
+        headline=_headline(found),
+        warnings=[f"Measured fold {number} is {BEYOND}." for number in found.implausible],
+        views=_views(found),
+        photos=_photos(found),
+        folds=[(number, _rows(found, fold)) for number, fold in enumerate(found.folds, start=1)],
         told=[
             (title(name), deviation(name, before), deviation(name, after), shown(name, mean))
-            for name, mean, before, after in learned_most(observed)
+            for name, mean, before, after in by_gain(found)
         ],
         alike=[(title(each.one), title(each.other), f"{each.correlation:+.2f}") for each in posterior.alike()],
-        untold=[title(name) for name in posterior.untold()],
+        undetermined=[title(name) for name in posterior.undetermined()],
         hands=[(hand, shift_text(shift)) for hand, shift in zip(HANDS, correction.shifts, strict=False)],
-        expected=_expected(observed),
+        expected=_expected(found),
     )
 
 
-def _headline(observed: Observed) -> str:
-    correction = observed.correction
+def _headline(found: Feedback) -> str:
+    correction = found.correction
     if correction.is_none:
         return "nothing to correct"
     before, after = (1e3 * each.distance for each in (correction.before, correction.after))
     return f"{before:.1f} mm expected, {after:.1f} mm after the correction"
 
 
-def _predicted(observed: Observed, fold: Fold) -> np.ndarray:
-    """Return the m marks (measured lengths) that the inferred errors predict for an observed fold [m], shape (m,)."""
-    return fold.emulator.marks(observed.posterior.mean + fold.correction)
+def _predicted(found: Feedback, fold: Fold) -> np.ndarray:
+    """Return the marks that the inferred errors predict for a measured fold [m], shape (m,)."""
+    return fold.emulator.marks(found.posterior.mean + fold.correction)
 
 
-def _rows(observed: Observed, fold: Fold) -> list[tuple[str, list[str]]]:
-    """Return a table row for each mark (measured length) of an observed fold.
-
-    A row has the measured value, its standard deviation, and the expected value before and after all observations.
-    """
-    measured = {number.name: number for number in fold.observation.measured}
-    prior = fold.emulator.marks(observed.posterior.prior.mean + fold.correction)
-    known = _predicted(observed, fold)
+def _rows(found: Feedback, fold: Fold) -> list[tuple[str, list[str]]]:
+    """Return a row for each mark: measured value, deviation, and the values expected before and after inference."""
+    measured = {number.name: number for number in fold.measured.measured}
+    prior = fold.emulator.marks(found.posterior.prior.mean + fold.correction)
+    known = _predicted(found, fold)
     rows = []
     for place, name in enumerate(MARKS):
         number = measured.get(name)
@@ -118,9 +134,9 @@ def _rows(observed: Observed, fold: Fold) -> list[tuple[str, list[str]]]:
     return rows
 
 
-def _expected(observed: Observed) -> list[tuple[str, list[str]]]:
+def _expected(found: Feedback) -> list[tuple[str, list[str]]]:
     """Return table rows for the expected outcome of the next fold, without and with the correction."""
-    both = (observed.correction.before, observed.correction.after)
+    both = (found.correction.before, found.correction.after)
     rows = [
         (
             MARK_TITLES[name],
@@ -142,13 +158,9 @@ def _mm(value: float) -> str:
     return f"{1e3 * value:+.1f} mm".replace("-", "−")
 
 
-def _told(observed: Observed) -> Plot:
-    """Return a chart of each error of the set-up before and after the observations.
-
-    The points are means, and the bars are standard deviations. Both are divided by the standard deviation before the
-    observations.
-    """
-    rows = learned_most(observed)[::-1]
+def _told(found: Feedback) -> Plot:
+    """Return a chart of means and standard deviations, both divided by the standard deviation before."""
+    rows = by_gain(found)[::-1]
     names = [title(name) for name, *_ in rows]
     means = [mean / before for _, mean, before, _ in rows]
     spread = [after / before for *_, before, after in rows]
@@ -184,15 +196,15 @@ def _points(
     }
 
 
-def _gain(observed: Observed) -> Plot:
+def _gain(found: Feedback) -> Plot:
     """Return histograms of the mean vertex distance of the next fold, without and with the correction."""
-    posterior, correction = observed.posterior, observed.correction
-    emulator = observed.emulator
+    posterior, correction = found.posterior, found.correction
+    emulator = found.emulator
     nothing = np.zeros(len(posterior.names))
     cases = (("without correction", nothing, "@line"), ("with it", correction.change, "@plot"))
     limit = 1e3 * Limits().mean_vertex_distance
-    found = [1e3 * emulator.distances(posterior.ends(emulator, change)) for _, change, _ in cases]
-    most = float(min(max(np.quantile(each, 0.995) for each in found), 6.0 * limit))
+    drawn = [1e3 * emulator.distances(posterior.ends(emulator, change)) for _, change, _ in cases]
+    most = float(min(max(np.quantile(each, 0.995) for each in drawn), 6.0 * limit))
     bins = {"start": 0.0, "end": most, "size": max(0.5, round(most / 30.0, 1))}
     data = [
         {
@@ -203,28 +215,26 @@ def _gain(observed: Observed) -> Plot:
             "opacity": 0.7,
             "marker": {"color": colour},
         }
-        for (name, _, colour), values in zip(cases, found, strict=True)
+        for (name, _, colour), values in zip(cases, drawn, strict=True)
     ]
     return traces(
         data,
         barmode="overlay",
         xaxis=axis("mean vertex distance [mm]", range=[0.0, most]),
-        yaxis=axis("members"),
+        yaxis=axis("next folds"),
         shapes=[line("x", limit, colour="@failed", dash="dash")],
     )
 
 
-def _views(observed: Observed) -> list[TopView]:
+def _views(found: Feedback) -> list[TopView]:
     """Return views of the folded cloth from above: with the inferred errors, and as expected after the correction."""
-    if not observed.posterior.used:
+    if not found.posterior.used:
         return []
-    corrections = [
-        ("As explained", "the cloth after the last observed fold", observed.folds[observed.newest].correction)
-    ]
-    if not observed.correction.is_none:
-        corrections.append(("Next", "the cloth as expected after the correction", observed.correction.change))
-    cloth = _Cloth(observed.draws.mesh.evaluator.task.fold)
-    ends = [(name, note, simulated(observed, change)) for name, note, change in corrections]
+    corrections = [("As explained", "the cloth after the last measured fold", found.folds[found.newest].correction)]
+    if not found.correction.is_none:
+        corrections.append(("Next", "the cloth as expected after the correction", found.correction.change))
+    cloth = _Cloth(found.draws.mesh.evaluator.task.fold)
+    ends = [(name, note, simulated(found, change)) for name, note, change in corrections]
     finals = [(name, note, final) for name, note, final in ends if final is not None]
     area = extent(cloth.fold.target, *(final for *_, final in finals), wide=WIDE)
     wanted = mask(cloth, cloth.fold.target, area)
@@ -237,9 +247,8 @@ def _views(observed: Observed) -> list[TopView]:
         return list(workers.map(picture, finals))
 
 
-def _photos(observed: Observed) -> dict[int, str]:
-    """Return the saved photographs as data URIs for the page, by the number of the observed fold, counted from 1."""
-    if observed.learned.folder is None:
-        return {}
-    files = enumerate(ObservedFolder(observed.learned.folder).photos(), start=1)
-    return {number: jpeg_uri(file) for number, file in files if file.exists()}
+def _photos(found: Feedback) -> dict[int, str]:
+    """Return the saved photographs as data URIs, by the place of the measured fold, counted from 1."""
+    pairs = enumerate(zip(found.files, found.folds, strict=False), start=1)
+    files = {n: file.with_suffix(".jpg") for n, (file, fold) in pairs if fold.measured.source != RULER_SOURCE}
+    return {place: jpeg_uri(file) for place, file in files.items() if file.exists()}

@@ -1,7 +1,4 @@
-"""Observation of a fold by a photograph.
-
-It gives the same numbers as a ruler, with the deviations of the photograph.
-"""
+"""A fold that is measured by a photograph, and the photograph with what was inferred drawn over it."""
 
 from __future__ import annotations
 
@@ -10,17 +7,22 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
-from tatamu.after.feedback.measured import Observation, from_numbers
-from tatamu.base.errors import InputError
+from tatamu.after.feedback.measured import MeasuredFold, from_numbers
+from tatamu.after.feedback.observe import Feedback
+from tatamu.base.errors import InputError, SimulationError
 from tatamu.base.files import MIB, read_bytes
 from tatamu.cameras.locate import locate
+from tatamu.cameras.pictures import draw_reading
 from tatamu.cameras.pose import Pose
 from tatamu.cameras.reading import FoldReading, view_fold
+from tatamu.cameras.shape import silhouette
+from tatamu.evaluation.disturbances import World
 from tatamu.study.result import Result
 
-LARGEST = 256 * MIB
-"""Largest size of a photograph's file [bytes]."""
+MAX_SIZE = 256 * MIB
+"""Maximum size of a photograph's file [bytes]."""
 
 
 def read_photo(
@@ -34,8 +36,8 @@ def read_photo(
     corners: Mapping[str, np.ndarray] | None = None,
     failed: bool = False,
     turned_in: Sequence[str] = (),
-) -> tuple[Observation, FoldReading]:
-    """Return the observation of a real fold from a photograph, and the reading with its picture.
+) -> tuple[MeasuredFold, FoldReading]:
+    """Return a measured fold from a photograph, and the reading with its picture.
 
     Args:
         learned: The learned fold that was carried out.
@@ -59,5 +61,29 @@ def read_photo(
     assert place is not None, "one of them is given"
     reading = view_fold(photo, scale, place, learned, lens=lens, corners=corners)
     seen = {name: pair for name, pair in reading.values.items() if not name.startswith(tuple(turned_in) or ("-",))}
-    source = f"sha256:{sha256(read_bytes(photo, LARGEST)).hexdigest()}"
+    source = f"sha256:{sha256(read_bytes(photo, MAX_SIZE)).hexdigest()}"
     return from_numbers(seen, source=source, failed=failed, turned_in=turned_in), reading
+
+
+def simulated(found: Feedback, correction: np.ndarray) -> np.ndarray | None:
+    """Return the vertices after a fold with the inferred errors and a correction [m]; None if the simulation fails.
+
+    `correction` is a change of the disturbances, shape (k,).
+    """
+    posterior, mesh = found.posterior, found.draws.mesh
+    values = (posterior.mean + correction).tolist()
+    world = World(dict(zip(posterior.names, values, strict=True)))
+    try:
+        rollout = mesh.evaluator.in_world(mesh.parameters, world).rollout
+    except SimulationError:
+        return None
+    return None if rollout is None else rollout.positions[-1]
+
+
+def draw_explained(found: Feedback, reading: FoldReading) -> Image.Image:
+    """Return the photograph of the newest fold with the outline that was read and the one with the inferred errors."""
+    final = simulated(found, found.folds[found.newest].correction) if found.posterior.used else None
+    if final is None:
+        return draw_reading(reading)
+    faces = found.draws.mesh.evaluator.task.fold.garment.faces
+    return draw_reading(reading, np.array(silhouette(reading.pixels_of(final), faces).exterior.coords))

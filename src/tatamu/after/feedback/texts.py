@@ -1,132 +1,118 @@
-"""Texts on an observed fold, for the terminal and the page."""
+"""Texts on measured folds, for the terminal and the page."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
-from tatamu.after.feedback.corrected import CorrectionRecord, End, kept
-from tatamu.after.feedback.correction import WORTH
-from tatamu.after.feedback.folder import ObservedFolder
-from tatamu.after.feedback.observe import BEYOND, Observed
-from tatamu.after.margins.texts import SHOWN, TITLES, amount
+import numpy as np
+
+from tatamu.after.feedback.correction import MIN_SHIFT, Correction, Expected
+from tatamu.after.feedback.observe import Feedback
+from tatamu.after.margins.texts import TITLES, amount
 from tatamu.evaluation.disturbances import CHANNELS
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.shift import HandShift
 from tatamu.study.result import Result
 
-MARK_TITLES = dict(
-    zip(
-        MARKS,
-        (
-            "left corner, along",
-            "left corner, across",
-            "right corner, along",
-            "right corner, across",
-            "lower hem, along",
-            "lower hem, across",
-        ),
-        strict=True,
-    )
-)
-"""Descriptions of the marks, which are lengths that are measured after a fold."""
+MARK_TITLES = {
+    "left_along": "left corner, along",
+    "left_across": "left corner, across",
+    "right_along": "right corner, along",
+    "right_across": "right corner, across",
+    "slip_along": "lower hem, along",
+    "slip_across": "lower hem, across",
+}
 UNITS = {channel.name: channel.unit for channel in CHANNELS}
-NAMED = 4
-"""Largest number of disturbances that the terminal lists."""
+LISTED = 4
+"""Maximum number of disturbances that the terminal lists."""
+BEYOND = "too far from all simulated scenarios, so it is left out: check the grasp and the numbers, and measure again"
+NOTHING = f"nothing to correct: no expected error moves a hand by {1e3 * MIN_SHIFT:.1f} mm"
 
 
 def shown(name: str, value: float) -> str:
-    """Return the value of a disturbance as text, with its sign and unit.
-
-    The logarithm of a factor is shown as a relative change, to first order.
-    """
+    """Return the value of a disturbance with its sign and unit. A factor is shown as a relative change."""
     return amount(value, UNITS[name])
 
 
 def deviation(name: str, value: float) -> str:
-    """Return the standard deviation of a disturbance as text, with its unit."""
+    """Return the standard deviation of a disturbance with its unit."""
     return amount(value, UNITS[name]).lstrip("+")
 
 
 def title(name: str) -> str:
-    """Return a text that says what a positive value of a disturbance means."""
+    """Return what a positive value of a disturbance means."""
     return TITLES.get(name, name)
 
 
-def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
-    """Return the name, mean, and standard deviations before and after observations of the inferred disturbances.
-
-    The disturbance whose standard deviation was reduced by the largest factor comes first.
-    """
-    posterior = observed.posterior
-    means = dict(zip(posterior.names, posterior.mean, strict=True))
-    rows = [(name, float(means[name]), before, after) for name, before, after in posterior.deviations]
+def by_gain(found: Feedback) -> list[tuple[str, float, float, float]]:
+    """Return name, mean, and deviations before and after, of each systematic error; what became surest comes first."""
+    means = dict(zip(found.posterior.names, found.posterior.mean, strict=True))
+    rows = [(name, float(means[name]), before, after) for name, before, after in found.posterior.deviations]
     return sorted(rows, key=lambda row: row[3] / row[2])
 
 
-def posterior_lines(observed: Observed) -> Iterator[str]:
-    """Yield lines of text for the terminal: the errors of the set-up that were inferred from observed folds."""
-    posterior = observed.posterior
-    count = observed.number
-    yield (
-        f"{count} observed fold{'s' if count > 1 else ''}, {observed.draws.simulated} new simulations; "
-        f"effective sample size {posterior.effective:.0f} of {len(posterior.members)}"
-    )
-    for number in observed.implausible:
-        yield f"warning: observed fold {number} is {BEYOND}"
+def again(found: Feedback) -> str | None:
+    """Return how much of what was measured last is expected to come again; None if no corner was measured."""
+    fold = found.folds[found.newest]
+    expected = fold.emulator.marks(found.posterior.mean + fold.correction)
+    measured = dict(zip([MARKS[place] for place in fold.places], fold.values, strict=True))
+    parts = []
+    for axis in ("along", "across"):
+        corners = [name for name in measured if name.endswith(axis) and not name.startswith("slip")]
+        if corners:
+            pair = (np.mean([measured[name] for name in corners]), np.mean([expected[MARKS.index(n)] for n in corners]))
+            parts.append(f"{1e3 * pair[1]:+.1f} mm of {1e3 * pair[0]:+.1f} mm {axis} the fold")
+    return f"expected again, without a change: {', '.join(parts)}; the rest is new in each fold" if parts else None
+
+
+def posterior_lines(found: Feedback) -> Iterator[str]:
+    """Yield lines for the terminal: what was inferred from measured folds."""
+    posterior, count = found.posterior, len(found.folds)
+    yield f"{count} measured fold{'s' if count > 1 else ''}, {found.draws.simulated} new simulations"
+    for place in found.implausible:
+        yield f"warning: measured fold {place} is {BEYOND}"
     if not posterior.used:
         return
-    for name, mean, before, after in learned_most(observed)[:NAMED]:
+    undetermined = posterior.undetermined()
+    determined = [row for row in by_gain(found) if row[0] not in undetermined]
+    for name, mean, before, after in determined[:LISTED]:
         yield f"{title(name)}: {shown(name, mean)}, σ {deviation(name, after)} (before {deviation(name, before)})"
-    for pair in posterior.alike()[:NAMED]:
-        yield f"cannot be told apart: {title(pair.one)}; {title(pair.other)} (correlation {pair.correlation:+.2f})"
-    untold = posterior.untold()
-    if untold:
-        yield f"not determined: {', '.join(title(name) for name in untold)}"
+    for pair in posterior.alike()[:LISTED]:
+        yield f"cannot be separated: {title(pair.one)}; {title(pair.other)} (correlation {pair.correlation:+.2f})"
+    if undetermined:
+        yield f"not determined: {', '.join(title(name) for name in undetermined)}"
+    if sentence := again(found):
+        yield sentence
 
 
-def correction_lines(record: CorrectionRecord) -> Iterator[str]:
-    """Yield lines of text: the correction of each hand, and the outcomes that are expected without and with it."""
-    before, after = record.expected["before"], record.expected["after"]
-    if not record.hands:
-        yield f"no correction is expected to bring the fold {1e3 * WORTH:.1f} mm nearer"
-        yield f"expected: {_expected(before)}"
+def correction_lines(correction: Correction) -> Iterator[str]:
+    """Yield lines: the shift of each hand, and the outcomes that are expected without and with it."""
+    if correction.is_none:
+        yield NOTHING
+        yield f"expected: {_expected(correction.before)}"
         return
-    for hand, shift in zip(HANDS, record.hands, strict=False):
+    for hand, shift in zip(HANDS, correction.shifts, strict=False):
         yield f"{hand} hand: {shift_text(shift)}"
-    yield f"expected without it: {_expected(before)}"
-    yield f"expected with it: {_expected(after)}"
+    yield f"expected without it: {_expected(correction.before)}"
+    yield f"expected with it: {_expected(correction.after)}"
 
 
-def next_lines(last: Path, found: Result) -> Iterator[str]:
-    """Yield lines of text on a fold that was learned after observed folds: its corrections and its expected outcome.
-
-    Args:
-        last: Folder of the last observed fold.
-        found: The fold learned after it.
-    """
+def next_lines(found: Result) -> Iterator[str]:
+    """Yield lines on a fold that was learned after measured folds: its correction and its expected outcome."""
     for hand, shift in zip(HANDS, found.task.shift, strict=False):
         yield f"{hand} hand, of every trial: {shift_text(shift)}"
-    record = kept(ObservedFolder.of(last))
-    if record is not None:
-        yield f"expected of {last}: {_expected(record.expected['before'])}"
     if found.held is not None:
         spread = found.held.mean_vertex_distance
-        median, most = 1e3 * spread.median, 1e3 * spread.q90
-        yield f"expected of this fold: median distance {median:.1f} mm (90 % within {most:.1f} mm)"
+        yield f"expected: median distance {1e3 * spread.median:.1f} mm (90 % within {1e3 * spread.q90:.1f} mm)"
 
 
 def shift_text(shift: HandShift) -> str:
-    """Return a hand's correction as text: the shifts of its grasp and its release, and its change of height [mm]."""
+    """Return the shifts of a hand's grasp and release, and its change of height [mm]."""
     grasp, release = (f"{1e3 * along:+.1f}, {1e3 * across:+.1f}" for along, across in (shift.grasp, shift.release))
     return f"grasp {grasp} mm, release {release} mm (along, across), height {1e3 * shift.height:+.1f} mm"
 
 
-def _expected(end: End) -> str:
-    low, high = end.interval
-    distance = 1e3 * end.mean_vertex_distance
-    return f"mean distance {distance:.1f} mm (90 % interval {1e3 * low:.1f} to {1e3 * high:.1f} mm)"
-
-
-__all__ = ["MARK_TITLES", "SHOWN", "correction_lines", "next_lines", "posterior_lines", "shift_text", "shown", "title"]
+def _expected(end: Expected) -> str:
+    low, high = (1e3 * value for value in end.distance_interval)
+    return f"mean distance {1e3 * end.distance:.1f} mm (90 % interval {low:.1f} to {high:.1f} mm)"
