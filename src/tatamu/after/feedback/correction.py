@@ -115,12 +115,7 @@ def corrected(learned: Result, correction: Correction, disturbances: Disturbance
     """Return a learned fold with a correction.
 
     The corrected real fold should end like the learned one, whose rollout is kept. The scene has the corrected hands
-    with their expected errors.
-
-    Args:
-        learned: The fold as it was learned.
-        correction: The correction.
-        disturbances: The posterior.
+    with their expected errors. `disturbances` is the posterior.
     """
     task = replace(learned.task, shift=added(learned.task.shift, correction.shifts))
     manipulation = task.manipulation(learned.best.parameters)
@@ -152,12 +147,7 @@ def added(one: Sequence[HandShift], other: Sequence[HandShift]) -> tuple[HandShi
 
 
 def as_disturbances(shifts: Sequence[HandShift], less: Sequence[HandShift]) -> dict[str, float]:
-    """Return the change of disturbances, by their names, that has the effect of shifts of hands.
-
-    Args:
-        shifts: Shift of each hand, left before right; empty for none.
-        less: Shifts that the learned fold already has.
-    """
+    """Return the change of disturbances, by their names, that has the effect of shifts minus other shifts."""
     hands = [_numbers(shifts, number) - _numbers(less, number) for number in range(max(len(shifts), len(less)))]
     if not hands:
         return {}

@@ -47,15 +47,7 @@ def draw(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Draws:
-    """Simulate a fold in scenarios. Simulations that were saved are not repeated.
-
-    Args:
-        learned: The fold.
-        disturbances: Disturbances of the set-up before any fold was measured.
-        out: Folder in which simulations are saved; None if they are not saved.
-        executor: Executor of the simulations; None for threads on all processors.
-        progress: Function that is called after every simulation.
-    """
+    """Simulate a fold in scenarios. Those in the folder `out` are not repeated, and new ones are saved there."""
     task = replace(learned.task, reach=None)
     fine = FoldOnMesh(Nominal(task), learned.best.parameters)
     coarse = coarser_fold(fine) or fine

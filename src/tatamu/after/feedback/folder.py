@@ -69,11 +69,7 @@ class FeedbackFolder:
         return sorted(found, key=lambda path: int(path.stem))
 
     def measured(self) -> list[tuple[Path, MeasuredFold]]:
-        """Return all measured folds, each with the folder of the fold that was carried out.
-
-        Raises:
-            InputError: If a file cannot be read, or a field is wrong. The message names the file and the field.
-        """
+        """Return all measured folds, each with the folder of the fold that was carried out."""
         return [(file.parent.parent, MeasuredFold.load(file)) for file in self.files()]
 
     def next_file(self, variant: Path) -> Path:

@@ -73,29 +73,19 @@ class MeasuredFold(OpenRecord):
 
     @classmethod
     def load(cls, path: Path) -> MeasuredFold:
-        """Read `observed/N.json`.
-
-        Raises:
-            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
-        """
+        """Read `observed/N.json`."""
         return validated(cls, read_json(path), path)
 
 
 class Template(Record):
-    """The form that a person fills in, as TOML. Lengths are in millimetres."""
+    """The form that a person fills in, see `FORM`. Lengths are in millimetres."""
 
     left: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
-    """Deviation of the left corner of the moved hem, along the fold and across it [mm]."""
     right: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
-    """Deviation of the right corner of the moved hem, along the fold and across it [mm]."""
     slip: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
-    """Displacement of the lower hem, along the fold and across it [mm]."""
     deviation: Annotated[Number, Field(gt=0.0, le=100.0)] = 1e3 * RULER
-    """Standard deviation of each measured number [mm]."""
     turned_in: list[Side] = Field(default_factory=list)
-    """Corners of the hem that are turned in."""
     failed: Annotated[bool, Field(strict=True)] = False
-    """Whether the fold failed."""
 
 
 FORM = """# After the fold: where did it end? Lengths in millimetres; delete what you did not measure.
@@ -113,11 +103,7 @@ failed = false         # true if nothing can be measured
 
 
 def read_template(path: Path, size: float) -> MeasuredFold:
-    """Read a form that was filled in, for a cloth of a size [m].
-
-    Raises:
-        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
-    """
+    """Read a form that was filled in, for a cloth of a size [m]."""
     form = validated(Template, read_toml(path), path)
     given = {place: pair for place in PLACES if (pair := getattr(form, place)) is not None}
     try:
@@ -153,7 +139,7 @@ def ruler(
         turned_in: Corners of the hem that are turned in.
 
     Raises:
-        InputError: If a number is out of range, or a fold did not fail and has no measured number.
+        InputError: If a number is out of range, or none is given although the fold did not fail.
     """
     scale = 1.0 if unit == "m" else 1e-3
     error = RULER if deviation is None else scale * deviation
@@ -183,9 +169,6 @@ def from_numbers(
         source: "ruler", or the digest of the photograph.
         failed: Whether the fold failed.
         turned_in: Corners of the hem that are turned in.
-
-    Raises:
-        InputError: If a name is unknown, or a number is out of range.
     """
     plain: dict[str, Any] = {
         "measured": [{"name": name, "value": v, "deviation": d} for name, (v, d) in numbers.items()],

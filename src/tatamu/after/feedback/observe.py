@@ -128,11 +128,7 @@ def feedback_of(
 ) -> Feedback:
     """Return what the measured folds in a folder tell. Missing scenarios are simulated.
 
-    Args:
-        base: The fold as it was learned, without a correction.
-        folder: Folder of the fold; None if the fold is only in memory.
-        executor: Executor of the simulations; None for threads on all processors.
-        progress: Function that is called after every simulation.
+    `base` is the fold as it was learned; `folder` is None if it is only in memory.
     """
     disturbances = disturbances_of(base)
     draws = draw(

@@ -49,7 +49,7 @@ def read_photo(
         lens: File of the camera's lens; None if it is not known.
         corners: Pixels of corners by their names, shape (2,). They replace the corners that were found.
         failed: Whether the fold failed.
-        turned_in: Corners of the hem that are turned in. Their values are dropped.
+        turned_in: Corners of the hem that are turned in.
 
     Raises:
         InputError: If a file or a corner is wrong, or no corner of the hem is visible.

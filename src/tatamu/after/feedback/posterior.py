@@ -156,10 +156,6 @@ class Posterior:
 def posterior(disturbances: Disturbances, folds: Sequence[Fold]) -> Posterior:
     """Return the posterior of a set-up's systematic errors. Implausible folds are left out.
 
-    Args:
-        disturbances: The disturbances before any fold was measured.
-        folds: All measured folds.
-
     Raises:
         InputError: If no disturbance has a systematic part.
     """
