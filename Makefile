@@ -4,6 +4,7 @@ PYTHON312 ?= python3.12
 VENV ?= .venv
 BIN = $(VENV)/bin
 CONSTRAINTS ?= --constraint constraints.txt
+PIP = $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check $(CONSTRAINTS)
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
@@ -160,15 +161,18 @@ paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, 
 	$(BIN)/python -m studies.paper --out runs/paper
 	$(BIN)/python -m studies.paper.numbers --run runs/paper --write-docs
 
-$(READY): pyproject.toml constraints.txt
+$(VENV):
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[learn]'
+
+$(READY): pyproject.toml constraints.txt | $(VENV)
+	$(PIP) numba scipy pydantic
+	PYTHONPATH=src $(BIN)/python -c "from tatamu.simulation import native; native.prepare()" & \
+	  $(PIP) --editable '.[learn]' && wait
 	touch $(READY)
 
-$(DEV): $(READY)
-	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[dev]'
-	touch $(DEV)
+$(DEV): pyproject.toml constraints.txt | $(VENV)
+	$(PIP) --editable '.[dev]'
+	touch $(READY) $(DEV)
 
 clean:
 	rm -rf $(VENV) .venv-newton .venv-lerobot .pytest_cache .mypy_cache .ruff_cache build

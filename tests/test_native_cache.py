@@ -8,13 +8,20 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from numba import typeof
+from numba import njit, typeof, types
 
 import tatamu.simulation.native
-from tatamu.simulation.native import compiled, precompile
+from tatamu.simulation.native import among_bodies, compiled, precompile
+from tatamu.simulation.native.addresses import Addresses
+from tatamu.simulation.native.compiled import compilation, expect, types_taken
+from tatamu.simulation.native.contact import broad_phase
+from tatamu.simulation.native.kernels import Features, arguments, kernels
 from tatamu.simulation.native.memory.kernel_cache import NATIVE, forget_stale_kernels
-from tatamu.simulation.native.precompile import Unsearched, calls, compile_but_search, compiling_beside, smallest_scene
+from tatamu.simulation.native.precompile import compile_beside, smallest_scene
+from tatamu.simulation.native.simulation import Simulation
 from tatamu.simulation.native.simulator import load_kernels
+from tatamu.simulation.native.step import advance
+from tatamu.simulation.native.system import Span
 
 
 @pytest.fixture
@@ -57,30 +64,56 @@ def test_the_folder_that_is_looked_at_is_that_of_the_simulator() -> None:
     assert {"contact", "elastic", "memory"} <= {file.parent.name for file in NATIVE.rglob("*.py")}
 
 
-def test_what_a_second_process_compiles_is_what_time_stepping_calls() -> None:
-    """Another signature would be compiled in vain, and would lie on disk beside the one that is called.
+EVERYTHING = Features(friction=True, wrinkles=True, air=True, bodies=True)
 
-    What lies on disk is looked at, not what this process compiled: where two begin without kernels, both compile some.
-    Tests that compile kernels for double precision, as time stepping does not, do not count.
-    """
-    load_kernels()
-    compile_but_search()
-    for kernel, arguments in calls(Unsearched(smallest_scene()).system):
-        kept = {signature for signature, *_ in kernel._cache._cache_file._load_index()}
-        others = [each for each in kept - {tuple(map(typeof, arguments))} if "float32" in str(each)]
-        assert not others, f"time stepping calls {kernel.__name__} with other types"
+
+@pytest.mark.slow
+def test_kernels_are_compiled_for_the_types_with_which_the_time_steps_call_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Code at an address reads its arguments without a test of their types."""
+    called = set()
+
+    def taken(given: Any) -> tuple[Any, ...]:
+        called.add(tuple(map(types.unliteral, given)))
+        return types_taken(given)
+
+    monkeypatch.setattr(compiled, "types_taken", taken)
+    simulation = Simulation(smallest_scene())
+    system = simulation.system
+    contact = (system.mesh, system.contact, system.options, system.kernels)
+    callers = {
+        advance: (system, simulation._grippers.hands(), simulation._latest, Span(0, 0, 1)),
+        broad_phase.refresh: (system.state.positions, *contact),
+        broad_phase.search: (system.state.positions.x, *contact),
+        among_bodies.meet: (system, 0, 0, 0),
+    }
+    for caller, given in callers.items():
+        njit(error_model="numpy")(caller.py_func).compile(tuple(map(typeof, given)))
+    assert called == {tuple(map(typeof, given)) for given in arguments(system).values()}
+
+
+@pytest.mark.parametrize("feature", [None, *Features._fields])
+def test_a_scene_needs_the_kernels_of_its_features_alone(feature: str | None) -> None:
+    plain = set(kernels(Features(False, False, False, False)).values())
+    needed = kernels(Features(*(name == feature for name in Features._fields)))
+    assert (set(needed.values()) == plain) == (feature is None)
+    assert not set(kernels(EVERYTHING)) - set(Addresses._fields)
 
 
 def test_there_is_no_second_process_where_kernels_are_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     load_kernels()
+    monkeypatch.setattr(precompile, "_loaded", set())
     monkeypatch.setattr(subprocess, "Popen", None)
-    with compiling_beside():
-        pass
+    load_kernels()
 
 
-def test_a_second_process_that_fails_is_made_up_for_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_second_process_that_fails_is_made_up_for_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    load_kernels()
     monkeypatch.setattr(precompile, "COMMAND", "raise SystemExit(1)")
     monkeypatch.setattr(precompile, "processors", lambda: 2)
+    monkeypatch.setattr(precompile, "is_on_disk", lambda kernel: False)
+    monkeypatch.setattr(precompile, "_loaded", set())
     begun = []
 
     class Noted(subprocess.Popen[bytes]):
@@ -89,21 +122,33 @@ def test_a_second_process_that_fails_is_made_up_for_here(monkeypatch: pytest.Mon
             begun.append(self)
 
     monkeypatch.setattr(subprocess, "Popen", Noted)
-    with compiling_beside(str(tmp_path)):
-        pass
-    assert [process.returncode for process in begun] == [1]
+    load_kernels()
+    assert len(begun) == 1 and begun[0].returncode is not None
+
+
+def test_the_share_of_another_process_is_all_kernels_in_another_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    share: list[Any] = []
+    monkeypatch.setattr(precompile, "address_of", lambda kernel, arguments: share.append(kernel))
+    shares = []
+    for number in range(3):
+        share.clear()
+        compile_beside(*EVERYTHING, number, 3)
+        shares.append(list(share))
+    needed = list(kernels(EVERYTHING).values())
+    assert shares[0] == needed[::-1]
+    assert [set(each) for each in shares] == 3 * [set(needed)] and len({each[0] for each in shares}) == 3
 
 
 def test_what_is_told_of_compiling_counts_what_is_on_disk_and_only_where_this_process_compiles(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     load_kernels()
-    total = len(compiled._KERNELS)
-    monkeypatch.setattr(compiled, "_KERNELS", [fake(each, misses=1) for each in compiled._KERNELS])
-    assert compiled.compilation()[1] == total
-    assert compiled.compilation()[0] > 0.9 * total, "all but those that untangle layers, which two triangles do not"
-    monkeypatch.setattr(compiled, "_KERNELS", [fake(each, misses=0) for each in compiled._KERNELS])
-    assert compiled.compilation() == (0, total)
+    needed = [advance, *kernels(Features(False, False, False, False)).values()]
+    expect([fake(each, misses=1) for each in needed])
+    done, total = compilation()
+    assert done == total > 50
+    monkeypatch.setattr(compiled, "_EXPECTED", [fake(each, misses=0) for each in needed])
+    assert compilation() == (0, len(needed))
 
 
 def fake(kernel: Any, misses: int) -> Any:

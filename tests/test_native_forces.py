@@ -73,7 +73,8 @@ class Elastic:
         F, scratch = np.zeros_like(X), np.zeros(9 * BLOCK)
         compression, crowding = self.material.compression, OPTIONS.crowding_strain
         double = membrane.in_bands(self.triangles, self.S, self.L2, self.R, compression, crowding, np.float64)
-        membrane.add_force(X, F, double, scratch)
+        add_force = membrane.add_force_of_wrinkled if double.relaxed.size else membrane.add_force
+        add_force(X, F, double, scratch)
         return self._gathered(F, self.triangles)
 
     def membrane_energy(self, x: np.ndarray) -> float:

@@ -34,7 +34,9 @@ class Rubbing(Elastic):
     def force(self, x: np.ndarray) -> np.ndarray:
         X = self._slotted(x, self.hinges)
         F = np.zeros_like(X)
-        bending.add_force(X, F, self.bent, self.measures)
+        has_friction = self.bent.friction.area.size > 0
+        add_force = bending.add_force_with_friction if has_friction else bending.add_force
+        add_force(X, F, self.bent, self.measures)
         return self._gathered(F, self.hinges)
 
     def work(self, shapes: list[np.ndarray]) -> float:

@@ -104,7 +104,7 @@ def test_edges_that_come_under_pressure_are_paired_without_another_search() -> N
     contact.counters.newly_pressed = True
     contact.motion.searched_at[:] = positions.x + np.array([0.001, 0.0, 0.0])  # a mark that a search would overwrite
     options = simulation.system.options
-    broad_phase.refresh(positions, simulation.mesh, contact, options)
+    broad_phase.refresh(positions, simulation.mesh, contact, options, simulation.system.kernels)
     assert contact.counters.pairs > borders > 0 and not contact.counters.newly_pressed
     assert (contact.motion.searched_at != positions.x).any()
     pairs = {

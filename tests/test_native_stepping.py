@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,21 @@ def test_a_run_ends_with_its_scene_and_says_so() -> None:
     other = Simulation(made)
     other.advance(100.0)
     assert other.done and other.number == simulation.number
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+def test_a_copy_goes_on_as_the_original_and_leaves_it_alone(copied: Callable[[Simulation], Simulation]) -> None:
+    simulation = Simulation(led())
+    targets = [HandTarget(displacement=(0.01, 0.0, 0.02), closed=True), None]
+    simulation.advance(0.2, hands=targets)
+    before = simulation.positions.tobytes()
+    other = copied(simulation)
+    for _ in range(3):
+        other.advance(0.05, hands=[HandTarget(displacement=(0.02, 0.0, 0.02)), None])
+    assert simulation.positions.tobytes() == before
+    for _ in range(3):
+        simulation.advance(0.05, hands=[HandTarget(displacement=(0.02, 0.0, 0.02)), None])
+    assert other.positions.tobytes() == simulation.positions.tobytes() != before
 
 
 CONTINUE = """

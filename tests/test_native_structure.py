@@ -12,16 +12,16 @@ from tatamu.simulation.native.memory.kernel_cache import NATIVE
 
 NAME = "tatamu.simulation.native."
 ORDER = [
-    ["compiled", "options", "rest", "targets"],
+    ["addresses", "compiled", "options", "rest", "targets"],
     ["geometry", "memory"],
     ["elastic", "contact"],
     ["air", "led_bodies"],
     ["model"],
     ["system"],
-    ["step", "grippers"],
-    ["snapshot"],
-    ["simulation"],
+    ["among_bodies", "grippers", "initial", "step"],
+    ["kernels", "snapshot"],
     ["precompile"],
+    ["simulation"],
     ["simulator"],
 ]
 """Each room may import itself and those in lines above; those in one line know nothing of one another."""

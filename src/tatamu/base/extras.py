@@ -10,16 +10,17 @@ from tatamu.base.errors import InputError
 EXTRAS = {
     "learn": (
         *("jinja2", "markupsafe", "plotly", "PIL"),
-        *("shapely", "trimesh", "svgelements", "ezdxf"),
+        *("shapely", "trimesh", "svgelements"),
         *("optuna", "cmaes", "sqlalchemy", "filelock", "tomli_w", "threadpoolctl"),
     ),
+    "garments": ("ezdxf",),
     "mujoco": ("mujoco",),
     "photo": ("skimage", "cv2"),
     "gym": ("gymnasium",),
     "dataset": ("av", "zarr"),
     "cluster": ("distributed", "dask", "cloudpickle", "psycopg", "pyarrow"),
 }
-"""Modules that each extra installs. The extras "report" and "garments" are parts of "learn"."""
+"""Modules that each extra installs. The extra "report" is a part of "learn"."""
 
 
 def missing(error: ModuleNotFoundError) -> InputError | None:

@@ -117,7 +117,9 @@ def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
 @kernel
 def _sum_normals(x: np.ndarray, faces: np.ndarray, sums: np.ndarray) -> None:
     """Sum the area vectors (normals multiplied by the area) of the triangles around each vertex."""
-    sums[:] = 0.0
+    for v in range(sums.shape[0]):
+        for k in range(3):
+            sums[v, k] = 0.0
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         nx, ny, nz = normal_of(x, a, b, c)

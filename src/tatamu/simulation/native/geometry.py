@@ -28,6 +28,14 @@ def dot(a: np.ndarray, b: np.ndarray) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+@kernel
+def copy(x: np.ndarray, to: np.ndarray) -> None:
+    """Copy positions, shape (n, 3), to another array. Numba compiles an assignment of arrays ten times as long."""
+    for v in range(x.shape[0]):
+        for k in range(3):
+            to[v, k] = x[v, k]
+
+
 @inlined
 def difference(x: np.ndarray, v: int, a: int) -> Vector:
     """Return the vector from vertex a to vertex v [m]. Positions have the shape (n, 3)."""

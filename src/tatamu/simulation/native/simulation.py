@@ -15,24 +15,17 @@ import numpy as np
 from tatamu.base.errors import InputError, SceneError, SimulationError
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology, edge_lengths, principal_stretches
-from tatamu.simulation.native.air import Air, air_of, surface_of
-from tatamu.simulation.native.compiled import for_types_of
 from tatamu.simulation.native.contact import broad_phase
-from tatamu.simulation.native.contact.bodies.state import bodies_of
-from tatamu.simulation.native.contact.projection import Positions
-from tatamu.simulation.native.contact.state import initial_state
-from tatamu.simulation.native.contact.table import TablePlane
 from tatamu.simulation.native.contact.untangle import untangle
-from tatamu.simulation.native.elastic import bending, hysteresis
 from tatamu.simulation.native.grippers import Grippers
+from tatamu.simulation.native.initial import initial_system, step_sizes, steps_of
 from tatamu.simulation.native.led_bodies import BodyTarget, LedBodies
-from tatamu.simulation.native.memory.bands import BLOCK
-from tatamu.simulation.native.model import Model, model_of, steps_per_frame, substeps
-from tatamu.simulation.native.options import Options, StepOptions
+from tatamu.simulation.native.model import model_of, steps_per_frame
+from tatamu.simulation.native.options import Options
+from tatamu.simulation.native.precompile import load
 from tatamu.simulation.native.rest import Rest
 from tatamu.simulation.native.snapshot import SimulationState, copy_arrays, digest, set_arrays
-from tatamu.simulation.native.step import advance
-from tatamu.simulation.native.system import Span, State, StepSizes, System
+from tatamu.simulation.native.system import Span
 from tatamu.simulation.native.targets import HandTarget
 from tatamu.simulation.scene import Cloth, Scene
 
@@ -82,32 +75,20 @@ class Simulation:
         self.options = options or Options()
         self.model = model_of(scene.cloth, scene.material, self.options)
         self.per_frame = steps_per_frame(scene.frame_rate, self.options.step.outer_step)
-        self.sizes = _step_sizes(self.model, 1.0 / (scene.frame_rate * self.per_frame), self.options.step)
-        self.steps = int(scene.duration / self.sizes.outer_step + 1e-6)
+        self.sizes = step_sizes(scene, self.model, self.options.step)
+        self.steps = steps_of(scene, self.sizes)
         self.number = 0
         self._refuse()
-        self.mesh = self.model.mesh._replace(inverse_mass=self.model.mesh.inverse_mass.copy())
-        air = air_of(scene.gravity, scene.material)
-        self.contact = initial_state(self.mesh, self.options.contact.pairs_per_edge)
-        compiled = self.options.contact._replace(restored=np.array(self.options.contact.restored))
-        self.system = System(
-            state=_state(scene, self.model, air),
-            elastic=self.model.elastic,
-            mesh=self.mesh,
-            contact=self.contact,
-            air=air,
-            bodies=bodies_of(scene.bodies, scene.grippers, self.sizes.outer_step, self.steps, self.mesh),
-            plane=_plane(scene),
-            sizes=self.sizes,
-            options=compiled,
-            limits=self.options.limits,
-        )
+        system = initial_system(scene, self.options)
+        self.mesh = system.mesh
+        self.contact = system.contact
+        self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
         self._latest = np.empty((FRAMES_AT_ONCE, *scene.cloth.vertices.shape))
+        self._loop, kernels = load(system, self._grippers.hands(), self._latest)
+        self.system = system._replace(kernels=kernels)
         self._positions = _read_only(self.system.state.positions.x)
         self._velocities = np.empty((3, len(scene.cloth.vertices)))
-        self._loop: Callable[..., tuple[int, float]] | None = None
         self._requested = 0.0
-        self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
         self._bodies = LedBodies(scene, self.system.bodies, self.sizes.outer_step)
         self._untangle_at = 0  # the initial state may pass through itself, for example if it comes from another mesh
         self._rest = Rest()
@@ -217,6 +198,10 @@ class Simulation:
         self._bodies.restore(state.bodies)
         set_arrays(self.system, state.arrays)
 
+    def __reduce__(self) -> tuple[Callable[..., Simulation], tuple[Scene, Options, SimulationState]]:
+        """Copy and pickle the simulation by its scene, its options and its state, without the compiled code."""
+        return _restored, (self.scene, self.options, self.state())
+
     def frames(self) -> np.ndarray:
         """Simulate the scene from start to end, and return the positions in all frames [m], shape (f, n, 3).
 
@@ -266,9 +251,8 @@ class Simulation:
             return
         events = [self._untangle_at, self._rest.look_at, *self._grippers.events()]
         stop = min([end, *(number for number in events if number > self.number)])
-        arguments = (self.system, self._grippers.hands(), self._latest, Span(self.number, stop, self.per_frame))
-        self._loop = self._loop or for_types_of(advance, arguments)
-        self.number, stretch = self._loop(*arguments)
+        span = Span(self.number, stop, self.per_frame)
+        self.number, stretch = self._loop(self.system, self._grippers.hands(), self._latest, span)
         self._check(stretch, self.number < stop)
 
     def search(self) -> None:
@@ -276,7 +260,8 @@ class Simulation:
 
         Layers must not have passed through each other.
         """
-        broad_phase.search(self.system.state.positions.x, self.mesh, self.contact, self.system.options)
+        system = self.system
+        broad_phase.search(system.state.positions.x, system.mesh, system.contact, system.options, system.kernels)
 
     def warnings(self) -> list[str]:
         """Return warnings about this rollout for the user, one per line."""
@@ -399,6 +384,12 @@ class Simulation:
             )
 
 
+def _restored(scene: Scene, options: Options, state: SimulationState) -> Simulation:
+    simulation = Simulation(scene, options)
+    simulation.restore(state)
+    return simulation
+
+
 def locking(cloth: Cloth, material: Material) -> float:
     """Return the ratio Y h^2 / B [-], which compares the stiffness in stretching with the stiffness in bending.
 
@@ -415,57 +406,3 @@ def _read_only(array: np.ndarray) -> np.ndarray:
     view = array.view()
     view.setflags(write=False)
     return view
-
-
-def _step_sizes(model: Model, outer_step: float, options: StepOptions) -> StepSizes:
-    kicks, substeps_per_kick = substeps(model, outer_step, options)
-    kick = outer_step / kicks
-    substep = kick / substeps_per_kick
-    damping = min(options.membrane_damping, options.damping_part * substep)
-    return StepSizes(outer_step, kick, substep, kicks, substeps_per_kick, damping)
-
-
-def _plane(scene: Scene) -> TablePlane:
-    tilt = scene.table.tilt if scene.table else 0.0
-    return TablePlane(
-        present=scene.table is not None,
-        height=scene.table.height if scene.table else 0.0,
-        sine=float(np.sin(tilt)),
-        cosine=float(np.cos(tilt)),
-        half_thickness=0.5 * scene.material.thickness,
-        friction=scene.material.friction_table,
-    )
-
-
-def _state(scene: Scene, model: Model, air: Air) -> State:
-    count = len(scene.cloth.vertices)
-    elastic = model.elastic.bending
-    measures = np.concatenate([model.rest_measures, model.rest_measures[elastic.coupling_copies]])
-    X = np.zeros((3, model.width))
-    X[:, model.slot] = scene.cloth.vertices.T
-    inverse_mass = np.zeros(model.slots)
-    inverse_mass[model.slot] = 1.0 / model.mass
-    free = np.zeros(model.slots)
-    free[model.slot] = 1.0
-    return State(
-        X=X,
-        V=np.zeros((3, model.slots)),
-        Y=np.zeros_like(X),
-        F=np.zeros_like(X, dtype=np.float32),
-        inverse_mass=inverse_mass,
-        free=free,
-        slot=model.slot,
-        positions=Positions(
-            x=np.array(scene.cloth.vertices, order="C"),
-            start=np.empty((count, 3)),
-            predicted=np.array(scene.cloth.vertices, order="C"),
-        ),
-        triangle_forces=np.zeros(9 * BLOCK, dtype=np.float32),
-        hinges=bending.scratch(
-            elastic.hinges,
-            len(elastic.rest_moment),
-            len(elastic.coupling_copies),
-            slip=hysteresis.unslipped(elastic.friction, measures, elastic.couplings),
-        ),
-        surface=surface_of(model.slots, count, air),
-    )

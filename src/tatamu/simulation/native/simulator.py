@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache, partial
-from threading import Lock
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 
 from tatamu.base.version import __version__
 from tatamu.simulation.native.options import Options
-from tatamu.simulation.native.precompile import compiling_beside, smallest_scene
+from tatamu.simulation.native.precompile import smallest_scene
 from tatamu.simulation.native.simulation import Simulation
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.side_by_side import side_by_side
-
-_LOADING = Lock()
 
 
 def simulate(scene: Scene, options: Options | None = None) -> Rollout:
@@ -31,7 +28,6 @@ def simulate(scene: Scene, options: Options | None = None) -> Rollout:
         SimulationError: If the cloth was stretched too far or flew away, or the scene cannot be simulated.
     """
     started = perf_counter()
-    load_kernels()
     simulation = Simulation(scene, options)
     setup = perf_counter() - started
     positions = simulation.frames()
@@ -57,16 +53,5 @@ def simulate_many(scenes: Sequence[Scene], options: Options | None = None) -> li
 
 
 def load_kernels() -> None:
-    """Compile the functions of the simulator, or load their compiled code from disk, once per process.
-
-    Meanwhile, other threads that call this function wait.
-    """
-    with _LOADING:
-        _loaded()
-
-
-@cache
-def _loaded() -> None:
-    with compiling_beside():
-        simulation = Simulation(smallest_scene())
-    simulation.frames()
+    """Compile the kernels of the simplest scenes, or load their compiled code from disk."""
+    Simulation(smallest_scene()).frames()

@@ -15,15 +15,14 @@ have double precision.
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
 from tatamu.simulation.native import air as surroundings
+from tatamu.simulation.native.addresses import Addresses
 from tatamu.simulation.native.air import Air
-from tatamu.simulation.native.compiled import inlined, kernel, unlocked
+from tatamu.simulation.native.compiled import call, inlined, kernel, unlocked
 from tatamu.simulation.native.contact import gauss_seidel
-from tatamu.simulation.native.contact.bodies import near
-from tatamu.simulation.native.contact.bodies import sweep as rigid
-from tatamu.simulation.native.contact.bodies.state import Bodies, place
-from tatamu.simulation.native.elastic import bending, membrane
+from tatamu.simulation.native.geometry import copy
 from tatamu.simulation.native.model import ElasticModel
 from tatamu.simulation.native.system import Hands, Span, State, System
 
@@ -60,15 +59,15 @@ def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> No
 
 
 @inlined
-def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kick: float) -> None:
+def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kernels: Addresses, kick: float) -> None:
     """Change the velocities by the impulse of the bending forces in a time `kick` [s]."""
     slots = state.V.shape[1]
     _look_ahead(state.Y, state.X, state.V, 0.0)
     copy_out(state.Y, elastic.bending.copies, slots)
-    bending.add_force(state.Y, state.F, elastic.bending, state.hinges)
+    call(kernels.bend, None, (state.Y, state.F, elastic.bending, state.hinges))
     _add_back(state.F, elastic.bending.copies, slots)
     if air.directional:
-        surroundings.resist(state.V, state.F, state.inverse_mass, state.surface, kick, 0.0, 0.0)
+        call(kernels.resist_air, None, (state.V, state.F, state.inverse_mass, state.surface, kick, 0.0, 0.0))
     for k in range(3):
         v = state.V[k]
         f = state.F[k, :slots]
@@ -101,18 +100,19 @@ def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
 
 
 @inlined
-def _substep(state: State, elastic: ElasticModel, air: Air, h: float, damping: float) -> None:
+def _substep(state: State, elastic: ElasticModel, air: Air, kernels: Addresses, h: float, damping: float) -> None:
     """Compute the membrane forces at Y, and make one substep with them.
 
     Y are the positions that the vertices would reach in the damping time tau_d. This gives Kelvin-Voigt damping.
     """
     slots = state.V.shape[1]
     copy_out(state.Y, elastic.membrane.copies, slots)
-    membrane.add_force(state.Y, state.F, elastic.membrane, state.triangle_forces)
+    call(kernels.stretch, None, (state.Y, state.F, elastic.membrane, state.triangle_forces))
     _add_back(state.F, elastic.membrane.copies, slots)
     if air.directional:
         slower = -h * air.drag / (1.0 + h * air.drag)
-        surroundings.resist(state.V, state.F, state.inverse_mass, state.surface, h, h * air.gravity, slower)
+        fall = h * air.gravity
+        call(kernels.resist_air, None, (state.V, state.F, state.inverse_mass, state.surface, h, fall, slower))
     _kick_and_drift(state, air, h, damping)
 
 
@@ -165,89 +165,21 @@ def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarr
         row_w[s] += rate * (x[i, 2] - predicted[i, 2])
 
 
-@kernel
-def _longest_way(V: np.ndarray, seconds: float) -> float:
-    """Return the distance [m] that the fastest vertex moves in a given time at its present velocity."""
-    square = 0.0
-    for s in range(V.shape[1]):
-        square = max(square, V[0, s] * V[0, s] + V[1, s] * V[1, s] + V[2, s] * V[2, s])
-    return seconds * np.sqrt(square)
-
-
-@kernel
-def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
-    """Copy the positions of the vertices near rigid bodies from slots (memory positions).
-
-    If `to_start` is true, the positions are stored as positions at the start of a membrane step, otherwise at its end.
-    """
-    positions = bodies.near.positions
-    for b in range(bodies.radius.shape[0]):
-        for i in range(bodies.near.narrow.counts[b, 0]):
-            v = bodies.near.narrow.vertices[b, i]
-            for k in range(3):
-                if to_start:
-                    positions.start[v, k] = X[k, slot[v]]
-                else:
-                    positions.x[v, k] = X[k, slot[v]]
-                    positions.predicted[v, k] = X[k, slot[v]]
-
-
-@kernel
-def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
-    """Copy the corrected positions of the vertices near rigid bodies back to slots (memory positions).
-
-    Also add the corrections to the velocities, and update Y, the positions in the time `ahead` [s].
-    """
-    positions = bodies.near.positions
-    for b in range(bodies.radius.shape[0]):
-        for i in range(bodies.near.narrow.counts[b, 0]):
-            v = bodies.near.narrow.vertices[b, i]
-            s = state.slot[v]
-            for k in range(3):
-                state.V[k, s] += (positions.x[v, k] - positions.predicted[v, k]) / h
-                state.X[k, s] = positions.x[v, k]
-                state.Y[k, s] = positions.x[v, k] + ahead * state.V[k, s]
-                positions.predicted[v, k] = positions.x[v, k]  # because the vertex may be near another body, too
-                positions.start[v, k] = positions.x[v, k]
-
-
-@kernel
-def _meet_bodies(system: System, begin: float, end: float, number: int) -> None:
-    """Resolve contact with bodies after a membrane step, which is a part of outer step `number`.
-
-    The membrane step starts at the fraction `begin` of the outer step and ends at the fraction `end`. If cloth hangs
-    over a finger, its weight pulls the vertices on the finger down. In an outer step, this moves a vertex by
-    millimetres, which is too much for one correction. In a membrane step, the motion is small enough.
-    """
-    state = system.state
-    h = system.sizes.substep
-    place(system.bodies, number, begin, end)
-    _gather_near(state.X, state.slot, system.bodies, False)
-    rigid.sweep(system.bodies.near.positions, system.mesh, system.contact, system.bodies, system.options, h, 1.0)
-    _scatter_near(state, system.bodies, h, system.sizes.damping)
-
-
 @inlined
 def _outer_step(system: System, hands: Hands, number: int) -> bool:
     """Make one outer step, and return whether the cloth stayed finite and near enough to the origin."""
     state = system.state
     sizes = system.sizes
+    kernels = system.kernels
     positions = state.positions
     counters = system.contact.counters
     total = sizes.kicks * sizes.substeps_per_kick
     farthest = system.limits.farthest
     _lead(state, hands, number, sizes.outer_step)
     if system.air.directional and number % surroundings.EVERY == 0:
-        surroundings.meet(
-            state.V,
-            state.surface,
-            system.air,
-            positions,
-            system.mesh.faces,
-            state.slot,
-            state.free,
-            surroundings.EVERY * sizes.outer_step,
-        )
+        seconds = surroundings.EVERY * sizes.outer_step
+        surface = (state.V, state.surface, system.air, positions)
+        call(kernels.meet_air, None, (*surface, system.mesh.faces, state.slot, state.free, seconds))
     counters.outer_step += 1
     per_round = (total + counters.rounds - 1) // counters.rounds
     longest = 0.0
@@ -255,29 +187,26 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
     rigid_bodies = system.bodies.radius.shape[0] > 0
     near_bodies = False
     while done < total:
-        positions.start[:] = positions.x
+        copy(positions.x, positions.start)
         until = min(done + per_round, total)
         if rigid_bodies:
-            place(system.bodies, number, done / total, until / total)
-            longest_way = _longest_way(state.V, (until - done) * sizes.substep)
-            near_bodies = near.refresh(positions.x, longest_way, system.mesh, system.bodies)
-            if near_bodies:
-                _gather_near(state.X, state.slot, system.bodies, True)
+            near_bodies = call(kernels.near_bodies, types.boolean, (system, number, done, until, total))
         for substep in range(done, until):
             kicked = substep % sizes.substeps_per_kick == 0
             if kicked:
-                _kick_by_bending(state, system.elastic, system.air, sizes.kick)
+                _kick_by_bending(state, system.elastic, system.air, kernels, sizes.kick)
             if kicked or substep == done:  # Y is not valid after bending or contact
                 _look_ahead(state.Y, state.X, state.V, sizes.damping)
-            _substep(state, system.elastic, system.air, sizes.substep, sizes.damping)
+            _substep(state, system.elastic, system.air, kernels, sizes.substep, sizes.damping)
             if near_bodies:
-                _meet_bodies(system, substep / total, (substep + 1) / total, number)
+                call(kernels.meet_bodies, None, (system, number, substep, total))
         if not _gather(state.X, state.slot, positions.x, positions.predicted) < farthest * farthest:
             return False
         elapsed = (until - done) * sizes.substep
-        place(system.bodies, number, done / total, until / total)
+        if rigid_bodies:
+            call(kernels.place_bodies, None, (system.bodies, number, done / total, until / total))
         correction = gauss_seidel.resolve(
-            positions, system.mesh, system.contact, system.bodies, system.plane, system.options, elapsed
+            positions, system.mesh, system.contact, system.bodies, system.plane, system.options, kernels, elapsed
         )
         _scatter(positions.x, positions.predicted, state.slot, state.X, state.V, 1.0 / elapsed)
         longest = max(longest, correction)
@@ -317,9 +246,9 @@ def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tup
         framed = number % span.per_frame == 0
         if framed or number < until:  # only here, so that the result does not depend on where a run is cut
             copy_out(state.X, stretching.copies, state.V.shape[1])
-            stretch = membrane.largest_stretch(state.X, stretching)
+            stretch = call(system.kernels.largest_stretch, types.float64, (state.X, stretching))
         if number < until:
             break
         if framed:
-            frames[number // span.per_frame - begin] = state.positions.x
+            copy(state.positions.x, frames[number // span.per_frame - begin])
     return number, stretch

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tatamu.simulation.native.addresses import Addresses
 from tatamu.simulation.native.air import Air, AirSurface
 from tatamu.simulation.native.contact.bodies.state import Bodies
 from tatamu.simulation.native.contact.projection import Positions
@@ -97,6 +98,7 @@ class System(NamedTuple):
     sizes: StepSizes
     options: ContactOptions
     limits: LimitOptions
+    kernels: Addresses
 
 
 class Span(NamedTuple):

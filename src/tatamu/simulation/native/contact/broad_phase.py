@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.simulation.native.compiled import kernel
-from tatamu.simulation.native.contact import edge_edge_search, motion, vertex_face_search
+from tatamu.simulation.native.addresses import Addresses
+from tatamu.simulation.native.compiled import allocating, call, kernel
+from tatamu.simulation.native.contact import motion
 from tatamu.simulation.native.contact.projection import Positions
-from tatamu.simulation.native.contact.shape import Shape, shape_of
 from tatamu.simulation.native.contact.state import ContactMesh, ContactState
 from tatamu.simulation.native.options import ContactOptions
 
@@ -24,8 +24,8 @@ The distance of the search minus this distance is the margin. Two parts of the c
 margin before the next search."""
 
 
-@kernel
-def _order_by_height(x: np.ndarray, contact: ContactState) -> None:
+@allocating
+def order_by_height(x: np.ndarray, contact: ContactState) -> None:
     """Order the vertices with partners from the highest down, as `vertex_face.sweep` needs them.
 
     The partners of a vertex are the triangles from which contact keeps the vertex apart.
@@ -37,37 +37,31 @@ def _order_by_height(x: np.ndarray, contact: ContactState) -> None:
 
 
 @kernel
-def search(x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
+def search(
+    x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: ContactOptions, kernels: Addresses
+) -> None:
     """Find the partners of every vertex, and the pairs of guarded edges.
 
     The partners of a vertex are the triangles from which contact keeps the vertex apart. A guarded edge is an edge that
     contact keeps apart from other edges. The array x contains the positions of the n vertices [m], shape (n, 3). In
     these positions every vertex is on the correct side of all layers.
     """
-    shape = shape_of(x, mesh.faces)
-    counters = contact.counters
     pressed = contact.activity.pressed
-    vertex_face_search.search(x, mesh, contact.vertex_face, shape, options)
-    contact.edge_edge.guarded[:] = False
-    counters.pairs = 0
-    _pair_edges(x, mesh, contact, shape, options)
-    _order_by_height(x, contact)
+    call(kernels.search_partners, None, (x, mesh, contact.vertex_face, options))
+    for e in range(contact.edge_edge.guarded.shape[0]):
+        contact.edge_edge.guarded[e] = False
+    contact.counters.pairs = 0
+    call(kernels.search_edges, None, (x, mesh, contact, options))
+    call(kernels.order_by_height, None, (x, contact))
     motion.begin(x, contact)
     for v in range(x.shape[0]):
         pressed[v] = max(pressed[v] - 1, 0)
 
 
 @kernel
-def _pair_edges(x: np.ndarray, mesh: ContactMesh, contact: ContactState, shape: Shape, options: ContactOptions) -> None:
-    """Find the pairs of edges that must be guarded (kept apart from other edges) and have not been paired yet."""
-    counters = contact.counters
-    pressed = contact.activity.pressed
-    counters.pairs = edge_edge_search.search(x, mesh, contact.edge_edge, pressed, shape, options, counters.pairs)
-    counters.newly_pressed = False
-
-
-@kernel
-def refresh(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
+def refresh(
+    positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions, kernels: Addresses
+) -> None:
     """Follow the motion of the vertices, and search candidates again if they are worn out.
 
     Candidates are pairs of mesh elements that may touch. They are worn out when two vertices may have come closer by
@@ -77,7 +71,7 @@ def refresh(positions: Positions, mesh: ContactMesh, contact: ContactState, opti
     motion.follow(positions, contact)
     margin = mesh.search_distance - KEPT_APART * mesh.thickness
     if motion.worn_out(positions.x, contact, options.margin_wear * margin):
-        search(positions.start, mesh, contact, options)
+        search(positions.start, mesh, contact, options, kernels)
         motion.follow(positions, contact)
     elif contact.counters.newly_pressed:
-        _pair_edges(positions.start, mesh, contact, shape_of(positions.start, mesh.faces), options)
+        call(kernels.search_edges, None, (positions.start, mesh, contact, options))

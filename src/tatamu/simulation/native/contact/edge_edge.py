@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.compiled import allocating, kernel
 from tatamu.simulation.native.contact.motion import of_edges
 from tatamu.simulation.native.contact.projection import Positions, correction, move
 from tatamu.simulation.native.contact.state import Activity, ContactMesh, ContactState
@@ -244,7 +244,7 @@ def _push_apart(
     return gap
 
 
-@kernel
+@allocating
 def sweep(
     positions: Positions,
     mesh: ContactMesh,

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.compiled import allocating, kernel
 from tatamu.simulation.native.contact.grid import cells_around, grid_cell, grid_of
-from tatamu.simulation.native.contact.shape import Shape
-from tatamu.simulation.native.contact.state import ContactMesh, EdgeEdge
+from tatamu.simulation.native.contact.shape import shape_of
+from tatamu.simulation.native.contact.state import ContactMesh, ContactState
 from tatamu.simulation.native.geometry import Vector, closest_on_segments, dot, unit
 from tatamu.simulation.native.options import ContactOptions
 
@@ -28,7 +28,7 @@ MARGIN_PART = 0.5
 Two edges whose distance is less than this sum are paired."""
 
 
-@kernel
+@allocating
 def _newly_guarded(
     mesh: ContactMesh, guarded: np.ndarray, pressed: np.ndarray, face_normal: np.ndarray, ridge: float
 ) -> np.ndarray:
@@ -69,16 +69,13 @@ def _mark_near(edge: np.ndarray, e: int, near_start: np.ndarray, near: np.ndarra
             is_near[near[i]] = e
 
 
-@kernel
+@allocating
 def search(
     x: np.ndarray,
     mesh: ContactMesh,
-    edge_edge: EdgeEdge,
-    pressed: np.ndarray,
-    shape: Shape,
+    contact: ContactState,
     options: ContactOptions,
-    count: int,
-) -> int:
+) -> None:
     """Pair each newly guarded edge with the edges near it, except its neighbours in the same flat cloth.
 
     A guarded edge is an edge that contact keeps apart from other edges.
@@ -86,15 +83,12 @@ def search(
     Args:
         x: Positions of the n vertices, which are on the correct sides of all layers [m], shape (n, 3).
         mesh: The mesh.
-        edge_edge: Record of the pairs of edges, to which new pairs are added.
-        pressed: Number of further searches for which the edges at each vertex are guarded, shape (n,).
-        shape: Shape of the cloth at x.
+        contact: State of contact, to which new pairs are added.
         options: Settings of contact. They contain the angles and distances that decide which edges are paired.
-        count: Number of pairs before the search.
-
-    Returns:
-        Number of pairs after the search.
     """
+    shape = shape_of(x, mesh.faces)
+    edge_edge = contact.edge_edge
+    count = contact.counters.pairs
     edges = mesh.edges
     face_edges = mesh.face_edges
     face_normal = shape.face_normal
@@ -104,7 +98,7 @@ def search(
     meets = edge_edge.meets
     crease = options.crease_cosine
     guarded = edge_edge.guarded
-    newly = _newly_guarded(mesh, guarded, pressed, face_normal, options.ridge_cosine)
+    newly = _newly_guarded(mesh, guarded, contact.activity.pressed, face_normal, options.ridge_cosine)
     reach = mesh.thickness + MARGIN_PART * (mesh.search_distance - mesh.thickness)
     around = reach + RADII * mesh.triangle_radius
     grid = grid_of(shape.centroid, 0.5 * around)
@@ -156,4 +150,5 @@ def search(
                         wake[count] = 0.0
                         meets[count] = 0.0
                         count += 1
-    return count
+    contact.counters.pairs = count
+    contact.counters.newly_pressed = False

@@ -10,10 +10,11 @@ the simulation.
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
-from tatamu.simulation.native.compiled import inlined, kernel
-from tatamu.simulation.native.contact import broad_phase, edge_edge, impact_zones, motion, table, vertex_face
-from tatamu.simulation.native.contact.bodies import sweep as rigid
+from tatamu.simulation.native.addresses import Addresses
+from tatamu.simulation.native.compiled import call, inlined, kernel
+from tatamu.simulation.native.contact import broad_phase, motion
 from tatamu.simulation.native.contact.bodies.state import Bodies
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.native.contact.state import ContactMesh, ContactState
@@ -29,6 +30,7 @@ def _sweep(
     bodies: Bodies,
     plane: TablePlane,
     options: ContactOptions,
+    kernels: Addresses,
     step: float,
     restored: float,
 ) -> float:
@@ -37,12 +39,12 @@ def _sweep(
     The gap is measured before its correction. Its unit is the thickness of the cloth.
     """
     contact.counters.sweep += 1
-    edge_gap = edge_edge.sweep(positions, mesh, contact, options, step, restored)
-    gap = vertex_face.sweep(positions, mesh, contact, options, step, restored)
+    edge_gap = call(kernels.sweep_edges, types.float64, (positions, mesh, contact, options, step, restored))
+    gap = call(kernels.sweep_vertices, types.float64, (positions, mesh, contact, options, step, restored))
     if bodies.radius.shape[0]:
-        rigid.sweep(positions, mesh, contact, bodies, options, step, restored)
+        call(kernels.sweep_bodies, types.float64, (positions, mesh, contact, bodies, options, step, restored))
     if plane.present:  # last, because the layers pass their load on to the table
-        table.sweep(positions, mesh.inverse_mass, contact, plane, options, step)
+        call(kernels.sweep_table, None, (positions, mesh.inverse_mass, contact, plane, options, step))
     return min(gap, edge_gap / options.edge_gap) / mesh.thickness
 
 
@@ -85,6 +87,7 @@ def resolve(
     bodies: Bodies,
     plane: TablePlane,
     options: ContactOptions,
+    kernels: Addresses,
     step: float,
 ) -> float:
     """Resolve all contact of one round: contact between layers, with bodies and with the table.
@@ -96,6 +99,7 @@ def resolve(
         bodies: Rigid bodies, with their poses of this round.
         plane: The table.
         options: All options of contact. Its `restored` must be an array.
+        kernels: Addresses of the sweeps and searches.
         step: Time since the start of the round [s].
 
     Returns:
@@ -103,7 +107,7 @@ def resolve(
         part. Motion that does not become velocity is not counted.
     """
     counters = contact.counters
-    broad_phase.refresh(positions, mesh, contact, options)
+    broad_phase.refresh(positions, mesh, contact, options, kernels)
     most_sweeps = len(options.restored)
     if counters.rounds > 1:
         most_sweeps = min(most_sweeps, options.sweeps_of_many)
@@ -112,11 +116,11 @@ def resolve(
         restored = options.restored[number]
         if gap >= restored:
             break
-        gap = _sweep(positions, mesh, contact, bodies, plane, options, step, restored)
+        gap = _sweep(positions, mesh, contact, bodies, plane, options, kernels, step, restored)
     longest = _largest_correction(positions.x, positions.predicted)
     if longest > options.calm * mesh.thickness or counters.rounds > 1:
         motion.reach(positions, contact)  # a vertex that contact moved may have come near to a sleeping pair
-        impact_zones.hold(positions, mesh, contact, options)
+        call(kernels.hold_zones, types.int64, (positions, mesh, contact, options))
     return _restlessness(positions, options.held)
 
 

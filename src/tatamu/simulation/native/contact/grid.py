@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.compiled import allocating, kernel
 
 MOST_CELLS = 65536
 """Largest number of cells. If a grid would have more cells, its cells are enlarged.
@@ -29,7 +29,7 @@ class Grid(NamedTuple):
     """Numbers of the points, sorted by cell, shape (points,)."""
 
 
-@kernel
+@allocating
 def grid_of(points: np.ndarray, size: float) -> Grid:
     """Sort p points [m], shape (p, 3), into cells whose sides are at least `size` [m], by a counting sort."""
     origin = np.empty(3)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.compiled import allocating, kernel
 from tatamu.simulation.native.contact.motion import of_edges, of_vertex_and_face
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.native.contact.state import ContactMesh, ContactState
@@ -156,7 +156,7 @@ def _join_passed_vertices(
     return grew
 
 
-@kernel
+@allocating
 def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarray) -> None:
     """Move every zone as a whole, from its positions at the start of the step, by its mean motion.
 
@@ -190,7 +190,7 @@ def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarra
                 x[v, k] = start[v, k] + mean[root, k] / weight[root]
 
 
-@kernel
+@allocating
 def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> int:
     """Undo the motion of cloth that passed through cloth.
 

@@ -20,7 +20,7 @@ import numpy as np
 from tatamu.simulation.native.compiled import kernel
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.native.contact.state import ContactState
-from tatamu.simulation.native.geometry import Vector
+from tatamu.simulation.native.geometry import Vector, copy
 
 EVERY = 16
 """Spacing of the vertices from which the mean motion of the cloth is computed.
@@ -56,9 +56,10 @@ def begin(x: np.ndarray, contact: ContactState) -> None:
     In these positions every vertex is on the correct side of all layers.
     """
     motion = contact.motion
-    motion.path[:] = 0.0
-    motion.legal[:] = x
-    motion.searched_at[:] = x
+    for v in range(x.shape[0]):
+        motion.path[v] = 0.0
+    copy(x, motion.legal)
+    copy(x, motion.searched_at)
     contact.counters.longest_path = 0.0
     contact.counters.due = 0.0
 
@@ -83,7 +84,7 @@ def follow(positions: Positions, contact: ContactState) -> None:
         step = _distance(legal, start, v, mean)
         path[v] += step
         longest = max(longest, step)
-    legal[:] = start
+    copy(start, legal)
     counters.longest_path += 2.0 * longest
     reach(positions, contact)
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.compiled import allocating
 from tatamu.simulation.native.geometry import TINY_LENGTH, dot, normal_of
 
 
@@ -23,7 +23,7 @@ class Shape(NamedTuple):
     """Longest distance from the centroid of a triangle to a corner [m], shape (m,)."""
 
 
-@kernel
+@allocating
 def shape_of(x: np.ndarray, faces: np.ndarray) -> Shape:
     """Return the shape of the cloth at positions x of the n vertices [m], shape (n, 3)."""
     n = x.shape[0]

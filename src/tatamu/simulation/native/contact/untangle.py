@@ -17,7 +17,7 @@ import numpy as np
 
 from tatamu.simulation.mesh.crossings import crossing_pairs
 from tatamu.simulation.mesh.topology import areas, edge_lengths, longest_sides
-from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.compiled import allocating, kernel
 from tatamu.simulation.native.contact.state import ContactMesh
 from tatamu.simulation.native.geometry import TINY_LENGTH, Vector, cross, difference, normal_of, unit
 from tatamu.simulation.native.options import UntangleOptions
@@ -146,7 +146,7 @@ def _meeting(x: np.ndarray, e: int, t: int, mesh: ContactMesh) -> tuple[float, f
     return s, 1.0 - second - third, second, third
 
 
-@kernel
+@allocating
 def _part(x: np.ndarray, pairs: np.ndarray, mesh: ContactMesh, step: float, flattest: float, blunt: float) -> None:
     """Move each edge relative to the triangle that it passes through.
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.compiled import allocating, kernel
 from tatamu.simulation.native.contact.grid import cells_around, grid_cell, grid_of
-from tatamu.simulation.native.contact.shape import Shape
+from tatamu.simulation.native.contact.shape import Shape, shape_of
 from tatamu.simulation.native.contact.state import ABOVE, BELOW, EXTRA, ContactMesh, VertexFace
 from tatamu.simulation.native.geometry import dot, point_triangle
 from tatamu.simulation.native.options import ContactOptions
@@ -21,22 +21,22 @@ SURELY_BESIDE = 0.3
 It is used for triangles that are nearly parallel to the cloth at the vertex."""
 
 
-@kernel
-def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, shape: Shape, options: ContactOptions) -> None:
+@allocating
+def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, options: ContactOptions) -> None:
     """Find the partners of all vertices: at most three triangles from which contact keeps each vertex apart.
 
     Args:
         x: Positions of the n vertices, which are on the correct sides of all layers [m], shape (n, 3).
         mesh: The mesh.
         vertex_face: Partners to update. The present partners are tested first.
-        shape: Shape of the cloth at x.
         options: Settings of contact. They contain the angles and distances that decide which triangles are partners.
     """
+    shape = shape_of(x, mesh.faces)
     nearest = _nearest_on_both_sides(x, mesh, vertex_face.triangle, shape, options)
     _keep_what_would_be_lost(x, mesh, vertex_face, nearest, shape, options)
 
 
-@kernel
+@allocating
 def _nearest_on_both_sides(
     x: np.ndarray, mesh: ContactMesh, partners: np.ndarray, shape: Shape, options: ContactOptions
 ) -> np.ndarray:
@@ -166,8 +166,9 @@ def _keep_what_would_be_lost(
         sides[v, BELOW] = 0
         sides[v, ABOVE] = 0
         sides[v, EXTRA] = extra_side
-        vertex_face.wake[v, :] = 0.0
-        vertex_face.meets[v, :] = 0.0
+        for k in range(partners.shape[1]):
+            vertex_face.wake[v, k] = 0.0
+            vertex_face.meets[v, k] = 0.0
 
 
 @kernel

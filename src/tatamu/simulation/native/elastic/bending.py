@@ -26,6 +26,7 @@ from tatamu.simulation.native.memory.bands import BLOCK, Bands, bands, blocks
 # Constants in single precision. A plain 0.5 would convert everything that it is multiplied by to double precision.
 TINY: Any = np.float32(1e-30)
 HALF: Any = np.float32(0.5)
+ZERO: Any = np.float32(0.0)
 ONE: Any = np.float32(1.0)
 FOUR: Any = np.float32(4.0)
 WIDE: Any = np.float32(0.4)
@@ -220,27 +221,18 @@ def _add_moments_of_band(
 
 
 @kernel
-def _moments(bending: Bending, measures: HingeMeasures) -> None:
-    """Compute the moment (K g0 - K g - friction) g' of every hinge.
-
-    K is the stiffness, g the measure of the hinge's angle theta, g0 its value in the unstrained shape, and g' = d g / d
-    theta.
-    """
-    g = measures.g
-    slope = measures.slope
-    moment = measures.moment
-    rest_moment = bending.rest_moment
-    table = bending.couplings
-    copies = bending.coupling_copies
-    count = slope.shape[0]
+def _clear_moments(g: np.ndarray, copies: np.ndarray, moment: np.ndarray, count: int) -> None:
+    """Copy the measures g of some hinges behind the last of `count` hinges, and set all moments to zero."""
     for i in range(copies.shape[0]):
         g[count + i] = g[copies[i]]
-    moment[:] = 0.0
-    if bending.friction.area.shape[0]:
-        hysteresis.add_moments(g, bending.friction, measures.slip, table, moment)
-    else:
-        for r in range(table.shape[0]):
-            _add_moments_of_band(g, bending.K, table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], moment)
+    for h in range(moment.shape[0]):
+        moment[h] = ZERO
+
+
+@kernel
+def _finish_moments(rest_moment: np.ndarray, slope: np.ndarray, copies: np.ndarray, moment: np.ndarray) -> None:
+    """Turn the resisting moment K g of every hinge into (K g0 - K g) g', see `HingeMeasures`."""
+    count = slope.shape[0]
     for i in range(copies.shape[0]):
         moment[copies[i]] += moment[count + i]
     for h in range(count):
@@ -316,16 +308,37 @@ def add_force(X: np.ndarray, F: np.ndarray, bending: Bending, measures: HingeMea
         bending: Constants of bending.
         measures: Temporary arrays.
     """
-    table = bending.hinges
-    measure(X, table, measures)
-    _moments(bending, measures)
+    table = bending.couplings
+    measure(X, bending.hinges, measures)
+    _clear_moments(measures.g, bending.coupling_copies, measures.moment, measures.slope.shape[0])
+    for r in range(table.shape[0]):
+        _add_moments_of_band(
+            measures.g, bending.K, table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], measures.moment
+        )
+    _finish_moments(bending.rest_moment, measures.slope, bending.coupling_copies, measures.moment)
+    _push(F, bending.hinges, measures.moment, measures.gradients)
+
+
+@kernel
+def add_force_with_friction(X: np.ndarray, F: np.ndarray, bending: Bending, measures: HingeMeasures) -> None:
+    """Add the bending force of cloth with hysteresis at the positions X to F, like `add_force`."""
+    measure(X, bending.hinges, measures)
+    _clear_moments(measures.g, bending.coupling_copies, measures.moment, measures.slope.shape[0])
+    hysteresis.add_moments(measures.g, bending.friction, measures.slip, bending.couplings, measures.moment)
+    _finish_moments(bending.rest_moment, measures.slope, bending.coupling_copies, measures.moment)
+    _push(F, bending.hinges, measures.moment, measures.gradients)
+
+
+@kernel
+def _push(F: np.ndarray, table: np.ndarray, moment: np.ndarray, gradients: np.ndarray) -> None:
+    """Add the forces of all moments on the four vertices of their hinges to F."""
     block = 0
     for r in range(table.shape[0]):
         for done in range(0, table[r, 1], BLOCK):
             n = min(table[r, 1] - done, BLOCK)
             e = table[r, 0] + done
-            m = measures.moment[e : e + n]
-            rows = measures.gradients[block]
+            m = moment[e : e + n]
+            rows = gradients[block]
             _push_apex(F, table[r, 4] + done, n, m, rows, 0)
             _push_apex(F, table[r, 5] + done, n, m, rows, 3)
             _push_end(F, table[r, 2] + done, n, m, rows, True)

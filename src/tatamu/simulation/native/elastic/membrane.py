@@ -307,10 +307,24 @@ def add_force(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndar
             a = table[r, 2] + done
             b = table[r, 3] + done
             c = table[r, 4] + done
-            if membrane.relaxed.shape[1]:
-                _forces_of_wrinkled(X, a, b, c, membrane.L2, membrane, e, n, scratch)
-            else:
-                _forces(X, a, b, c, membrane.L2, membrane.S, e, n, scratch)
+            _forces(X, a, b, c, membrane.L2, membrane.S, e, n, scratch)
+            _add(F, a, n, scratch, 0)
+            _add(F, b, n, scratch, 3)
+            _add(F, c, n, scratch, 6)
+
+
+@kernel
+def add_force_of_wrinkled(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndarray) -> None:
+    """Add the force of cloth that resists compression less than tension, like `add_force`."""
+    table = membrane.bands
+    for r in range(table.shape[0]):
+        for done in range(0, table[r, 1], BLOCK):
+            n = min(table[r, 1] - done, BLOCK)
+            e = table[r, 0] + done
+            a = table[r, 2] + done
+            b = table[r, 3] + done
+            c = table[r, 4] + done
+            _forces_of_wrinkled(X, a, b, c, membrane.L2, membrane, e, n, scratch)
             _add(F, a, n, scratch, 0)
             _add(F, b, n, scratch, 3)
             _add(F, c, n, scratch, 6)

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.simulation.native.compiled import kernel
+from tatamu.simulation.native.compiled import allocating, kernel
 from tatamu.simulation.native.contact.bodies.push import to_frame
 from tatamu.simulation.native.contact.bodies.state import Bodies, Candidates, Pose
 from tatamu.simulation.native.contact.state import ContactMesh
+from tatamu.simulation.native.geometry import copy
 
 MARGIN = 0.01
 """Margin of the search for contact of cloth with rigid bodies [m].
@@ -63,7 +64,7 @@ def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
     return longest
 
 
-@kernel
+@allocating
 def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies) -> bool:
     """Find the candidates of a round, the elements of the mesh that may touch a body.
 
@@ -81,9 +82,10 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
     worn = _longest_motion(x, near.searched_at) + _body_motion(bodies, near.searched_pose, bodies.start)
     search = worn + moves > WEAR * MARGIN
     if search:
-        near.searched_at[:] = x
-        near.searched_pose.position[:] = bodies.start.position
-        near.searched_pose.rotation[:] = bodies.start.rotation
+        copy(x, near.searched_at)
+        copy(bodies.start.position, near.searched_pose.position)
+        for b in range(bodies.radius.shape[0]):
+            copy(bodies.start.rotation[b], near.searched_pose.rotation[b])
     marked = np.zeros(mesh.inverse_mass.shape[0], dtype=np.bool_)
     if search:
         all_vertices = np.arange(mesh.inverse_mass.shape[0])

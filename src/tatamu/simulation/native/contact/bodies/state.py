@@ -176,13 +176,14 @@ def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray,
     Quaternions are interpolated linearly, because a body only turns by a small angle within a step.
     """
     later = min(number + 1, position.shape[0] - 1)
-    q = np.empty(4)
     for k in range(3):
         pose.position[b, k] = position[number, k] + fraction * (position[later, k] - position[number, k])
-    for k in range(4):
-        q[k] = orientation[number, k] + fraction * (orientation[later, k] - orientation[number, k])
-    scale = 1.0 / np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    w, x, y, z = scale * q[0], scale * q[1], scale * q[2], scale * q[3]
+    q0 = orientation[number, 0] + fraction * (orientation[later, 0] - orientation[number, 0])
+    q1 = orientation[number, 1] + fraction * (orientation[later, 1] - orientation[number, 1])
+    q2 = orientation[number, 2] + fraction * (orientation[later, 2] - orientation[number, 2])
+    q3 = orientation[number, 3] + fraction * (orientation[later, 3] - orientation[number, 3])
+    scale = 1.0 / np.sqrt(q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
+    w, x, y, z = scale * q0, scale * q1, scale * q2, scale * q3
     rotation = pose.rotation[b]
     rotation[0, 0] = 1.0 - 2.0 * (y * y + z * z)
     rotation[0, 1] = 2.0 * (x * y - w * z)
