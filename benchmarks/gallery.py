@@ -9,6 +9,7 @@ A command whose result is there already is not run again, so that an interrupted
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import subprocess
 import sys
@@ -56,6 +57,10 @@ CAPTURES = {
     "observe": ("observe towel --left 12,-3 --right 8,4 --slip 2,0", "towel/observed"),
 }
 """Command of each captured output, and the file or folder that it writes."""
+FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+"""Options of Chromium, which draws replays without a graphics card."""
+PROGRESS = re.compile(r"\d+/\d+ |about |laying out ")
+"""Beginning of lines that only show how far a command is."""
 SHOTS = {"report": "towel/report.html", "margins": "towel/margins/margins.html", "calibrated": "my-towel.html"}
 """Pages of which a screenshot is shown."""
 
@@ -69,7 +74,7 @@ def run(command: str, out: Path, made: str) -> str:
         if done.returncode:
             raise SystemExit(f"tatamu {command}: {done.stderr or done.stdout}")
         kept.parent.mkdir(exist_ok=True)
-        kept.write_text(done.stdout)
+        kept.write_text("".join(line for line in done.stdout.splitlines(True) if not PROGRESS.match(line)))
     return kept.read_text()
 
 
@@ -161,11 +166,11 @@ def captures(out: Path) -> None:
     for name, (command, made) in CAPTURES.items():
         publish(f"capture: {name}", f"\n```text\n$ tatamu {command}\n{run(command, out, made).rstrip()}\n```\n")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch()
-        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        page = browser.new_page(viewport={"width": 1280, "height": 1100})
         for name, path in SHOTS.items():
             page.goto((out / path).resolve().as_uri())
-            page.wait_for_timeout(1500)
+            page.wait_for_timeout(4000)
             page.screenshot(path=out / f"shot-{name}.png")
             small(out / f"shot-{name}.png", f"page-{name}", 1280)
         browser.close()
