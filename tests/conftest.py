@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.browser import chromium, phone
 from tests.fabricated import write_fold
+
+__all__ = ["chromium", "phone"]
 
 
 @pytest.fixture

@@ -28,6 +28,7 @@ from tatamu.calibration.uncertainty import Sensitivity, Slopes, contributions, s
 from tatamu.garments import make_garment
 from tatamu.simulation.heavy_strip.cantilever import tip
 from tatamu.simulation.material import GRAVITY, load_material
+from tests.browser import Phone
 
 SIZE = (0.2, 0.6)
 HIDDEN = Material(areal_density=0.24, stretch_stiffness=45.0, bending_rigidity=4e-5, thickness=0.002)
@@ -105,8 +106,9 @@ def test_the_file_is_a_material_with_its_uncertainties(found: Calibration, tmp_p
     assert {fit["test"] for fit in written["fit"]} == {"elongation", "sag", "friction"}
 
 
-def test_the_page_shows_three_fits(found: Calibration) -> None:
+def test_the_page_shows_three_fits(found: Calibration, phone: Phone) -> None:
     html = page(found)
+    phone(html)
     assert html.count("<svg xmlns") == 3
     assert all(word in html for word in ("Elongation", "Sag", "Friction", "To gain most"))
 

@@ -141,7 +141,7 @@ def test_calibrate_writes_a_material_and_a_page_that_learn_takes(tmp_path: Path,
         (["calibrate", "FILE", "--out", "DIR/x.toml", "--spacing", "nan"], "spacing: must be from"),
         (["calibrate", "none.toml", "--out", "DIR/x.toml"], "none.toml: cannot be read"),
         (["measure", "--template", "sock"], "garment: must be one of towel"),
-        (["measure", "--template", "towel", "--out", "FILE"], "is there already"),
+        (["measure", "--template", "towel", "--out", "FILE"], "exists; remove"),
         (["materials", "silk"], "material: must be one of"),
     ],
 )

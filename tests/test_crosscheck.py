@@ -26,6 +26,7 @@ from tatamu.study.options import LearnOptions
 from tatamu.study.record import describe_task
 from tatamu.study.result import Result
 from tests import shifted
+from tests.browser import Phone
 from tests.foreign import GOOD
 from tests.scenes import CLOTH, scene, sheet
 
@@ -149,6 +150,7 @@ def test_the_exit_code_is_the_verdict(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
+    phone: Phone,
 ) -> None:
     monkeypatch.setattr(shifted, "SHIFT", learned.target - learned.final)
     assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "a") == 0
@@ -156,11 +158,12 @@ def test_the_exit_code_is_the_verdict(
     assert told["holds"] and told["distance_between_final_shapes"]["mean"] > 0
     page = (tmp_path / "a/check.html").read_text()
     before = page.split("plotly.js")[0].replace("http-equiv", "").replace("http://www.w3.org/2000/svg", "")
-    assert "holds in shifted" in page and "http" not in before
+    assert "succeeds in shifted" in page and "http" not in before
     assert (tmp_path / "a/check.png").read_bytes().startswith(b"\x89PNG")
     monkeypatch.setattr(shifted, "SHIFT", np.array([0.2, 0.0, 0.0]))
     assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "b") == 1
-    assert "does not hold" in capsys.readouterr().out
+    assert "fails in shifted" in capsys.readouterr().out
+    phone(tmp_path / "a/check.html")
 
 
 @pytest.mark.parametrize(

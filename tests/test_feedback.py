@@ -43,6 +43,7 @@ from tatamu.folding.task import Task, make_task
 from tatamu.simulation.rollout import Rollout
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
+from tests.browser import Phone
 from tests.commands import tatamu
 
 SLOPES = {
@@ -393,12 +394,13 @@ def test_python_names_argument_and_unit(learned: Result, given: dict[str, Any], 
     assert not FeedbackFolder.of(learned.folder or Path()).files()
 
 
-def test_the_page_shows_the_photograph_of_a_fold(learned: Result) -> None:
+def test_the_page_shows_the_photograph_of_a_fold(learned: Result, phone: Phone) -> None:
     ours = FeedbackFolder.of(learned.folder or Path())
     fold = from_numbers({"left_along": (0.012, 0.002)}, source="sha256:0")
     found = tt.observe(learned, measured=fold)
     Image.new("RGB", (8, 8)).save(ours.files()[0].with_suffix(".jpg"))
     assert page(found).count("data:image/jpeg") == 1
+    phone(page(found))
 
 
 def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def test_a_garment_at_the_border_is_refused(tmp_path: Path) -> None:
         (["--sheet", "0,0 1,1 2,2 3,3 0.2x0.3"], "must not lie on a line"),
         (["--sheet", "0,0 9,9 9,0 0,9 0.2x0.3"], "must be top left, top right"),
         (["--width", "500"], "were all lengths given in metres"),
-        (["--ruler", "1,1 1,1 1"], "must be different ones"),
+        (["--ruler", "1,1 1,1 1"], "two different pixels"),
         (["--sheet", "0,0 1,1 0.2x0.3"], "must be four corners"),
     ],
 )

@@ -114,3 +114,15 @@ def test_the_arrow_of_a_fold_crosses_its_own_line_only_and_no_line_a_name(name: 
     kinds = [isinstance(shape, Label) for shape in shapes if not isinstance(shape, Dot)]
     names = kinds.index(True)
     assert not any(kinds[:names]) and all(kinds[names : names + len(garment.edges) + len(marks)])
+
+
+def test_a_line_far_beyond_the_garment_keeps_its_name_in_the_drawing() -> None:
+    garment = make_garment("towel", spacing=0.05)
+    marks = [
+        FoldMark(
+            "long", np.array([[0.0, -reach], [0.0, reach]]), np.array([1.0, 0.0]), np.empty((0, 2)), np.empty((0, 2))
+        )
+        for reach in (5.0, 0.17)
+    ]
+    far, near = (diagram(garment, [mark]).svg() for mark in marks)
+    assert far == near and ">long<" in far

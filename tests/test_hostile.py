@@ -192,7 +192,7 @@ MAIN = "from tatamu.cli import main; main()"
     ("what", "code", "line"),
     [
         ("warnings.warn('beside', RuntimeWarning); raise InputError('a: b')", 2, "tatamu: a: b\n"),
-        ("raise MemoryError", 2, "tatamu: there is not enough memory for this; give smaller files or a coarser mesh\n"),
+        ("raise MemoryError", 2, "tatamu: not enough memory; give smaller files or a larger mesh spacing\n"),
     ],
 )
 def test_a_command_that_fails_prints_its_line_alone(what: str, code: int, line: str) -> None:

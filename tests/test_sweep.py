@@ -15,6 +15,7 @@ from tatamu.study.options import TaskRequest
 from tatamu.sweep import SweepFolder, TaskRecord, read_sweep, run_sweep
 from tatamu.sweep.page import page
 from tatamu.sweep.table import LiveTable, counts, varied, write_parquet
+from tests.browser import Phone
 from tests.commands import tatamu
 from tests.fabricated import write_fold
 
@@ -226,8 +227,9 @@ def test_without_pyarrow_it_is_said_how_to_install_it(monkeypatch: pytest.Monkey
         check_parquet()
 
 
-def test_the_page_says_what_came_out() -> None:
+def test_the_page_says_what_came_out(phone: Phone) -> None:
     text = page(records())
+    phone(text)
     assert "5 of 5 succeed" in text and "6 tasks: 5 complete, 1 failed" in text
     assert "all &lt;i&gt;failed&lt;/i&gt;" in text and "<b>mine" not in text and "&lt;b&gt;mine" in text
     assert 'href="task-0/report.html"' in text

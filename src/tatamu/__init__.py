@@ -9,179 +9,87 @@ result.write_report("towel.html")
 
 from __future__ import annotations
 
+import ast
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from tatamu.api import (
-        PlanResult,
-        Result,
-        calibrate,
-        check,
-        correct,
-        learn,
-        load,
-        measure_margins,
-        observe,
-        plan_for,
-    )
-    from tatamu.base.errors import InputError, SimulationError, TatamuError, UnavailableError
-    from tatamu.cameras.locate import locate
-    from tatamu.evaluation.coarse import CoarseFirst
-    from tatamu.evaluation.disturbances.description import Disturbances, load_disturbances
-    from tatamu.evaluation.disturbed import Disturbed
-    from tatamu.evaluation.evaluator import Evaluation, Evaluator, Wrapper
-    from tatamu.evaluation.nominal import Nominal
-    from tatamu.evaluation.reach import WithinReach
-    from tatamu.folding.manipulation import Manipulation
-    from tatamu.folding.score import Limits, Score
-    from tatamu.folding.task import Task, make_task
-    from tatamu.garments import make_garment, register_garment
-    from tatamu.garments.garment import Garment
-    from tatamu.policies.dataset import make_dataset, replay
-    from tatamu.robots.constraint import find_reach
-    from tatamu.search.gp import GPSearch
-    from tatamu.search.registry import register_search
-    from tatamu.search.search import Search
-    from tatamu.search.space import Bounds, Space
-    from tatamu.search.two_fidelity import TwoFidelitySearch
-    from tatamu.simulation.material import Material
-    from tatamu.simulation.native import BodyTarget, HandTarget, Simulation, SimulationState
-    from tatamu.simulation.rollout import Rollout
-    from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
-    from tatamu.simulation.simulators import register_simulator, simulate, simulate_many
-    from tatamu.study.loop import Progress
-    from tatamu.study.options import LearnOptions
-    from tatamu.study.trial import Trial
 
 from tatamu.base.moved import install as _install
 from tatamu.base.version import __version__ as __version__
 
+if TYPE_CHECKING:  # the one list of public names, for type checkers; when one is used, it is imported from there
+    from tatamu.api import PlanResult as PlanResult
+    from tatamu.api import Result as Result
+    from tatamu.api import calibrate as calibrate
+    from tatamu.api import check as check
+    from tatamu.api import correct as correct
+    from tatamu.api import learn as learn
+    from tatamu.api import load as load
+    from tatamu.api import measure_margins as measure_margins
+    from tatamu.api import observe as observe
+    from tatamu.api import plan_for as plan_for
+    from tatamu.base.errors import InputError as InputError
+    from tatamu.base.errors import SimulationError as SimulationError
+    from tatamu.base.errors import TatamuError as TatamuError
+    from tatamu.base.errors import UnavailableError as UnavailableError
+    from tatamu.cameras.locate import locate as locate
+    from tatamu.evaluation.coarse import CoarseFirst as CoarseFirst
+    from tatamu.evaluation.disturbances.description import Disturbances as Disturbances
+    from tatamu.evaluation.disturbances.description import load_disturbances as load_disturbances
+    from tatamu.evaluation.disturbed import Disturbed as Disturbed
+    from tatamu.evaluation.evaluator import Evaluation as Evaluation
+    from tatamu.evaluation.evaluator import Evaluator as Evaluator
+    from tatamu.evaluation.evaluator import Wrapper as Wrapper
+    from tatamu.evaluation.nominal import Nominal as Nominal
+    from tatamu.evaluation.reach import WithinReach as WithinReach
+    from tatamu.folding.manipulation import Manipulation as Manipulation
+    from tatamu.folding.score import Limits as Limits
+    from tatamu.folding.score import Score as Score
+    from tatamu.folding.task import Task as Task
+    from tatamu.folding.task import make_task as make_task
+    from tatamu.garments import make_garment as make_garment
+    from tatamu.garments import register_garment as register_garment
+    from tatamu.garments.garment import Garment as Garment
+    from tatamu.policies.dataset import make_dataset as make_dataset
+    from tatamu.policies.dataset import replay as replay
+    from tatamu.robots.constraint import find_reach as find_reach
+    from tatamu.search.gp import GPSearch as GPSearch
+    from tatamu.search.registry import register_search as register_search
+    from tatamu.search.search import Search as Search
+    from tatamu.search.space import Bounds as Bounds
+    from tatamu.search.space import Space as Space
+    from tatamu.search.two_fidelity import TwoFidelitySearch as TwoFidelitySearch
+    from tatamu.simulation.material import Material as Material
+    from tatamu.simulation.native import BodyTarget as BodyTarget
+    from tatamu.simulation.native import HandTarget as HandTarget
+    from tatamu.simulation.native import Simulation as Simulation
+    from tatamu.simulation.native import SimulationState as SimulationState
+    from tatamu.simulation.rollout import Rollout as Rollout
+    from tatamu.simulation.scene import Cloth as Cloth
+    from tatamu.simulation.scene import Gripper as Gripper
+    from tatamu.simulation.scene import Scene as Scene
+    from tatamu.simulation.scene import Table as Table
+    from tatamu.simulation.simulators import register_simulator as register_simulator
+    from tatamu.simulation.simulators import simulate as simulate
+    from tatamu.simulation.simulators import simulate_many as simulate_many
+    from tatamu.study.loop import Progress as Progress
+    from tatamu.study.options import LearnOptions as LearnOptions
+    from tatamu.study.trial import Trial as Trial
+
+
+def _homes() -> dict[str, str]:
+    """Return the module of each public name, from the imports above."""
+    (names,) = (node.body for node in ast.parse(Path(__file__).read_text("utf-8")).body if isinstance(node, ast.If))
+    return {each.names[0].name: str(each.module) for each in names if isinstance(each, ast.ImportFrom)}
+
+
+_HOME = _homes()
+__all__ = sorted(_HOME)
 _install()
-
-_HOME = {
-    "BodyTarget": "tatamu.simulation.native",
-    "Bounds": "tatamu.search.space",
-    "Cloth": "tatamu.simulation.scene",
-    "CoarseFirst": "tatamu.evaluation.coarse",
-    "Disturbances": "tatamu.evaluation.disturbances.description",
-    "Disturbed": "tatamu.evaluation.disturbed",
-    "Evaluation": "tatamu.evaluation.evaluator",
-    "Evaluator": "tatamu.evaluation.evaluator",
-    "GPSearch": "tatamu.search.gp",
-    "Garment": "tatamu.garments.garment",
-    "Gripper": "tatamu.simulation.scene",
-    "HandTarget": "tatamu.simulation.native",
-    "InputError": "tatamu.base.errors",
-    "LearnOptions": "tatamu.study.options",
-    "Limits": "tatamu.folding.score",
-    "Manipulation": "tatamu.folding.manipulation",
-    "Material": "tatamu.simulation.material",
-    "Nominal": "tatamu.evaluation.nominal",
-    "PlanResult": "tatamu.api",
-    "Progress": "tatamu.study.loop",
-    "Result": "tatamu.api",
-    "Rollout": "tatamu.simulation.rollout",
-    "Scene": "tatamu.simulation.scene",
-    "Score": "tatamu.folding.score",
-    "Search": "tatamu.search.search",
-    "Simulation": "tatamu.simulation.native",
-    "SimulationError": "tatamu.base.errors",
-    "SimulationState": "tatamu.simulation.native",
-    "Space": "tatamu.search.space",
-    "Table": "tatamu.simulation.scene",
-    "Task": "tatamu.folding.task",
-    "TatamuError": "tatamu.base.errors",
-    "Trial": "tatamu.study.trial",
-    "TwoFidelitySearch": "tatamu.search.two_fidelity",
-    "UnavailableError": "tatamu.base.errors",
-    "WithinReach": "tatamu.evaluation.reach",
-    "Wrapper": "tatamu.evaluation.evaluator",
-    "calibrate": "tatamu.api",
-    "check": "tatamu.api",
-    "correct": "tatamu.api",
-    "find_reach": "tatamu.robots.constraint",
-    "learn": "tatamu.api",
-    "load": "tatamu.api",
-    "load_disturbances": "tatamu.evaluation.disturbances.description",
-    "locate": "tatamu.cameras.locate",
-    "make_dataset": "tatamu.policies.dataset",
-    "make_garment": "tatamu.garments",
-    "make_task": "tatamu.folding.task",
-    "measure_margins": "tatamu.api",
-    "observe": "tatamu.api",
-    "plan_for": "tatamu.api",
-    "register_garment": "tatamu.garments",
-    "register_search": "tatamu.search.registry",
-    "register_simulator": "tatamu.simulation.simulators",
-    "replay": "tatamu.policies.dataset",
-    "simulate": "tatamu.simulation.simulators",
-    "simulate_many": "tatamu.simulation.simulators",
-}
-
-__all__ = [
-    "BodyTarget",
-    "Bounds",
-    "Cloth",
-    "CoarseFirst",
-    "Disturbances",
-    "Disturbed",
-    "Evaluation",
-    "Evaluator",
-    "GPSearch",
-    "Garment",
-    "Gripper",
-    "HandTarget",
-    "InputError",
-    "LearnOptions",
-    "Limits",
-    "Manipulation",
-    "Material",
-    "Nominal",
-    "PlanResult",
-    "Progress",
-    "Result",
-    "Rollout",
-    "Scene",
-    "Score",
-    "Search",
-    "Simulation",
-    "SimulationError",
-    "SimulationState",
-    "Space",
-    "Table",
-    "Task",
-    "TatamuError",
-    "Trial",
-    "TwoFidelitySearch",
-    "UnavailableError",
-    "WithinReach",
-    "Wrapper",
-    "calibrate",
-    "check",
-    "correct",
-    "find_reach",
-    "learn",
-    "load",
-    "load_disturbances",
-    "locate",
-    "make_dataset",
-    "make_garment",
-    "make_task",
-    "measure_margins",
-    "observe",
-    "plan_for",
-    "register_garment",
-    "register_search",
-    "register_simulator",
-    "replay",
-    "simulate",
-    "simulate_many",
-]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first used, so that `import tatamu` is quick."""
+    """Import a public name."""
     if name not in _HOME:
         raise AttributeError(f"module 'tatamu' has no attribute {name!r}")
     try:
@@ -196,5 +104,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """List the public names."""
     return [*__all__, "__version__"]

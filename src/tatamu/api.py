@@ -28,6 +28,7 @@ from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
 from tatamu.robots.motion import Pace
 from tatamu.search import Parameters
+from tatamu.simulation.material import Material, load_material
 from tatamu.study.database import SharedDatabase
 from tatamu.study.folder import ResultFolder
 from tatamu.study.learn import Places
@@ -228,7 +229,7 @@ def measure_margins(
     else:
         loaded = load_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
         if loaded is None:
-            raise InputError("disturbances: must be default or a file .toml, given 'none', in which every fold holds")
+            raise InputError("disturbances: must be `default` or a .toml file, given none")
         given = loaded
     folder = None if out is None else Path(out)
     return measure(
@@ -309,27 +310,51 @@ def correct(observed: Feedback | LearnedFold | Path | str, *, out: Path | str | 
     return Result(**{each.name: getattr(made, each.name) for each in fields(made)})
 
 
-def check(result: LearnedFold | Path | str, simulator: str) -> Opinion:
+def check(
+    result: LearnedFold | Path | str,
+    simulator: str,
+    *,
+    material: Material | Path | str | None = None,
+    halved: bool = False,
+) -> Opinion:
     """Simulate a learned fold, or that of a folder, in another simulator. The result has `.score` and `.holds`.
 
+    Args:
+        result: The learned fold, or its folder.
+        simulator: Name of the other simulator.
+        material: The cloth in the other simulator, or its file; None for the material of the learned fold.
+        halved: Whether to simulate on a mesh of half the spacing.
+
     Raises:
-        InputError: If the simulator does not exist, or cannot run on this machine.
+        InputError: If the simulator does not exist or cannot run on this machine, or a file is wrong.
     """
-    return check_result(result if isinstance(result, LearnedFold) else LearnedFold.load(result), simulator)
+    learned = result if isinstance(result, LearnedFold) else LearnedFold.load(result)
+    cloth = material if isinstance(material, Material | None) else load_material(Path(material))
+    return check_result(learned, simulator, cloth, halved)
 
 
-def calibrate(measurements: Measurements | Path | str, simulator: str = "native") -> Calibration:
+def calibrate(
+    measurements: Measurements | Path | str,
+    simulator: str = "native",
+    *,
+    spacing: float | None = None,
+    progress: Callable[[str], None] = lambda test: None,
+) -> Calibration:
     """Find the material with which a simulator reproduces measurements. The result has `.material` and `.save(file)`.
 
     Args:
         measurements: The measurements, or their file.
         simulator: Name of the simulator.
+        spacing: Mesh spacing of the simulated tests [m]; None for one that is fine enough not to matter.
+        progress: Function that receives the name of a test before each of its simulations.
 
     Raises:
         InputError: If the file is wrong, or the simulator cannot reproduce a reading.
     """
+    if spacing is not None and not 1e-3 <= spacing <= 0.1:
+        raise InputError(f"spacing: must be from 0.001 to 0.1 m, given {spacing:g} m")
     given = measurements if isinstance(measurements, Measurements) else load_measurements(Path(measurements))
-    return calibrate_measurements(given, simulator)
+    return calibrate_measurements(given, simulator, spacing, progress)
 
 
 @dataclass(frozen=True)

@@ -126,10 +126,8 @@ def _medians(choices: Choices, studies: list[Study]) -> list[tuple[Markup, list[
     """
     rows = []
     for measure in MEASURES:
-        unit = f" [{measure.unit}]" if measure.unit else ""
         values = [_median(measure, _of(studies, name)) for name in choices.garments]
-        shown = ["–" if value is None else f"{value * measure.scale:.{measure.digits}f}" for value in values]
-        rows.append((Markup(measure.title + unit), shown, measure.threshold))
+        rows.append((Markup(measure.heading), [measure.number(value) for value in values], measure.threshold))
     counts = [np.median([crossed(study) for study in _of(studies, name)]) for name in choices.garments]
     crossing = [f"{count:g}" for count in counts]
     return [*rows, (Markup("Edges through triangles"), crossing, "0: no layer through another")]

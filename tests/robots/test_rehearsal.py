@@ -30,6 +30,7 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.study.options import LearnOptions
+from tests.browser import Phone
 
 MATERIAL = Material(
     areal_density=0.2,
@@ -174,9 +175,12 @@ def test_figures_of_the_fold_are_distances_of_vertices(done: Rehearsal, tmp_path
 
 
 @pytest.mark.parametrize(("shift", "word"), [(0.009, "as planned"), (0.011, "not as planned")])
-def test_the_page_says_whether_it_went_as_planned(done: Rehearsal, tmp_path: Path, shift: float, word: str) -> None:
+def test_the_page_says_whether_it_went_as_planned(
+    done: Rehearsal, tmp_path: Path, shift: float, word: str, phone: Phone
+) -> None:
     fold = made_up(done, scene(), np.array([shift, 0.0, 0.0]))
     text = page(done, save(done, tmp_path, fold), fold)
+    phone(text)
     assert f">{word}</span>" in text
     assert "at least 0.01" in text and "while they hold the cloth" in text
     assert "No links touched that must not" in text and "joint limit margin" in text and 'data-show="robot"' in text

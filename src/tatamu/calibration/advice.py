@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.calibration.estimate import Fit
-from tatamu.calibration.parameters import PLACE, SYMBOLS, UNITS
-from tatamu.calibration.readings import SHOWN
+from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS
 from tatamu.calibration.registry import TESTS
 from tatamu.calibration.result import Calibration
 from tatamu.calibration.test import millimetres
+from tatamu.show.quantity import filed, shown, usual
 
 MORE = 3
 """Number of additional repeats of a reading that the user is advised to make."""
@@ -57,7 +57,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         texts.append(
             f"{fit.test}: {calibration.simulator} comes to {_shown(fit, fit.simulated)}, not to the "
             f"{_shown(fit, fit.aim)} asked for: its nearest is taken, {SYMBOLS[fit.parameter]} is {fit.bound} "
-            f"{value:.3g} {UNITS[fit.parameter]}. Is the reading right?"
+            f"{value:.3g} {filed(KNOWN[fit.parameter].unit)}. Is the reading right?"
         )
         if fit.aim == fit.measured:  # the simulator cannot reproduce the reading
             return texts
@@ -66,10 +66,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
 
 def _shown(fit: Fit, value: float) -> str:
     """Return a value as text, in the unit with which pages show the reading of this fit."""
-    if fit.unit == "m":
-        return millimetres(value)
-    factor, unit = SHOWN.get(fit.unit, (1.0, fit.unit))
-    return f"{factor * value:.3g} {unit}".strip()
+    return millimetres(value) if fit.unit == "m" else shown(value, usual(fit.unit), ".3g")
 
 
 def _left_out(calibration: Calibration, fit: Fit) -> list[str]:

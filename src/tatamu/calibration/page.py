@@ -10,10 +10,11 @@ from markupsafe import Markup
 from tatamu.calibration.advice import NAMES, advice_on
 from tatamu.calibration.estimate import Fit
 from tatamu.calibration.friction import SLIDING
-from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS, UNITS
-from tatamu.calibration.readings import SHOWN, Reading
+from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS
+from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import Calibration, rounded
 from tatamu.calibration.test import CalibrationTest, RestTest
+from tatamu.show import quantity
 from tatamu.show.chart import Chart, Plot, axis, band, line, log_axis, note, traces
 from tatamu.show.page import render
 
@@ -78,21 +79,19 @@ def _drawing(test: CalibrationTest, shape: np.ndarray | None) -> str:
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     """Return two texts: a parameter's value with its unit, and the uncertainty of this value."""
-    factor = KNOWN[parameter].shown_factor
-    unit = KNOWN[parameter].shown_unit or UNITS[parameter]
-
-    def words(value: float) -> str:
-        return f"{factor * value:.4g} {unit if unit != '-' else ''}".strip()
-
-    text = words(getattr(calibration.material, parameter))
+    unit = KNOWN[parameter].unit
+    text = quantity.shown(getattr(calibration.material, parameter), unit)
     fit = calibration.bounding(parameter)
     if fit is not None:
-        least = text if fit.alone is None else words(fit.alone)
+        least = text if fit.alone is None else quantity.shown(fit.alone, unit)
         return f"{fit.bound} {least}", "the reading cannot tell" + (f"; {text} is taken" if least != text else "")
     if parameter in calibration.assumed:
         return text, "not measured"
     relative = calibration.relative(parameter)
-    return text, f"± {rounded(factor * calibration.uncertainty(parameter), 2):g} ({100 * relative:.1f} %)"
+    return (
+        text,
+        f"± {rounded(quantity.factor(unit) * calibration.uncertainty(parameter), 2):g} ({100 * relative:.1f} %)",
+    )
 
 
 def _sentence(fit: Fit, test: CalibrationTest) -> str:
@@ -108,10 +107,11 @@ def _chart(calibration: Calibration, fit: Fit) -> Plot:
 
 def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) -> Plot:
     """Return a chart of the simulated readings over the parameter. The measured reading is a horizontal band."""
-    factor = KNOWN[fit.parameter].shown_factor
+    factor = quantity.factor(KNOWN[fit.parameter].unit)
     label = KNOWN[fit.parameter].label
     x = factor * np.array([sample[0] for sample in fit.samples])
-    scale, unit = SHOWN[fit.unit]
+    unit = quantity.usual(fit.unit)
+    scale = quantity.factor(unit)
     y = scale * np.array([sample[1] for sample in fit.samples])
     low = scale * (fit.measured - fit.uncertainty)
     high = scale * (fit.measured + fit.uncertainty)
@@ -185,5 +185,5 @@ def _read(reading: Reading | None) -> tuple[str, str]:
     """Return two texts: a reading, and its uncertainty. Both are empty if there is no reading."""
     if reading is None:
         return "", ""
-    factor, unit = SHOWN[reading.unit]
-    return f"{factor * reading.value:.4g} {unit}".strip(), f"{factor * reading.uncertainty:.2g} {unit}".strip()
+    unit = quantity.usual(reading.unit)
+    return quantity.shown(reading.value, unit), quantity.shown(reading.uncertainty, unit, ".2g")

@@ -12,18 +12,14 @@ class Parameter:
     name: str
     symbol: str
     unit: str
-    """Unit of the parameter; "-" if it has no unit."""
+    """Unit for readers; empty if the parameter has none."""
     words: str
     """Name of the parameter in words."""
-    shown_unit: str = ""
-    """Unit with which pages show the parameter; empty if this unit is `unit`."""
-    shown_factor: float = 1.0
-    """Factor from a value in `unit` to the value that pages show."""
 
     @property
     def label(self) -> str:
-        """The symbol and the shown unit, as the label of an axis."""
-        return self.symbol if self.unit == "-" else f"{self.symbol} [{self.shown_unit or self.unit}]"
+        """The symbol and the unit, as the label of an axis."""
+        return f"{self.symbol} [{self.unit}]" if self.unit else self.symbol
 
 
 KNOWN = {
@@ -31,19 +27,18 @@ KNOWN = {
     for parameter in (
         Parameter("areal_density", "ρ", "kg/m²", "areal density"),
         Parameter("stretch_stiffness", "Y", "N/m", "stretch stiffness"),
-        Parameter("bending_rigidity", "B", "N m", "bending rigidity", "µN m", 1e6),
-        Parameter("friction_table", "μ", "-", "friction on the table"),
-        Parameter("compression", "c", "-", "resists compression, part of Y"),
+        Parameter("bending_rigidity", "B", "µN m", "bending rigidity"),
+        Parameter("friction_table", "μ", "", "friction on the table"),
+        Parameter("compression", "c", "", "resists compression, part of Y"),
         Parameter("shear_stiffness", "G", "N/m", "shear stiffness"),
-        Parameter("air_added_mass", "m_a", "kg/m²", "air that it carries", "g/m²", 1e3),
+        Parameter("air_added_mass", "m_a", "g/m²", "air that it carries"),
         Parameter("air_drag_quadratic", "q_n", "kg/m³", "quadratic drag of air"),
-        Parameter("bending_hysteresis", "HB", "N", "friction of bending", "mN", 1e3),
+        Parameter("bending_hysteresis", "HB", "mN", "friction of bending"),
     )
 }
 """Parameters by the names of their fields in a material."""
 PARAMETERS = tuple(KNOWN)
 """Names of the parameters, in the order of the rows and columns of every covariance matrix."""
-UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
 SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
 PLACE = {name: number for number, name in enumerate(PARAMETERS)}
 """Index of each parameter's row and column in every covariance matrix, by the name of the parameter."""

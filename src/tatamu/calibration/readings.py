@@ -20,8 +20,6 @@ LATEST = 600.0
 """Largest measured time [s]. Larger values are refused, because their unit must be wrong."""
 FARTHEST = 180.0
 """Largest angle of a fold [degrees]: the angle of a closed fold."""
-SHOWN = {"m": (1e3, "mm"), "kg": (1e3, "g"), "s": (1.0, "s"), "-": (1.0, "")}
-"""Factor and unit with which pages show a reading, by the unit of the reading."""
 
 
 def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:
@@ -89,7 +87,7 @@ class Reading:
     """Standard uncertainty of the mean, in `unit`."""
     repeats: int = 1
     unit: str = "m"
-    """Unit of the reading, one of `quantity.SHOWN`."""
+    """Unit of the reading: m, kg, s or "-"."""
 
     @classmethod
     def of(cls, values: tuple[float, ...], error: float, unit: str = "m") -> Reading:

@@ -38,7 +38,7 @@ def board(
     from tatamu.cameras.printing import write_pdf
 
     if out.suffix.lower() != ".pdf":
-        raise InputError(f"out: must be a .pdf file, given {out}")
+        raise InputError(f"--out: must be a .pdf file, given {out}")
     described = out.with_suffix(".toml")
     made = validated(Board, {"paper": paper, "pages": pages}, "options")
     check_targets([out, described])
@@ -47,5 +47,5 @@ def board(
     width, height = 1e3 * made.size
     count = "1 page" if pages == 1 else f"{pages} pages"
     print(f"board: {out}, {count} of {paper}, a pattern of {width:.0f} x {height:.0f} mm")
-    print(f"print it at 100 %: squares are {1e3 * SQUARE:.0f} mm wide, the scale bar is {1e3 * BAR:.0f} mm long")
+    print(f"print the board at 100 %: squares are {1e3 * SQUARE:.0f} mm wide, the scale bar is {1e3 * BAR:.0f} mm long")
     print(f"file: {described}, for --board; if the bar has another length, correct `bar` in it")

@@ -36,9 +36,9 @@ def calibrate(
 
     `tatamu calibrate measurements.toml --out my-towel-blender.toml --simulator blender`
     """
+    from tatamu.api import calibrate as run
     from tatamu.base.files import check_targets, write_text
     from tatamu.calibration import advice_on, load_measurements
-    from tatamu.calibration import calibrate as run
     from tatamu.calibration.page import page, shown
     from tatamu.calibration.parameters import SYMBOLS
     from tatamu.cli.progress import prepare
@@ -61,7 +61,7 @@ def calibrate(
             counts[test] += 1
             report(counts.total(), what=", ".join(f"{name} {count}" for name, count in counts.items()))
 
-        found = run(given, simulator, spacing, show)
+        found = run(given, simulator, spacing=spacing, progress=show)
     drawn = page(found)
     write_text(picture, drawn)
     found.save(out)

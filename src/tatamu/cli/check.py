@@ -40,8 +40,8 @@ def check(
 
     `tatamu check runs/towel --simulator blender --material my-towel.toml`
     """
-    from tatamu.after.second_opinion.check import check as run
     from tatamu.after.second_opinion.page import save
+    from tatamu.api import check as run
     from tatamu.cli.progress import prepare
     from tatamu.show.progress import progress
     from tatamu.simulation.material import load_material
@@ -51,13 +51,13 @@ def check(
     if everything or former:
         raise InputError("--all: is now `python -m benchmarks.crosscheck` in a checkout of tatamu")
     if not simulator:
-        raise InputError("--simulator: must be native, blender or mujoco, given nothing")
+        raise InputError("--simulator: must be given: native, blender or mujoco")
     require(simulator)
     learned = Result.load(folder)
+    given = None if material is None else load_material(material)
     prepare(simulator)
-    given = load_material(material) if material else None
     with progress(f"{learned.name} in {simulator}"):
-        opinion = run(learned, simulator, given, halve)
+        opinion = run(learned, simulator, material=given, halved=halve)
     page = save(opinion, out or folder / f"check-{simulator}")
     here = learned.score
     print(f"{learned.simulator}: {_words(here)}")
@@ -65,7 +65,7 @@ def check(
         print(f"{simulator}: {opinion.error}")
     else:
         print(f"{simulator}: {_words(opinion.score)}; {1e3 * opinion.apart.mean():.1f} mm from {learned.simulator}'s")
-    print(f"the fold {'holds' if opinion.holds else 'does not hold'} in {simulator}: {page}")
+    print(f"the fold {'succeeds' if opinion.holds else 'fails'} in {simulator}: {page}")
     return 0 if opinion.holds else 1
 
 

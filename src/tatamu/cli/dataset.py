@@ -49,7 +49,7 @@ def dataset(
     if workers is not None and not 1 <= workers <= MOST_AT_A_TIME:
         raise InputError(f"--workers: must be from 1 to {MOST_AT_A_TIME}, given {workers}")
     if workers is not None and scheduler is not None:
-        raise InputError("--workers: is for this machine; omit it with --scheduler")
+        raise InputError("--workers: must be omitted with --scheduler, which has its own workers")
     wanted = read_specification(specification)
     if scheduler is None and not DatasetFolder(out).is_finished:
         prepare("native")
@@ -72,8 +72,10 @@ def replay(
     Example: `tatamu replay runs/folds 7`
     """
     from tatamu.cli.progress import prepare
+    from tatamu.policies.dataset import DatasetFolder
     from tatamu.policies.dataset import replay as again
 
+    DatasetFolder(folder).read()  # a wrong folder is named before the compiling
     prepare("native")
     found = again(folder, episode)
     before = found.recorded.score

@@ -15,18 +15,19 @@ def garments() -> None:
     Example: `tatamu garments`
     """
     from rich.console import Console
-    from rich.table import Table
 
     from tatamu.garments import DESCRIPTIONS, make_garment
+    from tatamu.show.table import Table, terminal
     from tatamu.simulation.material import preset_names
     from tatamu.simulation.presets import load_preset
 
-    table = Table("garment", "what", "width x length", "layers", "vertices", "fabric", box=None, pad_edge=False)
+    rows = []
     presets = {each: load_preset(each).material for each in preset_names()}
     for name, what in DESCRIPTIONS.items():
         garment = make_garment(name)
         fabric = next(each for each, material in presets.items() if material == garment.material)
         size = "{:g}x{:g}".format(*garment.size)
-        table.add_row(name, what, size, str(garment.layers), str(len(garment.vertices)), fabric)
-    Console().print(table)
+        rows.append((name, what, size, str(garment.layers), str(len(garment.vertices)), fabric))
+    head = ("garment", "what", "width x length", "layers", "vertices", "fabric")
+    Console().print(terminal(Table(head, rows)))
     print("\nYour own garment: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb) or a garment file (.toml).")

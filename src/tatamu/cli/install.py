@@ -17,7 +17,7 @@ def install(what: Annotated[str, typer.Argument(metavar="WHAT", help="What to in
     Example: `tatamu install blender`
     """
     if what != "blender":
-        raise InputError(f"install: must be blender, given {what!r}")
+        raise InputError(f"WHAT: must be blender, given {what!r}")
     from tatamu.simulation.blender.install import install as make
 
     print(f"blender: {make()}")

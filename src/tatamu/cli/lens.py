@@ -34,4 +34,4 @@ def lens(
     found, rms = calibrate_lens(seen, size)
     write_lens(found, out)
     print(f"lens: {out}, focal length {found.focal:.0f} pixels of {found.width} x {found.height}")
-    print(f"corners deviate from it by {rms:.2f} pixels in {len(seen)} photos")
+    print(f"corners deviate from the lens by {rms:.2f} pixels in {len(seen)} photos")

@@ -76,7 +76,7 @@ def margins(
     if not steps:
         raise InputError(f"{folder}: contains a plan, but none of its steps is learned yet")
     if out is not None and len(steps) > 1:
-        raise InputError("--out: is for a single fold; give the folder of a step")
+        raise InputError("--out: must be given with the folder of one step, given that of a whole plan")
     with executor_at(scheduler) as executor:
         for step in steps:
             _one(step, given or _disturbances(step), out, draws, seed, simulator, limits, fine, executor)
@@ -99,7 +99,7 @@ def _load(given: str) -> Disturbances:
 
     found = load_disturbances(given)
     if found is None:
-        raise InputError("disturbances: must be default or a file .toml, given 'none', in which every fold holds")
+        raise InputError("disturbances: must be `default` or a .toml file, given none")
     return found
 
 

@@ -8,32 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.cli.app import app
+from tatamu.show.quantity import factor
 
 if TYPE_CHECKING:
     from tatamu.simulation.presets import Preset
-
-UNITS = {
-    "areal_density": "kg/m²",
-    "stretch_stiffness": "N/m",
-    "stretch_stiffness_weft": "N/m",
-    "shear_stiffness": "N/m",
-    "poisson_ratio": "-",
-    "bending_rigidity": "N m",
-    "bending_rigidity_weft": "N m",
-    "bending_rigidity_bias": "N m",
-    "bending_hysteresis": "N",
-    "bending_rigidity_initial": "N m",
-    "thickness": "m",
-    "friction_table": "-",
-    "friction_cloth": "-",
-    "air_drag": "N s/m³",
-    "air_drag_normal": "N s/m³",
-    "air_drag_tangential": "N s/m³",
-    "air_drag_quadratic": "kg/m³",
-    "air_drag_quadratic_tangential": "kg/m³",
-    "air_drag_turning": "kg/m^(8/3)",
-    "air_added_mass": "kg/m²",
-}
 
 
 @app.command()
@@ -67,11 +45,15 @@ def materials(
     console.print("Presets describe other people's cloth; start from one. `tatamu materials NAME` has the sources.")
 
 
-COLUMNS = ("ρ g/m²", "Y N/m", "B µN m", "l_b cm", "μ table", "t mm")
-"""Headings of the columns in the table of materials.
-
-They are areal density, stretch stiffness, bending rigidity, bending length, friction on the table, and thickness.
-"""
+COLUMNS = {
+    "ρ": ("areal_density", "g/m²"),
+    "Y": ("stretch_stiffness", "N/m"),
+    "B": ("bending_rigidity", "µN m"),
+    "l_b": ("bending_length", "cm"),
+    "μ table": ("friction_table", ""),
+    "t": ("thickness", "mm"),
+}
+"""Symbol, field and unit of each column in the table of materials."""
 
 
 def _lines(presets: list[Preset]) -> Iterator[str]:
@@ -79,12 +61,10 @@ def _lines(presets: list[Preset]) -> Iterator[str]:
 
     Each material takes two lines, because its title must fit on a narrow terminal.
     """
-    yield f"{'preset':28}" + "".join(f"{head:>8}" for head in COLUMNS)
+    yield f"{'preset':28}" + "".join(f"{f'{head} {unit}'.strip():>8}" for head, (_, unit) in COLUMNS.items())
     for each in presets:
-        m = each.material
-        numbers = (1e3 * m.areal_density, m.stretch_stiffness, 1e6 * m.bending_rigidity, 100 * m.bending_length)
-        row = [_rounded(number) for number in (*numbers, m.friction_table, 1e3 * m.thickness)]
-        raw = " (Blender's own numbers)" if m.blender is not None else ""
+        row = [_rounded(factor(unit) * getattr(each.material, field)) for field, unit in COLUMNS.values()]
+        raw = " (Blender's own numbers)" if each.material.blender is not None else ""
         yield f"{each.name:28}" + "".join(f"{cell:>8}" for cell in row)
         yield f"    {each.preset.title}{raw}"
 
@@ -96,10 +76,11 @@ def _rounded(number: float) -> str:
 
 def described(preset: Preset) -> str:
     """Return all fields of a preset (a material that comes with tatamu) as text, one field per line."""
+    from tatamu.show.material import filed_units
     from tatamu.simulation.material import UNSAID
 
     lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]
-    for name, unit in UNITS.items():
+    for name, unit in filed_units().items():
         if name in UNSAID and name not in preset.material.model_fields_set:
             continue
         low, high = preset.spread.get(name, (None, None))

@@ -50,7 +50,7 @@ def measure(
         return
     content = text(template)
     if out.exists():
-        raise InputError(f"{out}: is there already; remove it, or give another name with --out")
+        raise InputError(f"{out}: exists; remove the file, or give another name with --out")
     write_text(out, content)
     print(f"{out}: fill in the readings, then `tatamu calibrate {out} --out MATERIAL.toml`; `tatamu measure` says how")
 
@@ -63,7 +63,7 @@ def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str
     from tatamu.garments.photo import find_outline, straightened
 
     if disc is None or plate is None or ruler is None:
-        raise InputError("drape: needs --disc, --plate and --ruler as well")
+        raise InputError("--drape: must be given with --disc, --plate and --ruler")
     if not 0.0 < plate < disc < np.inf:
         raise InputError(f"plate: must be above zero and smaller than disc ({disc:g} m), given {plate:g} m")
     found = find_outline(photo)

@@ -66,9 +66,9 @@ def plans(
     from tatamu.simulation.material import load_material
 
     if out is not None and out.suffix and out.suffix.lower() not in SUFFIXES:
-        raise InputError(f"out: must be an .html, .png or .toml file or a folder, given {out}")
+        raise InputError(f"--out: must be an .html, .png or .toml file or a folder, given {out}")
     if out is not None and out.suffix.lower() == ".toml" and len(fold or ()) > 1:
-        raise InputError(f"out: a plan file holds one plan, given {len(fold or ())} with --fold")
+        raise InputError(f"--out: must be a page, a picture or a folder for {len(fold or ())} plans, given {out}")
     sides = None if size is None else parse_size(size)
     made = make_garment(garment, sides, load_material(material) if material else None, spacing, scale)
     found = chosen(made, fold or ())

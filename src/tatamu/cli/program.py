@@ -56,7 +56,7 @@ def run(app: typer.Typer, name: str) -> NoReturn:
             raise
         _stop(name, str(refused), 2)
     except MemoryError:
-        _stop(name, "there is not enough memory for this; give smaller files or a coarser mesh", 2)
+        _stop(name, "not enough memory; give smaller files or a larger mesh spacing", 2)
     except OSError as error:
         if error.errno not in UNWRITABLE:  # errors of other files are reported where they are opened
             raise

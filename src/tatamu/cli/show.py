@@ -82,7 +82,7 @@ def _targets(out: Path | None, name: str) -> list[Path]:
     if out.suffix.lower() in (".html", ".png"):
         return [out]
     if out.suffix:
-        raise InputError(f"out: must be an .html file, a .png file or a folder, given {out}")
+        raise InputError(f"--out: must be an .html file, a .png file or a folder, given {out}")
     return [out / f"{name}.html", out / f"{name}.png"]
 
 

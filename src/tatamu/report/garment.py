@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -11,8 +11,11 @@ from markupsafe import Markup
 
 from tatamu.garments import Garment
 from tatamu.show.drawing import FROM_ABOVE, Drawing
+from tatamu.show.material import properties
 from tatamu.show.page import render
+from tatamu.show.quantity import number
 from tatamu.show.shapes import Dot, Label, Polyline, Segments, Shape
+from tatamu.show.table import Table
 from tatamu.simulation.mesh.topology import Topology, areas
 
 SEAM = "accent"
@@ -51,8 +54,9 @@ def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
     words = f"{garment.name} from above, {len(garment.vertices)} vertices in {garment.layers} layers"
     drawing = Drawing(low, high, TALL / float(high[0] - low[0]), FROM_ABOVE, words=words)
     drawing.add(*_cloth(garment), *_edges(garment))
-    for fold in folds:
-        _draw_fold(drawing, fold, margin, [other for other in folds if other is not fold])
+    shown = [replace(fold, line=_within(fold.line, plan.min(axis=0), plan.max(axis=0))) for fold in folds]
+    for fold in shown:
+        _draw_fold(drawing, fold, margin, [other for other in shown if other is not fold])
     drawing.shapes.sort(key=lambda shape: isinstance(shape, Label))  # draws names last, over all lines
     _draw_scale(drawing)
     return drawing
@@ -97,6 +101,12 @@ def _edges(garment: Garment) -> list[Shape]:
         else:
             shapes.append(Label(points[middle] - 0.25 * word * out, name, 0.0 * out, colour))
     return shapes
+
+
+def _within(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the part of a fold line over the garment, whose bounds are given; a plan's line may reach far beyond."""
+    part = shapely.clip_by_rect(shapely.LineString(line), *low, *high)
+    return line if part.is_empty else shapely.get_coordinates(part)[[0, -1]]
 
 
 def _draw_fold(drawing: Drawing, fold: FoldMark, margin: float, others: Sequence[FoldMark]) -> None:
@@ -161,7 +171,6 @@ def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
     legend = [(SEAM, "seam"), (OPENING, "open edge")]
     if folds:
         legend += [("target", "fold line"), ("left", "grasps of the left hand"), ("right", "grasps of the right hand")]
-    material = garment.material.model_dump(exclude={"blender"})
     return render(
         "report/garment.html",
         title=garment.name,
@@ -169,23 +178,21 @@ def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
         drawing=Markup(diagram(garment, folds).svg()),
         legend=legend,
         facts=facts(garment),
-        edges=_named_edges(garment),
-        material=[(name, f"{value:g}") for name, value in material.items()],
+        edges=Table(("edge", "", "length [mm]", "vertices"), _named_edges(garment)),
+        material=[(each.name, str(each)) for each in properties(garment.material)],
     )
 
 
-def _named_edges(garment: Garment) -> list[tuple[str, str, float, int]]:
-    """Return four facts about each named edge of a garment.
-
-    They are its name, whether it is open or sewn, its length [m] and its number of vertices.
-    """
+def _named_edges(garment: Garment) -> list[tuple[str, str, str, str]]:
+    """Return the name of each edge, whether it is open or sewn, its length and its number of vertices."""
     plan = garment.vertices[:, :2]
+    lengths = {name: np.linalg.norm(np.diff(plan[path], axis=0), axis=1).sum() for name, path in garment.edges.items()}
     return [
         (
             name,
             "open" if name in garment.openings else "sewn",
-            float(np.linalg.norm(np.diff(plan[path], axis=0), axis=1).sum()),
-            len(path),
+            number(length, "mm", ".0f"),
+            str(len(garment.edges[name])),
         )
-        for name, path in garment.edges.items()
+        for name, length in lengths.items()
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tatamu.folding.score import Limits, Score
+from tatamu.show.quantity import number
 
 DE_GUSSEME = "De Gusseme and wyffels 2022, Front. Neurorobot. 16:989702"
 BIFOLD = "BiFold 2025"
@@ -43,8 +44,7 @@ class Measure:
     title: str
     """Name of the measure, as HTML."""
     unit: str
-    scale: float
-    """Factor from the unit in result.json to the unit on the page."""
+    """Unit on the page."""
     digits: int
     meaning: str
     """Meaning of the measure in a few words, as HTML."""
@@ -64,8 +64,16 @@ class Measure:
 
     def text(self, score: Score | None) -> str:
         """Return the value of the measure as text, in the unit of the page."""
-        value = self.value(score)
-        return "–" if value is None else f"{value * self.scale:.{self.digits}f}"
+        return self.number(self.value(score))
+
+    def number(self, value: float | None) -> str:
+        """Return a value in the unit of result.json as text, in the unit of the page."""
+        return number(value, self.unit, f".{self.digits}f")
+
+    @property
+    def heading(self) -> str:
+        """Title with the unit, as HTML."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
 
     def passes(self, score: Score | None) -> bool | None:
         """Return whether a fold's value of the measure meets the threshold.
@@ -83,7 +91,6 @@ MEASURES = (
         "mean_vertex_distance",
         "Mean vertex distance",
         "mm",
-        1e3,
         1,
         "mean of e<sub>i</sub> over the mesh",
         "below {:g} near perfect, to {:g} good, above {:g} failed; ".format(*(1e3 * end for end, _ in GRADES))
@@ -96,7 +103,6 @@ MEASURES = (
         "moving_vertex_distance",
         "of the part that moves",
         "mm",
-        1e3,
         1,
         "mean of e<sub>i</sub> over the part that the fold moves: half of the cloth may never move",
         f"below {1e3 * SUCCESS:g} success",
@@ -107,7 +113,6 @@ MEASURES = (
         "mask_iou",
         "Mask IoU",
         "",
-        1.0,
         3,
         "overlap of the two top views, intersection over union",
         f"at least {OVERLAP:.2f}",
@@ -119,7 +124,6 @@ MEASURES = (
         "area_error",
         "Area error E<sub>f</sub>",
         "%",
-        1.0,
         2,
         "folded area against what the fold should leave (half, for a fold in half)",
         f"{AREA:g} reached",
@@ -127,12 +131,11 @@ MEASURES = (
         GARCIA,
         most=AREA,
     ),
-    Measure("slip", "Slip", "mm", 1e3, 1, "how far the part that should lie still moved"),
+    Measure("slip", "Slip", "mm", 1, "how far the part that should lie still moved"),
     Measure(
         "residual_bend",
         "Residual bend",
         "mm",
-        1e3,
         1,
         "largest e<sub>i</sub> beyond μ + 1.28 σ",
         source="the paper, Fig. 2",
@@ -141,7 +144,6 @@ MEASURES = (
         "trajectory_length",
         "Path length l<sub>x</sub>",
         "m",
-        1.0,
         3,
         "length of a hand’s path",
         source="the paper, Eq. (10)",
@@ -150,7 +152,6 @@ MEASURES = (
         "shape_distance",
         "Shape distance D",
         "m",
-        1.0,
         3,
         "Σ w<sub>i</sub> e<sub>i</sub>; depends on the mesh",
         source="the paper, Eq. (11), Eq. (12), Eq. (13)",
@@ -159,7 +160,6 @@ MEASURES = (
         "objective",
         "Objective C",
         "",
-        1.0,
         4,
         "l<sub>x</sub> + 0.01 D, what the search minimised",
         source="the paper, Eq. (10)",

@@ -28,7 +28,7 @@ def write_report(fold: Result, file: Path | None = None) -> Path:
         InputError: If the file cannot be written, or the fold has no folder and no file is given.
     """
     if file is None and fold.folder is None:
-        raise InputError("file: must be given, as the result is in memory only")
+        raise InputError("file: must be given, because the result has no folder")
     out = file or ResultFolder(Path(fold.folder or "")).report_file
     write_text(out, page(fold))
     return out

@@ -39,7 +39,7 @@ def write_plan_report(whole: PlanResult, file: Path | None = None) -> Path:
         InputError: If the file cannot be written, or the plan has no folder and no file is given.
     """
     if file is None and whole.folder is None:
-        raise InputError("file: must be given, as the result is in memory only")
+        raise InputError("file: must be given, because the result has no folder")
     out = file or ResultFolder(Path(whole.folder or "")).report_file
     write_text(out, page(whole))
     return out

@@ -8,6 +8,7 @@ import numpy as np
 
 from tatamu.folding.score import Score
 from tatamu.report.measures import grade
+from tatamu.show.material import properties
 from tatamu.study.result import Result
 
 Facts = list[tuple[str, str]]
@@ -93,36 +94,9 @@ def timing(fold: Result) -> Facts:
     ]
 
 
-_AIR = (
-    ("air_drag_normal", "N s/m³"),
-    ("air_drag_tangential", "N s/m³"),
-    ("air_drag_quadratic", "kg/m³"),
-    ("air_drag_quadratic_tangential", "kg/m³"),
-    ("air_drag_turning", "kg/m^(8/3)"),
-    ("air_added_mass", "kg/m²"),
-)
-
-
 def material(fold: Result) -> Facts:
     """Return the properties of the cloth's material, with units."""
-    cloth = fold.record.task.material
-    return [
-        ("areal density", f"{1e3 * cloth.areal_density:.4g} g/m²"),
-        ("stretch stiffness", f"{cloth.stretch_stiffness:.4g} N/m"),
-        *([("of it in compression", f"{cloth.compression:.3g}")] if cloth.compression < 1.0 else []),
-        ("Poisson ratio", f"{cloth.poisson_ratio:.3g}"),
-        ("bending rigidity", f"{1e6 * cloth.bending_rigidity:.4g} µN m"),
-        ("bending length", f"{1e3 * cloth.bending_length:.3g} mm"),
-        ("thickness", f"{1e3 * cloth.thickness:.3g} mm"),
-        ("friction on table", f"{cloth.friction_table:.3g}"),
-        ("friction on cloth", f"{cloth.friction_cloth:.3g}"),
-        *([("air drag", f"{cloth.air_drag:.3g} N s/m³")] if cloth.air_drag else []),
-        *(
-            (name.replace("_", " "), f"{getattr(cloth, name):.3g} {unit}")
-            for name, unit in _AIR
-            if getattr(cloth, name)
-        ),
-    ]
+    return [(each.name, str(each)) for each in properties(fold.record.task.material)]
 
 
 def task(fold: Result) -> Facts:

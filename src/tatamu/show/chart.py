@@ -7,7 +7,7 @@ colour for light or dark mode.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -85,6 +85,14 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
         "tickcolor": "@line",
         **more,
     }
+
+
+def rows(names: Iterable[str]) -> dict[str, Any]:
+    """Return the layout of a chart of kind "rows", which has a row for each name, the first at the bottom.
+
+    A phone shows the names above their rows. An x axis with a fixed range keeps them apart from the curves.
+    """
+    return {"height": 90 + 26 * len(set(names)), "yaxis": axis("", type="category", ticks="", showgrid=False)}
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:

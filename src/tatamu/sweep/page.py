@@ -10,9 +10,11 @@ from typing import Any
 
 from tatamu.base.files import write_text
 from tatamu.report.measures import SUCCESS, grade
-from tatamu.show.chart import Chart, Plot, axis, line, log_axis, traces
+from tatamu.show.chart import Chart, Plot, axis, line, log_axis, rows, traces
 from tatamu.show.page import render
 from tatamu.show.palette import SERIES
+from tatamu.show.quantity import number
+from tatamu.show.table import Table
 from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
@@ -23,6 +25,9 @@ Smaller distances appear in the chart at this value.
 """
 MOST_POINTS = 5000
 """Largest number of tasks in a chart. The table contains all tasks."""
+
+
+HEAD = ("task", "studies", "median [mm]", "worst [mm]", "median C", "median IoU", "succeed")
 
 
 def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
@@ -54,8 +59,8 @@ def page(records: Sequence[TaskRecord]) -> str:
         succeeded=sum((record.mean_vertex_distance or 1.0) < SUCCESS for record in complete),
         complete=len(complete),
         success=f"{1e3 * SUCCESS:g} mm",
-        failed=[(record.name, record.error) for record in records if record.state == "failed"],
-        groups=[(name or "all", _summary(group)) for name, group in groups.items()],
+        failed=Table(("task", "error"), [(each.name, each.error or "") for each in records if each.state == "failed"]),
+        groups=Table(HEAD, [(name or "all", *_summary(group)) for name, group in groups.items()]),
         names=names,
         rows=[(record, [_shown(record.options.get(name)) for name in names], _cells(record)) for record in records],
     )
@@ -74,23 +79,22 @@ def grouped(records: Sequence[TaskRecord], names: Sequence[str]) -> dict[str, li
 
 
 def _summary(group: Sequence[TaskRecord]) -> list[str]:
-    distances = [1e3 * record.mean_vertex_distance for record in group if record.mean_vertex_distance is not None]
+    distances = [record.mean_vertex_distance for record in group if record.mean_vertex_distance is not None]
     objectives = [record.objective for record in group if record.objective is not None]
     overlaps = [record.mask_iou for record in group if record.mask_iou is not None]
-    held = sum(distance < 1e3 * SUCCESS for distance in distances)
     return [
         str(len(group)),
-        f"{median(distances):.1f}" if distances else "–",
-        f"{max(distances):.1f}" if distances else "–",
-        f"{median(objectives):.4f}" if objectives else "–",
-        f"{median(overlaps):.3f}" if overlaps else "–",
-        f"{held} of {len(group)}",
+        number(median(distances) if distances else None, "mm", ".1f"),
+        number(max(distances, default=None), "mm", ".1f"),
+        number(median(objectives) if objectives else None, form=".4f"),
+        number(median(overlaps) if overlaps else None, form=".3f"),
+        f"{sum(distance < SUCCESS for distance in distances)} of {len(group)}",
     ]
 
 
 def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
     """Return a chart of the mean vertex distances, with a row for each group and a dot for each task."""
-    shown = [(name, record) for name, group in groups.items() for record in group][:MOST_POINTS]
+    shown = [(name, record) for name, group in groups.items() for record in group][:MOST_POINTS][::-1]
     values = [1e3 * max(record.mean_vertex_distance or LEAST, LEAST) for _, record in shown]
     dots = {
         "x": [round(value, 4) for value in values],
@@ -104,8 +108,7 @@ def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
     plot = traces(
         [dots],
         xaxis=log_axis("mean vertex distance [mm]", low, high),
-        yaxis=axis("", type="category", autorange="reversed"),
-        height=110 + 26 * len(groups),
+        **rows(groups),
         shapes=[line("x", 1e3 * SUCCESS)],
     )
     caption = f"each dot a task; success left of the line, {1e3 * SUCCESS:g} mm"
@@ -149,14 +152,11 @@ def _cells(record: TaskRecord) -> list[tuple[str, str]]:
     """
     if record.mean_vertex_distance is None:
         return []
-    word = grade(record.mean_vertex_distance)
-    objective = "–" if record.objective is None else f"{record.objective:.4f}"
-    overlap = "–" if record.mask_iou is None else f"{record.mask_iou:.3f}"
     return [
-        (f"{1e3 * record.mean_vertex_distance:.1f}", word),
-        (objective, ""),
-        (overlap, ""),
-        (str(record.crossings if record.crossings is not None else "–"), ""),
+        (number(record.mean_vertex_distance, "mm", ".1f"), grade(record.mean_vertex_distance)),
+        (number(record.objective, form=".4f"), ""),
+        (number(record.mask_iou, form=".3f"), ""),
+        (number(record.crossings), ""),
         (str(record.trials), ""),
     ]
 

@@ -35,7 +35,7 @@ from tatamu.folding.marks import MARKS
 from tatamu.folding.score import Limits
 from tatamu.report.headline import title as fold_title
 from tatamu.report.topview import TopView, draw, extent, mask, outlined, view
-from tatamu.show.chart import Chart, Plot, axis, line, traces
+from tatamu.show.chart import Chart, Plot, axis, line, rows, traces
 from tatamu.show.image import jpeg_uri
 from tatamu.show.page import render
 from tatamu.simulation.mesh.topology import facing_down
@@ -82,7 +82,7 @@ def page(found: Feedback) -> str:
     return render(
         "after/feedback/page.html",
         charts={
-            "told": [Chart("What is the same in every fold", _told(found), kind="tall broad")],
+            "told": [Chart("What is the same in every fold", _told(found), kind="rows")],
             "gain": [Chart("The next fold", _gain(found))],
         },
         title=fold_title(found.learned),
@@ -160,18 +160,19 @@ def _mm(value: float) -> str:
 
 def _told(found: Feedback) -> Plot:
     """Return a chart of means and standard deviations, both divided by the standard deviation before."""
-    rows = by_gain(found)[::-1]
-    names = [title(name) for name, *_ in rows]
-    means = [mean / before for _, mean, before, _ in rows]
-    spread = [after / before for *_, before, after in rows]
+    told = by_gain(found)[::-1]
+    names = [title(name) for name, *_ in told]
+    means = [mean / before for _, mean, before, _ in told]
+    spread = [after / before for *_, before, after in told]
+    end = 0.2 + max([1.0, *(abs(mean) + each for mean, each in zip(means, spread, strict=True))])
     return traces(
         [
-            _points(names, [0.0] * len(rows), [1.0] * len(rows), "before", "@line", 9),
+            _points(names, [0.0] * len(told), [1.0] * len(told), "before", "@line", 9),
             _points(names, means, spread, "after", "@plot", 4),
         ],
-        margin={"l": 220, "r": 20, "t": 30, "b": 44},
-        xaxis=axis("standard deviations as stated before", zeroline=True),
-        yaxis={"automargin": True, "ticks": ""},
+        **rows(names),
+        xaxis=axis("standard deviations as stated before", range=[-end, end]),
+        shapes=[line("x", 0.0, dash="solid")],
     )
 
 

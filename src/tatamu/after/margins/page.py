@@ -22,7 +22,7 @@ from tatamu.evaluation.robustness import AloneMargin, FoldOnMesh, MarginsResult
 from tatamu.folding.manipulation import HANDS
 from tatamu.report.errormap import largest
 from tatamu.report.headline import title
-from tatamu.show.chart import Chart, Plot, axis, line, traces
+from tatamu.show.chart import Chart, Plot, axis, line, rows, traces
 from tatamu.show.page import render
 from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.simulation.rollout import Rollout
@@ -58,7 +58,10 @@ def page(measured: Measured) -> str:
     shown = _replayed(measured)
     return render(
         "after/margins/page.html",
-        charts={"alone": [Chart("Each alone", _tornado(result), kind="tall broad")], "joint": [_histogram(measured)]},
+        charts={
+            "alone": [Chart("Each alone", _tornado(result), "pale: succeeds up to the largest value tried", "rows")],
+            "joint": [_histogram(measured)],
+        },
         replay=_replay(measured, shown) if shown else None,
         events=_events(shown),
         title=title(measured.learned),
@@ -97,18 +100,17 @@ def _tornado(result: MarginsResult) -> Plot:
 
     The bar goes from the lowest to the highest value at which the fold succeeds, in standard deviations.
     """
-    rows = _sorted(result)[::-1]
-    most = 1.0 + max((_tried(margin) for margin in rows), default=1.0)
-    names = [TITLES.get(margin.name, margin.name) for margin in rows]
-    data = [_bars(rows, names, sign, most) for sign in (-1.0, 1.0)]
+    margins = _sorted(result)[::-1]
+    most = 1.0 + max((_tried(margin) for margin in margins), default=1.0)
+    names = [TITLES.get(margin.name, margin.name) for margin in margins]
+    data = [_bars(margins, names, sign, most) for sign in (-1.0, 1.0)]
     bounds = [line("x", at, colour="@line") for at in (-2.0, 2.0)]
     return traces(
         data,
         barmode="overlay",
         bargap=0.25,
-        margin={"l": 220, "r": 20, "t": 10, "b": 44},
-        xaxis=axis("standard deviations; pale: holds up to the largest value tried", range=[-most, most]),
-        yaxis={"automargin": True, "ticks": ""},
+        **rows(names),
+        xaxis=axis("standard deviations", range=[-most, most]),
         shapes=[*bounds, line("x", 0.0, dash="solid")],
     )
 

@@ -6,31 +6,23 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 
 from tatamu.evaluation.robustness.record import interval_of
 from tatamu.folding.score import Limits, judged_distance
 from tatamu.policies.dataset.folder import DatasetRecord
 from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.report.measures import MEASURES, Measure
 from tatamu.show.chart import Chart, axis, line, log_axis, traces
 from tatamu.show.image import data_uri
 from tatamu.show.page import render
+from tatamu.show.quantity import NOTHING
+from tatamu.show.table import Table
 
 LEAST = 1e-4
 """Smallest distance on the logarithmic axis of a chart [m]. Smaller distances appear in the chart at this value."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
-UNITS = {
-    "objective": (1.0, "C, Eq. (10)"),
-    "trajectory_length": (1.0, "path length l_x [m]"),
-    "shape_distance": (1.0, "D, Eq. (11) [m]"),
-    "mean_vertex_distance": (1e3, "mean vertex distance [mm]"),
-    "moving_vertex_distance": (1e3, "mean vertex distance, part that moves [mm]"),
-    "mask_iou": (1.0, "mask IoU"),
-    "area_error": (1.0, "area error [%]"),
-    "slip": (1e3, "slip [mm]"),
-    "residual_bend": (1e3, "residual bend [mm]"),
-}
-"""Factor and title of each measure on the page. The factor converts the measure to the unit in the title."""
 
 
 def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Sequence[np.ndarray]) -> str:
@@ -54,8 +46,11 @@ def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Seq
         seconds=f"{dataset.frames / dataset.specification.record.fps:.0f}",
         facts=_facts(dataset),
         groups=_groups(records),
-        measures=[(title, _spread(name, factor, shown)) for name, (factor, title) in UNITS.items()],
-        errors=_errors(records),
+        measures=Table(
+            ("measure", "minimum", "median", "90 %", "maximum"),
+            [(Markup(measure.heading), *_spread(measure, shown)) for measure in MEASURES],
+        ),
+        errors=Table(("episode", "error"), [(str(each.episode), each.error) for each in records if each.error]),
         thumbnails=[(data_uri(picture), _words(record)) for picture, record in zip(pictures, records, strict=False)],
     )
 
@@ -75,15 +70,13 @@ def _facts(dataset: DatasetRecord) -> list[tuple[str, str]]:
     ]
 
 
-def _groups(records: Sequence[EpisodeRecord]) -> list[tuple[str, list[str]]]:
-    """Return the rows of a table with one row for each garment and fold plan.
-
-    The columns are the number of episodes, the success rate, and the mean vertex distances.
-    """
+def _groups(records: Sequence[EpisodeRecord]) -> Table:
+    """Return a table of the success rates and the mean vertex distances of each garment and fold plan."""
     groups: dict[str, list[EpisodeRecord]] = {}
     for record in records:
         groups.setdefault(f"{Path(record.garment).stem}, {Path(record.plan).stem}", []).append(record)
-    return [(name, _summary(group)) for name, group in groups.items()]
+    head = ("garment, plan", "episodes", "succeed", "interval", "median [mm]", "90 % [mm]")
+    return Table(head, [(name, *_summary(group)) for name, group in groups.items()])
 
 
 def _summary(group: Sequence[EpisodeRecord]) -> list[str]:
@@ -94,13 +87,9 @@ def _summary(group: Sequence[EpisodeRecord]) -> list[str]:
     return [str(len(group)), f"{100 * held / len(group):.0f} %", f"{100 * low:.0f} to {100 * high:.0f} %", *middle]
 
 
-def _spread(name: str, factor: float, records: Sequence[EpisodeRecord]) -> list[str]:
-    values = [factor * value for record in records if (value := getattr(record.score, name)) is not None]
-    return [f"{np.quantile(values, part):.4g}" for part in (0.0, 0.5, 0.9, 1.0)] if values else ["–"] * 4
-
-
-def _errors(records: Sequence[EpisodeRecord]) -> list[tuple[int, str]]:
-    return [(record.episode, record.error) for record in records if record.error]
+def _spread(measure: Measure, records: Sequence[EpisodeRecord]) -> list[str]:
+    values = [value for record in records if (value := measure.value(record.score)) is not None]
+    return [measure.number(float(np.quantile(values, part))) if values else NOTHING for part in (0.0, 0.5, 0.9, 1.0)]
 
 
 def _words(record: EpisodeRecord) -> str:

@@ -21,6 +21,20 @@ function painted(value, key, style) {
   return value;
 }
 
+/* The layout of a chart with rows in a narrow place: names stand above their rows, not beside them. */
+function stacked(layout, names) {
+  const rows = [...new Set(names)];
+  const above = { xref: "paper", x: 0, xanchor: "left", yshift: 14, showarrow: false };
+  return {
+    ...layout,
+    height: 90 + 36 * rows.length,
+    bargap: 0.6,
+    margin: { ...layout.margin, l: 8, r: 8 },
+    yaxis: { ...layout.yaxis, showticklabels: false, range: [-0.5, rows.length - 0.1] },
+    annotations: [...(layout.annotations ?? []), ...rows.map((name) => ({ ...above, y: name, text: name }))],
+  };
+}
+
 /* Draw every chart of the page; returns how to draw them again when the colours have changed. */
 export async function startCharts() {
   const script = document.createElement("script");
@@ -31,7 +45,9 @@ export async function startCharts() {
     const style = getComputedStyle(document.documentElement);
     for (const [id, figure] of Object.entries(figures)) {
       const { data, layout } = painted(figure, "", style);
-      Plotly.newPlot(document.getElementById(id), data, layout, CONFIG);
+      const place = document.getElementById(id);
+      const narrow = place.classList.contains("rows") && place.clientWidth < 500;
+      Plotly.newPlot(place, data, narrow ? stacked(layout, data[0].y) : layout, CONFIG);
     }
   };
   draw();
