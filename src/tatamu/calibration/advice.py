@@ -57,7 +57,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         texts.append(
             f"{fit.test}: {calibration.simulator} comes to {_shown(fit, fit.simulated)}, not to the "
             f"{_shown(fit, fit.aim)} asked for: its nearest is taken, {SYMBOLS[fit.parameter]} is {fit.bound} "
-            f"{value:.3g} {filed(KNOWN[fit.parameter].unit)}. Is the reading right?"
+            f"{f'{value:.3g} {filed(KNOWN[fit.parameter].unit)}'.strip()}. Is the reading right?"
         )
         if fit.aim == fit.measured:  # the simulator cannot reproduce the reading
             return texts
