@@ -54,9 +54,7 @@ CASES: dict[str, list[str]] = {
     ],
     "plan": ["plan", "reach", "--robot", "hironx", "--out", "OUT"],
     "check": ["check", "leg", "--simulator", "native", "--halve", "--out", "OUT"],
-    "check-all": [
-        *("check", "mujoco", "--all", "--simulators", "native,mujoco", "--random", "1", "--out", "OUT"),
-    ],
+    "check-all": [*("check", "mujoco", "--all", "--simulators", "native,mujoco", "--random", "1", "--out", "OUT")],
     "validate": [
         *("validate", "--only", "hang", "--only", "cantilever", "--only", "incline", "--only", "crease", "--quick"),
         *("--out", "OUT"),

@@ -39,13 +39,7 @@ def fold(name: str, out: Path, trials: int) -> list[dict[str, Any]]:
         own = {"mean_vertex_distance": best.mean_vertex_distance, "mask_iou": best.mask_iou}
         crossings = result.record.crossings
         return [
-            {
-                **head,
-                "step": task.title,
-                "own": own,
-                "whole": own,
-                "crossings": crossings.final if crossings else None,
-            }
+            {**head, "step": task.title, "own": own, "whole": own, "crossings": crossings.final if crossings else None}
         ]
     return [
         {

@@ -208,8 +208,7 @@ def test_a_limp_cloth_is_told_the_length_or_the_loop_that_would_tell() -> None:
 
 
 @pytest.mark.parametrize(
-    ("often", "worth"),
-    [("elongation__L1 elongation__L2", ("free_length",)), ("sag__free_length", ("L1", "L2"))],
+    ("often", "worth"), [("elongation__L1 elongation__L2", ("free_length",)), ("sag__free_length", ("L1", "L2"))]
 )
 def test_the_reading_worth_repeating_is_the_one_that_brings_most(often: str, worth: tuple[str, ...]) -> None:
     given = readings()

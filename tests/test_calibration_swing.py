@@ -33,10 +33,7 @@ def truth() -> tuple[float, float]:
     swinging = Swinging(garment, "bottom", 0.08)
     ten = TenSwings(swinging, None)
     fading = Fading(swinging, 0.02, 4.0)
-    return (
-        ten.reading(simulate(ten.scene(hidden))),
-        fading.reading(simulate(fading.scene(hidden))),
-    )
+    return (ten.reading(simulate(ten.scene(hidden))), fading.reading(simulate(fading.scene(hidden))))
 
 
 @pytest.fixture(scope="module")

@@ -241,11 +241,7 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
         still(hangs),
         still(partial(hangs, factor=1.02)),
     ),
-    "air-fall": (
-        partial(air.fall, tilt=0.5),
-        falls_in_air,
-        partial(falls_in_air, faster=1.003),
-    ),
+    "air-fall": (partial(air.fall, tilt=0.5), falls_in_air, partial(falls_in_air, faster=1.003)),
     "air-swing": (
         partial(air.swing, air=air.SWINGS["added mass, linear and quadratic drag"]),
         swings_in_air,
@@ -282,11 +278,7 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
         still(droops),
         still(partial(droops, softer=1.1)),
     ),
-    "clamp": (
-        partial(bending.clamped, gamma=10.0, spacing=0.01),
-        still(partial(droops, behind=0.005)),
-        still(droops),
-    ),
+    "clamp": (partial(bending.clamped, gamma=10.0, spacing=0.01), still(partial(droops, behind=0.005)), still(droops)),
     "crease": (
         partial(bending.crease, bending_length=0.037, spacing=0.02),
         still(loops),
@@ -307,11 +299,7 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
         still(partial(droops, softer=1 / 0.6)),
         still(partial(droops, softer=1 / 0.5)),
     ),
-    "roll": (
-        partial(hysteresis.unroll, curvature=30.0),
-        still(stays_rolled),
-        still(partial(stays_rolled, looser=1.1)),
-    ),
+    "roll": (partial(hysteresis.unroll, curvature=30.0), still(stays_rolled), still(partial(stays_rolled, looser=1.1))),
     "turn": (partial(hysteresis.turn, gamma=10.0), turns, partial(turns, memory=False)),
     "incline": (partial(friction.on_table, mu=0.6), slides, partial(slides, rougher=1.02)),
     "incline that creeps": (partial(friction.on_table, mu=0.6), slides, partial(slides, creep=2e-4)),
@@ -420,11 +408,5 @@ def test_a_simulation_that_fails_is_a_failed_row() -> None:
 
 
 def test_no_check_is_left_without_a_test() -> None:
-    tested = {name.split()[0] for name in PAIRS} | {
-        "energy",
-        "folds",
-        "symmetry",
-        "determinism",
-        "refinement",
-    }
+    tested = {name.split()[0] for name in PAIRS} | {"energy", "folds", "symmetry", "determinism", "refinement"}
     assert set(CHECKS) <= tested

@@ -24,14 +24,7 @@ from tatamu.show.chart import Chart, axis, note, traces
 from tatamu.simulation.material import Material
 
 FILE = "matsudaira2015_kes_drape.csv"
-NUMBERS = (
-    "B_gfcm2_per_cm",
-    "twoHB_gfcm_per_cm",
-    "W_mg_per_cm2",
-    "T_mm",
-    "drape_coefficient_percent",
-    "nodes",
-)
+NUMBERS = ("B_gfcm2_per_cm", "twoHB_gfcm_per_cm", "W_mg_per_cm2", "T_mm", "drape_coefficient_percent", "nodes")
 JAPANESE, BRITISH = Size(0.127, 0.0635), Size(0.15, 0.09)
 """Sizes of drapemeters, instruments that measure drape, in the standards JIS L 1096 and BS 5058."""
 
@@ -116,11 +109,7 @@ class Matsudaira(RealTest):
         best = judged(known)
         asked = [
             drape.experiments(
-                f"{each.fabric.name} {model.name}",
-                model.material(each.fabric),
-                model.size,
-                bench.seeds,
-                model.waviness,
+                f"{each.fabric.name} {model.name}", model.material(each.fabric), model.size, bench.seeds, model.waviness
             )
             for each in measured
             for model in known

@@ -87,11 +87,7 @@ class Sheet:
 def material(air: AirLaw) -> Material:
     """Return the material of the cloth, which includes the effects of air (added mass and drag)."""
     return Material(
-        areal_density=DENSITY,
-        stretch_stiffness=STRETCH,
-        bending_rigidity=BENDING,
-        thickness=5e-4,
-        **air_fields(air),
+        areal_density=DENSITY, stretch_stiffness=STRETCH, bending_rigidity=BENDING, thickness=5e-4, **air_fields(air)
     )
 
 

@@ -71,10 +71,7 @@ def scene_of(manipulation: RandomFold, material: Material, spacing: float, depth
     corners = (near & (plan[:, 1] > WIDTH - PATCH), near & (plan[:, 1] < PATCH))
     grippers = [
         Gripper(
-            vertices=np.flatnonzero(corner).tolist(),
-            opens=manipulation.seconds + 0.1,
-            times=times,
-            displacements=path,
+            vertices=np.flatnonzero(corner).tolist(), opens=manipulation.seconds + 0.1, times=times, displacements=path
         )
         for corner, path in zip(corners, manipulation.paths(), strict=True)
     ]

@@ -58,12 +58,7 @@ def _plot(curves: list[Curve], figure: Figure) -> Plot:
         seen.add(curve.name)
     kind = "log" if figure.log else "linear"
     alike = {"scaleanchor": "x", "scaleratio": 1} if figure.equal else {}
-    return traces(
-        lines,
-        xaxis=axis(figure.x, type=kind),
-        yaxis=axis(figure.y, type=kind, **alike),
-        showlegend=True,
-    )
+    return traces(lines, xaxis=axis(figure.x, type=kind), yaxis=axis(figure.y, type=kind, **alike), showlegend=True)
 
 
 def _trace(curve: Curve, figure: Figure, place: int, first: bool) -> dict[str, Any]:

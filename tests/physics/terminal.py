@@ -22,14 +22,7 @@ def number(value: float | None, digits: int = 5) -> str:
 
 def cells(row: Row) -> list[str]:
     """Return quantity, reference, measured value, error, limit and unit of a row as text."""
-    return [
-        row.quantity,
-        number(row.reference),
-        number(row.got),
-        number(row.error, 3),
-        number(row.limit, 3),
-        row.unit,
-    ]
+    return [row.quantity, number(row.reference), number(row.got), number(row.error, 3), number(row.limit, 3), row.unit]
 
 
 def table(result: CheckResult) -> Table:
@@ -46,13 +39,7 @@ def table(result: CheckResult) -> Table:
             unit = "" if unit == "-" or error == "0" else f" {unit}"
             last = place == len(case.rows) - 1
             out.add_row(
-                f"  {escape(quantity)}",
-                reference,
-                got,
-                error + unit,
-                limit,
-                VERDICT[row.passed],
-                end_section=last,
+                f"  {escape(quantity)}", reference, got, error + unit, limit, VERDICT[row.passed], end_section=last
             )
             if row.passed is False and row.note:
                 out.add_row(f"    [dim]{escape(row.note)}[/]")

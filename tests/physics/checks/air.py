@@ -36,11 +36,7 @@ SWINGS = {
         "air_drag_normal": 0.1,
         "air_drag_quadratic": 1.5,
     },
-    "added mass, drag since it turned": {
-        "air_added_mass": 0.08,
-        "air_drag_quadratic": 1.5,
-        "air_drag_turning": 0.6,
-    },
+    "added mass, drag since it turned": {"air_added_mass": 0.08, "air_drag_quadratic": 1.5, "air_drag_turning": 0.6},
 }
 LENGTH = 0.3
 ANGLE = 0.3

@@ -42,10 +42,7 @@ def strip_material(gamma: float, length: float) -> tuple[Material, float]:
     slowest = slowest_frequency(gamma, length, GRAVITY)
     rigidity = DENSITY * GRAVITY * length**3 / gamma
     material = Material(
-        areal_density=DENSITY,
-        stretch_stiffness=500.0,
-        bending_rigidity=rigidity,
-        air_drag=2 * slowest * DENSITY,
+        areal_density=DENSITY, stretch_stiffness=500.0, bending_rigidity=rigidity, air_drag=2 * slowest * DENSITY
     )
     return material, 16.0 / slowest
 

@@ -58,10 +58,7 @@ def layers(count: int, mu: float, tilt: float, duration: float) -> tuple[Scene, 
         parts.append((on_incline(plan - side / 2, distance, tilt), faces))
     vertices, faces, members = joined(parts)
     scene = Scene(
-        cloth=Cloth(vertices=vertices, faces=faces),
-        material=material,
-        table=Table(tilt=tilt),
-        duration=duration,
+        cloth=Cloth(vertices=vertices, faces=faces), material=material, table=Table(tilt=tilt), duration=duration
     )
     return scene, members
 
@@ -109,11 +106,7 @@ def on_table(subject: Subject, mu: float) -> Findings:
 
     found = threshold(slides, wanted, np.radians(2.0), np.radians(0.05))
     yield absolute(
-        "threshold [deg]",
-        float(np.degrees(wanted)),
-        float(np.degrees(found)),
-        subject.limit("threshold"),
-        "deg",
+        "threshold [deg]", float(np.degrees(wanted)), float(np.degrees(found)), subject.limit("threshold"), "deg"
     )
     yield Curve("threshold", subject.name, np.array([mu]), np.degrees([found]))
     around = np.linspace(mu - 0.1, mu + 0.1, 21)

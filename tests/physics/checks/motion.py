@@ -154,23 +154,14 @@ CHECKS = (
         (Case("level cloth", free_fall),),
         {"fall": Figure("Free fall", "time [s]", "height [m]")},
     ),
-    Check(
-        "momentum",
-        "Momentum",
-        "constant; zero from rest without outer forces",
-        (Case("free strip", momentum),),
-    ),
+    Check("momentum", "Momentum", "constant; zero from rest without outer forces", (Case("free strip", momentum),)),
     Check(
         "energy",
         "Energy",
         "never above what was there at the start",
         tuple(
             Case(label, partial(run))
-            for label, run in [
-                ("rolled sheet springs open", spring),
-                ("strip swings", swing),
-                ("cloth drops", drop),
-            ]
+            for label, run in [("rolled sheet springs open", spring), ("strip swings", swing), ("cloth drops", drop)]
         ),
     ),
 )

@@ -75,12 +75,7 @@ def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: 
         "reference: finer mesh",
     )
     chosen = float(fine[np.argmin(coarse)] - fine.min())
-    yield small(
-        "finer mesh's score of the coarse mesh's best, above the best [mm]",
-        1e3 * chosen,
-        limit,
-        "mm",
-    )
+    yield small("finer mesh's score of the coarse mesh's best, above the best [mm]", 1e3 * chosen, limit, "mm")
     held = "" if depth == EDGE else f", held {1e3 * depth:g} mm deep"
     yield Curve("refinement", f"{1e3 * spacing:g} mm{held}", 1e3 * fine, 1e3 * coarse)
     ends = 1e3 * np.array([fine.min(), fine.max()])

@@ -86,12 +86,7 @@ def enlarge(count: int) -> Change:
     return Change(lambda points: points * (1.0 + 1e-9), np.arange(count))
 
 
-CHANGES = {
-    "turned and shifted": turn,
-    "mirrored": mirror,
-    "renumbered": renumber,
-    "a billionth larger": enlarge,
-}
+CHANGES = {"turned and shifted": turn, "mirrored": mirror, "renumbered": renumber, "a billionth larger": enlarge}
 
 
 def carried() -> Scene:

@@ -46,10 +46,7 @@ def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
     upper = irregular(0.7 * SIDE, 0.7 * SIDE, 0.01)
     plan = upper[0] - 0.35 * SIDE
     vertices, faces, members = joined(
-        [
-            (raised(lower[0] - SIDE / 2, 0.5 * LIMP.thickness), lower[1]),
-            (raised(plan, 1.5 * LIMP.thickness), upper[1]),
-        ]
+        [(raised(lower[0] - SIDE / 2, 0.5 * LIMP.thickness), lower[1]), (raised(plan, 1.5 * LIMP.thickness), upper[1])]
     )
     patch = members[1][(np.abs(plan) < PATCH).all(axis=1)]
     stroke = 0.08
@@ -84,11 +81,7 @@ def press_and_drag(subject: Subject, speed: float, press: float) -> Findings:
     counts = crossings_over_time(rollout.positions, rollout.faces)
     limit = subject.limit("crossings")
     yield small(
-        "crossings, most in one frame",
-        float(counts.max()),
-        limit,
-        "-",
-        f"{(counts > 0).sum()} of {len(counts)} frames",
+        "crossings, most in one frame", float(counts.max()), limit, "-", f"{(counts > 0).sum()} of {len(counts)} frames"
     )
     yield small("vertices on the wrong side at the end", float(wrong_side(rollout, lower, upper)), limit, "-")
 
