@@ -17,8 +17,8 @@ from tatamu.calibration.match import match
 from tatamu.calibration.page import page
 from tatamu.calibration.parameters import LIMITS
 from tatamu.calibration.sag import Sag
-from tatamu.simulation.heavy_strip.chain import FoldedStrip
 from tatamu.simulation.material import GRAVITY
+from tests.physics.chain import FoldedStrip
 
 DENSITY, THICKNESS = 0.2, 0.001
 SIZE, FREE = (0.2, 0.4), 0.03

@@ -11,10 +11,10 @@ from scipy.optimize import nnls
 
 from tatamu.base.errors import TatamuError
 from tatamu.simulation.heavy_strip import cantilever
-from tatamu.simulation.heavy_strip import chain as chain_module
 from tatamu.simulation.heavy_strip import crease as crease_module
-from tatamu.simulation.heavy_strip.chain import ChainEnergy, FoldedStrip
 from tatamu.simulation.heavy_strip.crease import AFTER, HALF_LENGTH, LINKS, STEP, crease, least_energy, nodes
+from tests.physics import chain as chain_module
+from tests.physics.chain import ChainEnergy, FoldedStrip
 
 THICKNESSES = (0.0135, 0.077, 0.3, 1.0, 4 / 3)
 """In bending lengths: from a limp sheet on which t hardly matters to cloth folded round a circle."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from tests import rooms
+from tests.test_structure import SOURCE
 
-ROOT = rooms.SOURCE.parents[1]
+ROOT = SOURCE.parents[1]
 GROWTH = 1.03
 CODE, DOCSTRINGS, CHECKS = 35_320, 15_920, 28_200
 """Lines of code and of docstrings in src, and lines of code in tests, benchmarks and studies together."""

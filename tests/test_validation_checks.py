@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 
 from tatamu.base.errors import SimulationError
 from tatamu.simulation.heavy_strip.cantilever import cantilever
-from tatamu.simulation.heavy_strip.chain import FoldedStrip
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
 from tests.fakes import Motion, still, subject
+from tests.physics.chain import FoldedStrip
 from tests.physics.check import Case
 from tests.physics.checks import (
     CHECKS,

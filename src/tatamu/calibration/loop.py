@@ -22,7 +22,6 @@ from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
 from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, millimetres, textbook_spread
 from tatamu.show.drawing import Drawing
-from tatamu.simulation.heavy_strip.chain import start
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.rollout import Rollout
@@ -30,13 +29,14 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulation.settling import settling
 
 HEIGHT, LIFT = 0.906, 1.1
-"""Factors in the height of the loop's top above the table, 0.906 l_b + 1.1 thickness (`heavy_strip.chain`)."""
+"""Factors in the height of the loop's top above the table, 0.906 l_b + 1.1 thickness (`tests/physics/chain.py`)."""
 LIES = 4.0
 """Length of cloth on either side of the crease, in heights of the loop. 3.85 act like infinite length."""
 CELL = 0.2
 """Edge length of the mesh divided by the height of the loop."""
 COLUMNS = 6
 HELD_ROWS = 2
+LINKS = 200
 LAYS = 0.3
 """Duration of the motion that lays the strip's upper end on its lower end, as a fraction of the simulated time."""
 RELAXATIONS = 20.0
@@ -114,7 +114,7 @@ class Loop(ElasticTest):
         flat, faces = self.mesh
         row = np.sqrt(0.75) * self.edge
         length = float(flat[:, 0].max())
-        chain = start(length, self.bending_length, material.thickness)
+        chain = wide_loop(length, self.bending_length, material.thickness)
         arc = np.linspace(0.0, length, len(chain))
         x, z = (np.interp(flat[:, 0], arc, chain[:, k]) for k in (0, 1))
         ends = [flat[:, 0] < (HELD_ROWS - 0.5) * row, flat[:, 0] > length - (HELD_ROWS - 0.5) * row]
@@ -186,3 +186,13 @@ class Loop(ElasticTest):
         drawing.line(np.array([[side[side[:, 1].argmax(), 0], height], [read, height]]), "muted", 1.0, dash=DASH)
         drawing.dimension(np.array([read, 0.0]), np.array([read, height]), "height")
         return drawing.svg()
+
+
+def wide_loop(length: float, bending_length: float, thickness: float) -> np.ndarray:
+    """Return the nodes of a half circle between two level parts, x and z [m], shape (LINKS + 1, 2)."""
+    link = length / bending_length / LINKS
+    total = LINKS * link
+    radius = min(1.0, 0.2 * total)
+    slope = np.clip(((np.arange(LINKS) + 0.5) * link - (total - np.pi * radius) / 2) / radius, 0.0, np.pi)
+    x, z = (np.concatenate([[0.0], np.cumsum(link * part)]) for part in (np.cos(slope), np.sin(slope)))
+    return np.column_stack([x, z]) * bending_length + np.array([0.0, thickness / 2])

@@ -5,8 +5,7 @@ At the arc length s, the strip has the slope theta, measured downwards from the 
     B theta'' = -w (L - s) cos(theta),  theta(0) = 0,  theta'(L) = 0,  x' = cos(theta),  y' = sin(theta)
     Gamma = w L^3 / B = (L / l_b)^3
 
-B is the bending rigidity, w = rho g is the weight per area, and L is the length of the strip. The horizontal distance
-from the clamp is x (the reach), and the vertical distance is y (the drop). The bending length is l_b (Peirce 1930).
+The horizontal distance from the clamp is the reach x, and the vertical distance is the drop y.
 
 The dimensionless weight Gamma is raised step by step, and each solution is the initial guess for the next. Without
 these steps, a solver finds wrong solutions if Gamma is above about 100.
@@ -40,12 +39,7 @@ def _solve(gamma: float, s: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, 
 
 @lru_cache(maxsize=256)
 def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
-    """Solve a cantilever's equations for a dimensionless weight Gamma, from the solution for a smaller Gamma.
-
-    The first result is an array of arc lengths from 0 to 1. The second result has four values at each of these arc
-    lengths: the slope theta, its derivative by arc length, the reach x and the drop y. All lengths are in units of the
-    strip's length L.
-    """
+    """Return arc lengths and theta, theta', x and y at each of them in units of L, from a smaller Gamma."""
     if gamma <= SMALLEST:
         s = np.linspace(0, 1, 201)
         return _solve(gamma, s, np.vstack([0 * s, 0 * s, s, 0 * s]))
@@ -54,21 +48,14 @@ def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cantilever(gamma: float, count: int = 201) -> np.ndarray:
-    """Return the shape of a cantilever at equal steps of arc length, shape (count, 2).
-
-    Each row has the reach x / L and the drop y / L in units of the length L. The argument is the dimensionless weight
-    Gamma = w L^3 / B, with the weight per area w and the bending rigidity B.
-    """
+    """Return the reach x / L and the drop y / L of a cantilever at equal steps of arc length, shape (count, 2)."""
     s, y = _continued(float(gamma))
     arc = np.linspace(0, 1, count)
     return np.column_stack([np.interp(arc, s, y[2]), np.interp(arc, s, y[3])])
 
 
 def tip(gamma: float) -> tuple[float, float, float]:
-    """Return the reach x / L and the drop y / L of a cantilever's tip, and its slope below the horizontal [rad].
-
-    L is the length of the cantilever, and `gamma` is its dimensionless weight.
-    """
+    """Return the reach x / L and the drop y / L of a cantilever's tip, and its slope below the horizontal [rad]."""
     _, y = _continued(float(gamma))
     return float(y[2, -1]), float(y[3, -1]), float(y[0, -1])
 
@@ -76,22 +63,12 @@ def tip(gamma: float) -> tuple[float, float, float]:
 def slowest_frequency(gamma: float, length: float, gravity: float) -> float:
     """Return an estimate of the lowest angular frequency of a hanging cantilever [rad/s].
 
-    The estimate is the larger of two frequencies. A stiff strip has the frequency of a clamped beam,
-    3.52 sqrt(B / (rho L^4)), with the mass per area rho. A limp strip has the frequency of a hanging chain,
-    1.2 sqrt(g / L).
-
-    Args:
-        gamma: Dimensionless weight Gamma = w L^3 / B, with the weight per area w = rho g and the bending rigidity B.
-        length: Length of the strip L [m].
-        gravity: Acceleration of gravity g [m/s^2].
+    It is the larger one of a clamped beam, 3.52 sqrt(B / (rho L^4)), and of a hanging chain, 1.2 sqrt(g / L).
     """
     return float(max(3.52 / np.sqrt(gamma), 1.2) * np.sqrt(gravity / length))
 
 
 def chord(gamma: float) -> float:
-    """Return the angle between the horizontal and the line from the clamp to the tip of a cantilever [rad].
-
-    The argument `gamma` is the dimensionless weight of the cantilever.
-    """
+    """Return the angle between the horizontal and the line from the clamp to the tip of a cantilever [rad]."""
     reach, drop, _ = tip(gamma)
     return float(np.arctan2(drop, reach))

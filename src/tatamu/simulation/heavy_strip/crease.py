@@ -1,15 +1,13 @@
 """Computes the crease of cloth: the loop at a fold that lies on the table under its own weight.
 
-The arc length u along the strip goes from -U to U. Both ends of the strip lie flat. The end u = U is on the table. The
-end u = -U is exactly above the end u = U, one thickness higher. Between both ends, the strip has the shape with the
-least energy. The energy is the sum of bending energy and gravitational energy:
+The arc length u along the strip goes from -U to U. Both ends of the strip lie flat. The end u = U is on the table, and
+the end u = -U is exactly above it, one thickness higher. The strip is an inextensible chain of short links with the
+minimum energy
 
     E / b = int  B/2 (d phi/du)^2 + rho g z  du,     z >= t/2 below, z >= 3t/2 above,
 
-The first condition is for the lower half of the strip (u > 0), the second condition for the upper half (u < 0). The
-strip has the width b, the bending rigidity B, the mass per area rho and the thickness t. At the arc length u, its
-direction is phi and its height is z. The acceleration of gravity is g. The strip is modelled as an inextensible chain
-of short links.
+for the lower half of the strip (u > 0) and the upper half (u < 0), with the width b, the thickness t, the direction phi
+and the height z.
 
 In units of the bending length l_b, the shape depends only on t / l_b. If l_b is about as small as t, the cloth is limp,
 and its crease is nearly a circle. A stack of layers that slide on each other has the bending length of a single layer,
@@ -33,23 +31,15 @@ HALF_LENGTH = 4.5
 STEP = 2 * HALF_LENGTH / LINKS
 """Length of a link, in bending lengths."""
 SHARPEST = 0.75
-"""Least bending length for which a crease is computed, as a multiple of the cloth's thickness.
-
-A smaller bending length is replaced by this value.
-"""
+"""Minimum bending length for which a crease is computed, in thicknesses. It replaces smaller ones."""
 GUESSED_WIDTH = 1.4
 """Arc length of the bent part at the start of the minimisation, in bending lengths."""
 TOLERANCE = 1e-8
-"""Tolerance of the minimisation: it ends when the energy changes by less in one step, in units of w l_b^2.
-
-Here w is the weight per area, and l_b is the bending length."""
+"""Change of the energy in one step with which the minimisation ends, in units of w l_b^2."""
 MOST_ITERATIONS = 300
-"""Largest number of iterations of the minimisation. About 75 iterations are enough for any cloth."""
+"""Maximum number of iterations. About 75 are enough for any cloth."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
-"""Matrix that shows which nodes (rows) move if a link (column) turns, shape (LINKS + 1, LINKS).
-
-An entry is 1 if the node comes after the link, otherwise 0.
-"""
+"""1 where a node (row) comes after a link (column), and so moves if it turns; otherwise 0."""
 
 
 @dataclass(frozen=True)
