@@ -1,9 +1,7 @@
 """Makes HTML pages about a learned fold, a plan of several folds, or a garment. Also makes pictures of folds.
 
-The pages are built with the package `presentation`, which does not depend on folds. The data of a fold's page come from
-the modules `headline`, `tables`, `measures`, `topview`, `errormap`, `histogram`, `search`, `paths`, `replay` and
-`command`. The module `still` draws a picture of a fold without a browser, and `notebook` shows a fold inside another
-page.
+They are built with `show`, which does not know folds. `still` draws a picture of a fold without a browser, and
+`notebook` shows a fold inside another page.
 """
 
 from __future__ import annotations

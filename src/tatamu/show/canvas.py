@@ -14,26 +14,11 @@ from tatamu.show.projection import Projection
 from tatamu.show.shapes import FONT, Box, Dot, Label, Polyline, Segments, Shape
 
 FINER = 3
-"""Factor by which the shapes of a drawing are first painted larger.
-
-Then the image is reduced by averaging, which makes lines smooth.
-"""
+"""Factor by which shapes are painted larger before the image is reduced, which makes lines smooth."""
 
 
 def paint(projection: Projection, shapes: Sequence[Shape], background: str) -> bytes:
-    """Paint shapes in the colours of light mode.
-
-    Args:
-        projection: Projection of the shapes to pixels.
-        shapes: Shapes of the drawing; each shape is painted over the shapes before it.
-        background: Colour of the background, as a name of `palette`.
-
-    Returns:
-        The bytes of a PNG file.
-
-    Raises:
-        TypeError: If a shape is a picture.
-    """
+    """Return the shapes, each painted over the ones before, in the colours of light mode as a PNG file."""
     ground = day(background)
     image = Image.new("RGB", (projection.wide * FINER, projection.tall * FINER), ground)
     canvas = ImageDraw.Draw(image)
@@ -72,10 +57,7 @@ def _paint(canvas: Any, projection: Projection, shape: Shape, ground: str) -> No
 
 
 def _dashes(path: np.ndarray, length: float) -> Iterable[np.ndarray]:
-    """Cut a polyline of a drawing into dashes of a given length, with gaps of this length.
-
-    With length 0, the line is not cut.
-    """
+    """Cut a polyline into dashes and gaps of a given length; with 0, it stays whole."""
     if not length:
         return [path]
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])

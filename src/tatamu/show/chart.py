@@ -19,14 +19,11 @@ Plot = dict[str, Any]
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 LEGEND = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"color": "@ink"}}
-"""Layout of a chart's legend, which is above the plot.
-
-Next to the plot, the legend would take too much space on a phone.
-"""
+"""Layout of a chart's legend: above the plot, because beside it a phone has no space."""
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
-"""Labels on a logarithmic axis that spans less than one power of ten. They are multiplied by powers of ten."""
+"""Labels, times powers of ten, on a logarithmic axis that spans less than one power of ten."""
 FEW_TICKS = (1.0, 2.0, 5.0)
-"""Labels on a logarithmic axis that spans one to two powers of ten. They are multiplied by powers of ten."""
+"""Labels, times powers of ten, on a logarithmic axis that spans one to two."""
 
 FOREIGN_TAG = re.compile(r"<(?!/?(?:b|br|extra|i|sub|sup)>)")
 """Start of a tag that the charts of tatamu do not use, such as a link in a name from a file."""
@@ -46,15 +43,12 @@ class Chart:
 
 
 def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
-    """Make a plot with the standard layout from Plotly traces (curves, dots or bars), and return it.
-
-    Values that are not finite become gaps.
-    """
+    """Return a plot of Plotly traces with the standard layout; values that are not finite become gaps."""
     return {"data": [_with_gaps(trace) for trace in data], "layout": layout(**more)}
 
 
 def _with_gaps(trace: dict[str, Any]) -> dict[str, Any]:
-    """Return a trace in which values that are not finite are replaced by None, because JSON cannot store them."""
+    """Return a trace with None for values that are not finite, which JSON cannot store."""
     shown = {name: [_finite(value) for value in trace[name]] for name in trace if name in {"x", "y"}}
     return {**trace, **shown}
 
@@ -96,10 +90,7 @@ def rows(names: Iterable[str]) -> dict[str, Any]:
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
-    """Return a logarithmic axis from `low` to `high`.
-
-    If the axis spans less than two powers of ten, the labels are plain numbers.
-    """
+    """Return a logarithmic axis, with plain numbers as labels below two powers of ten."""
     ticks: dict[str, Any] = {}
     if high < 100.0 * low:
         powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.log10(high))
@@ -125,10 +116,7 @@ def layout(**more: Any) -> dict[str, Any]:
 
 
 def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:
-    """Return a text in a chart at the position x, y.
-
-    The position is in the units of the axes, unless `xref` and `yref` are given.
-    """
+    """Return a text in a chart, at a position in the units of the axes unless `xref` and `yref` are given."""
     font = {"size": 11.5, "color": "@muted"}
     return {"x": x, "y": y, "text": text, "showarrow": False, "font": font, **more}
 

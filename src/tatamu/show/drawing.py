@@ -1,7 +1,6 @@
 """Makes drawings to scale from lines, dots, words and dimensions in metres, as SVG or as PNG.
 
-Colours are names of `palette` or "#rrggbb". An SVG contains the colours for light mode and for dark mode. A browser
-chooses the mode that the reader prefers, and any other program shows the colours for light mode.
+Colours are names of `palette` or "#rrggbb". An SVG has those of light and of dark mode.
 """
 
 from __future__ import annotations
@@ -39,10 +38,7 @@ class Drawing(Projection):
 
     @classmethod
     def around(cls, points: np.ndarray, width: float, height: float, *, margin: float = 34.0) -> Drawing:
-        """Make an empty drawing that is just large enough to show some points of the plane [m], shape (n, 2).
-
-        The area of the points fits into `width` x `height` [pixels], to which the margin is added.
-        """
+        """Return an empty drawing of width x height [pixels] and a margin, into which points [m], shape (n, 2), fit."""
         low = points.min(axis=0)
         high = points.max(axis=0)
         scale = float(min(np.array([width, height]) / np.maximum(high - low, 1e-9)))
@@ -59,10 +55,7 @@ class Drawing(Projection):
     def arrow(
         self, points: Any, colour: str, width: float = 1.5, *, head: float | None = None, both: bool = False
     ) -> None:
-        """Draw a line with an arrow's head at its end or, if `both` is true, at both ends.
-
-        The length `head` of an arrow's head is in metres. If it is None, the length is `HEAD` pixels.
-        """
+        """Draw a line with an arrow's head of a length [m] at its end or at both; None for a head of `HEAD` pixels."""
         path = np.asarray(points, dtype=float)
         length = HEAD / self.scale if head is None else head
         self.line(path, colour, width)
@@ -76,10 +69,7 @@ class Drawing(Projection):
         self.add(Label(np.asarray(place, dtype=float), text, np.asarray(towards, dtype=float), colour))
 
     def dimension(self, start: Any, end: Any, name: str, colour: str = "reading") -> None:
-        """Draw a dimension of an object: a line with arrows at both ends, and its name next to the line.
-
-        The name is above the line or, if the line is upright, to its right.
-        """
+        """Draw a line with arrows at both ends, with a name above it or to its right."""
         ends = np.array([start, end], dtype=float)
         self.arrow(ends, colour, both=True)
         right, up = self.axes @ (ends[1] - ends[0])
@@ -118,7 +108,6 @@ class Drawing(Projection):
         )
 
     def _repr_svg_(self) -> str:
-        """Show the drawing in a notebook."""
         return self.svg()
 
     def _element(self, shape: Shape) -> str:
@@ -155,11 +144,7 @@ class Drawing(Projection):
 
 
 def _look(fill: str | None, stroke: str | None = None, width: float = 0.0, opacity: float = 1.0) -> str:
-    """Return the attributes that colour an SVG element.
-
-    The colours themselves are for light mode. The attribute "class" contains their names, which the style element of
-    dark mode refers to.
-    """
+    """Return the attributes that colour an SVG element in light mode, and the classes for dark mode."""
     line = stroke if width else None
     named = [f"{what}-{colour}" for what, colour in (("fill", fill), ("stroke", line)) if colour in COLOURS]
     parts = [f'fill="{day(fill) if fill else "none"}"']

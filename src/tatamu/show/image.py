@@ -16,11 +16,7 @@ LARGEST = 16 * MIB
 
 
 def png(pixels: np.ndarray) -> bytes:
-    """Return the bytes of a PNG file for a picture.
-
-    The pixels are RGBA as uint8, shape (h, w, 4), with row 0 at the top. The alpha is straight, which means that the
-    colours are not multiplied by it.
-    """
+    """Return pixels with straight alpha, uint8 of shape (h, w, 4), as a PNG file."""
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
@@ -32,20 +28,12 @@ def data_uri(pixels: np.ndarray) -> str:
 
 
 def jpeg_uri(path: Path) -> str:
-    """Return the picture in a JPEG file as a data URI.
-
-    Raises:
-        InputError: If the file cannot be read.
-    """
+    """Return the picture in a JPEG file as a data URI."""
     return "data:image/jpeg;base64," + base64.b64encode(read_bytes(path, LARGEST)).decode()
 
 
 def save_png(pixels: np.ndarray, path: Path) -> None:
-    """Write a picture to a PNG file. If writing fails, an existing file remains unchanged.
-
-    Raises:
-        InputError: If the file cannot be written.
-    """
+    """Write a picture to a PNG file, at once or not at all."""
     data = png(pixels)
     with replacing(path) as temporary:
         temporary.write_bytes(data)

@@ -1,7 +1,4 @@
-"""Compresses data inside a page and encodes them as text, which packing.js decodes.
-
-The Plotly script and the data of the replay shrink to a third of their size.
-"""
+"""Compresses data inside a page and encodes them as text, which packing.js decodes."""
 
 from __future__ import annotations
 
@@ -17,14 +14,10 @@ def packed(data: bytes) -> str:
 
 
 def motion(steps: np.ndarray) -> bytes:
-    """Encode numbers that change smoothly from frame to frame as bytes that can be compressed well.
+    """Return numbers that change smoothly from frame to frame as bytes that can be compressed well.
 
-    Each number is predicted by a straight line through its values in the two frames before. Only the difference from
-    the prediction is stored, modulo 65536. Differences are stored as codes, so that both a small positive and a small
-    negative difference give a small number. All low bytes are stored first, and then all high bytes.
-
-    Args:
-        steps: Whole numbers from 0 to 65535 in f frames, shape (f, ..).
+    The numbers are whole, from 0 to 65535, shape (f, ..) for f frames. Stored is the difference from a straight line
+    through the two frames before, modulo 65536 and zigzag coded: first all low bytes, then all high bytes.
     """
     wide = np.zeros((len(steps) + 2, *steps.shape[1:]), dtype=np.int64)
     wide[2:] = steps

@@ -1,8 +1,7 @@
 """Renders data and a template to one HTML file, which contains the style, scripts, charts and replay.
 
-A template of the package is named by its path in the package, such as "report/page.html". A template may also be a file
-elsewhere. Each template extends "show/base.html", and can use the macros of "show/parts.html" under the
-name `parts`. Texts are escaped unless a template or a `Markup` marks them as HTML.
+A template is named by its path in the package, such as "report/page.html", or is a file elsewhere. It extends
+"show/base.html", and has the macros of "show/parts.html" as `parts`. Texts are escaped unless they are `Markup`.
 """
 
 from __future__ import annotations
@@ -26,10 +25,7 @@ from tatamu.show.chart import Chart, harmless
 from tatamu.show.packing import packed
 
 Charts = Mapping[str, Sequence[Chart]]
-"""Groups of charts on a page, by the name of the group.
-
-The charts of the group `name` become the elements `name-0`, `name-1`, ... of the page.
-"""
+"""Groups of charts; those of the group `name` become the elements `name-0`, `name-1`, ... of the page."""
 
 
 def render(
@@ -40,8 +36,7 @@ def render(
     Args:
         template: Path of a template in the package, such as "report/page.html", or a file outside the package.
         charts: Groups of charts, which scripts/charts.js draws into the page.
-        replay: Data of the replay (see `presentation.replay`), which scripts/replay.js shows; None if the page has no
-            replay.
+        replay: Data of `replay.replay_data`, which scripts/replay.js shows; None for no replay.
         **values: Values of the variables in the template.
 
     Raises:
@@ -113,11 +108,7 @@ def inline(value: Any) -> Markup:
 
 @cache
 def script(entry: str) -> Markup:
-    """Join an ES module of scripts/ and all modules that it imports to one module.
-
-    Each module appears once, before the modules that import it. In the result, all modules share one scope, so their
-    top-level names must differ.
-    """
+    """Join an ES module of scripts/ and all modules that it imports to one, in which top-level names must differ."""
     modules: dict[str, str] = {}
     _collect(entry, modules)
     return Markup("\n".join(modules.values()))

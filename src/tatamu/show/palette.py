@@ -5,17 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 FRONT = "#3f66b0"
-"""Colour of that side of the cloth which faces up before the fold, if the cloth has a single layer.
-
-If the cloth has two layers, it is the colour of the outside of the upper layer.
-"""
+"""Colour of the side that faces up before the fold; of two layers, of the outside of the upper one."""
 REAR = "#a9cbf0"
 """Colour of the outside of the lower layer, if the cloth has two layers."""
 BACK = "#f0b774"
-"""Colour of that side of the cloth which faces down before the fold, if the cloth has a single layer.
-
-If the cloth has two layers, it is the colour of the inside of both layers.
-"""
+"""Colour of the side that faces down before the fold; of two layers, of their inside."""
 SIDES = {
     1: (("front", "side up at the start"), ("back", "other side")),
     2: (("front", "outside of the front"), ("rear", "outside of the back"), ("back", "inside")),
@@ -72,8 +66,7 @@ COLOURS = {
     "robot": ("#8d939c", "#8d939c"),
     **{f"scale-{number}": (stop, stop) for number, stop in enumerate(SCALE)},
 }
-"""Colours by name, as "#rrggbb" in light mode and in dark mode. The style sheet, charts, drawings and the replay use
-these names."""
+"""Colours by name, as "#rrggbb" in light mode and in dark mode."""
 
 
 def rgb(colour: str) -> np.ndarray:

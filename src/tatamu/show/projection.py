@@ -27,19 +27,13 @@ class Projection:
     scale: float
     """Number of pixels per metre of the plane."""
     axes: np.ndarray = field(default_factory=lambda: UPRIGHT)
-    """Matrix that converts coordinates of the plane to the directions right and up, shape (2, 2).
-
-    It is `FROM_ABOVE` or `UPRIGHT`.
-    """
+    """Directions right and up in the plane, shape (2, 2): `FROM_ABOVE` or `UPRIGHT`."""
     margin: float = 0.0
     """Width of the border around the rectangle [pixels]."""
 
     @property
     def _corner(self) -> np.ndarray:
-        """Position of the upper left corner of the rectangle [m], shape (2,).
-
-        The coordinates are the distances from the origin of the plane to the right and upwards.
-        """
+        """Upper left corner of the rectangle, to the right and upwards from the origin [m], shape (2,)."""
         ends = np.array([self.low, self.high]) @ self.axes.T
         return np.array([ends[:, 0].min(), ends[:, 1].max()])
 
@@ -68,11 +62,7 @@ class Projection:
         return corners.min(axis=0), np.ptp(corners, axis=0)
 
     def beside(self, label: Label) -> tuple[np.ndarray, str]:
-        """Find the position of a word next to a point, so that the word is inside the drawing.
-
-        Returns:
-            The position [pixels], and the part of the word that is at this position: l(eft), m(iddle) or r(ight).
-        """
+        """Return where a word stands inside the drawing [pixels], and by which part: l(eft), m(iddle) or r(ight)."""
         right, up = self.axes @ label.towards
         at = self.pixels(label.place[None])[0] + np.array([right, -up]) * 0.9 * FONT
         anchor = "l" if right > 0.4 else "r" if right < -0.4 else "m"

@@ -16,16 +16,12 @@ from tatamu.simulation.mesh.zbuffer import z_buffer
 
 @dataclass(frozen=True)
 class View:
-    """A camera ("eye") that looks at the point `centre`. The vector `rotation[2]` points from this point to the eye.
-
-    If `distance` is infinite, the projection is parallel.
-    """
+    """A camera that looks at the point `centre`; the projection is parallel if `distance` is infinite."""
 
     centre: np.ndarray
     """Point in the middle of the image [m], shape (3,)."""
     rotation: np.ndarray
-    """Rotation matrix from the scene to the eye, shape (3, 3). Its rows are the directions right, up and towards the
-    eye."""
+    """Directions right, up and towards the eye, as the rows of a rotation matrix, shape (3, 3)."""
     scale: float
     """Pixels per metre at the centre."""
     shape: tuple[int, int]
@@ -34,10 +30,7 @@ class View:
     """Distance from the eye to the centre [m]."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Project points of the scene [m], shape (n, 3), to the image.
-
-        The result has x and y [pixels] and the depth of each point, shape (n, 3).
-        """
+        """Return x, y [pixels] and the depth of points [m], shape (n, 3)."""
         right, up, near = (points - self.centre).dot(self.rotation.T).T
         # Inside a triangle, the depth is interpolated linearly. The depth 1 / distance is linear over the image.
         shrink = 1.0 / (1.0 - near / self.distance)
@@ -70,38 +63,24 @@ class Visible:
 
     @cached_property
     def covered(self) -> tuple[np.ndarray, np.ndarray]:
-        """Two arrays for the p covered pixels.
-
-        The first array has the number of the triangle in each pixel, shape (p,). The second array has the barycentric
-        coordinates of the pixel in this triangle, shape (p, 3).
-        """
+        """Triangle of each of the p covered pixels, shape (p,), and barycentric coordinates in it, shape (p, 3)."""
         return self.face[self.mask], self.weights[self.mask]
 
     def sample(self, values: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Interpolate values from the vertices to the covered pixels.
-
-        For n vertices, the values have the shape (n,) or (n, k). For p covered pixels, the result has the shape (p,) or
-        (p, k).
-        """
+        """Interpolate values at the vertices, shape (n,) or (n, k), to the covered pixels, shape (p,) or (p, k)."""
         face, weights = self.covered
         ends = np.arange(0, weights.size + 1, 3)
         return np.asarray(csr_array((weights.ravel(), faces[face].ravel(), ends), (len(face), len(values))) @ values)
 
 
 def rasterise(projected: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> Visible:
-    """Find the nearest triangle in each pixel.
-
-    `projected` has x, y and the depth of each vertex, shape (n, 3). `faces` has the triangles, shape (m, 3).
-    """
+    """Return the nearest triangle in each pixel, from x, y and the depth of each vertex, shape (n, 3)."""
     seen = z_buffer(projected[:, [1, 0, 2]], faces, shape)
     return Visible(seen.face, seen.weights)
 
 
 def vertex_normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the unit normals at the vertices, shape (n, 3).
-
-    The normal at a vertex is the mean over the adjacent triangles, weighted by their areas.
-    """
+    """Return the unit normals at the vertices, shape (n, 3): means over adjacent triangles, weighted by area."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     normals = np.zeros_like(points)
     across = np.cross(b - a, c - a)

@@ -16,15 +16,9 @@ from tatamu.simulation.scene import Scene
 FRAMES = 150
 """Largest number of frames of a replay; the viewer interpolates linearly between the frames."""
 BUDGET = 3_000_000
-"""Largest number of coordinates in all frames of a replay.
-
-The limit keeps pages small, because each coordinate takes about a byte.
-"""
+"""Largest number of coordinates in all frames of a replay; each takes about a byte of the page."""
 STEP = 5e-5
-"""Length to whose multiples the positions in a replay are rounded [m].
-
-If the scene is larger than 65536 times this length, a larger length is used.
-"""
+"""Length to whose multiples positions are rounded [m]; a larger one in a scene above 65536 times this length."""
 HAND_COLOURS = ("left", "right")
 """Names of the colours of the two hands."""
 
@@ -38,10 +32,7 @@ class HandTrack:
     path: np.ndarray
     """Position of the hand in each frame [m], shape (f, 3)."""
     holds: list[tuple[float, float | None]]
-    """Times at which the hand closes and opens again, for each grasp [s].
-
-    The second time is None if the hand does not open again.
-    """
+    """Times at which the hand closes and opens again (None if it does not), for each grasp [s]."""
 
 
 def replay_data(
@@ -51,9 +42,9 @@ def replay_data(
 
     Args:
         rollout: Motion of the cloth, with the target in `extra["target"]`.
-        scene: Scene of the motion; its rigid bodies are drawn too.
+        scene: Scene of the motion, with its rigid bodies.
         hands: Motions of the hands.
-        largest: End of the colour scale for vertex errors, the distances of vertices from their targets [m].
+        largest: End of the colour scale for vertex errors [m].
         robot: Meshes of the robot's links at each frame of the rollout; None if no robot is drawn.
     """
     kept = frames(len(rollout.times), len(rollout.positions[0]))
@@ -73,10 +64,9 @@ def replay_data(
 
 
 def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
-    """Return the compressed positions of a mesh in f frames and in one more shape, and the mesh's triangles.
+    """Return the compressed positions of a mesh in f frames, shape (f, n, 3), and in one more shape, and its triangles.
 
-    The frames have the shape (f, n, 3) for n vertices. For cloth, the further shape `last`, shape (n, 3), is the
-    target. Positions are whole numbers of `STEP`, measured from the corner with the smallest coordinates.
+    Positions are whole numbers of `STEP`, measured from the corner with the smallest coordinates.
     """
     shown = np.concatenate([positions, last[None]])
     low = shown.min(axis=(0, 1))
@@ -91,10 +81,7 @@ def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[
 
 
 def frames(count: int, vertices: int) -> np.ndarray:
-    """Choose the frames of a rollout that a replay shows.
-
-    They are the first frame, the last frame, and frames at equal intervals between them.
-    """
+    """Return the frames of a rollout that a replay shows: the first, the last, and at equal intervals between."""
     most = int(np.clip(BUDGET // (3 * vertices), 2, FRAMES))
     return np.unique(np.rint(np.linspace(0, count - 1, min(count, most))).astype(int))
 

@@ -27,10 +27,7 @@ class PaintedMesh:
     back: np.ndarray
     """Colour of the back of all triangles in linear light, shape (3,)."""
     flat: np.ndarray | None = None
-    """Positions of the vertices on the flat cloth [m], shape (n, 2).
-
-    They determine a pattern of lines every 5 cm. If the positions are None, no lines are drawn.
-    """
+    """Positions on the flat cloth [m], shape (n, 2), for a pattern of lines every 5 cm; None for no lines."""
 
 
 def cloth(
@@ -41,9 +38,8 @@ def cloth(
     Args:
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
-        start: Positions of the vertices on the flat cloth [m], shape (n, 3), for a pattern of lines; None to draw no
-            lines.
-        lower: Whether each triangle belongs to the lower layer, shape (m,); None if the cloth has one layer.
+        start: Positions on the flat cloth [m], shape (n, 3), for a pattern of lines; None for no lines.
+        lower: Whether each triangle belongs to the lower layer, shape (m,); None for a single layer.
     """
     back = np.zeros(len(faces), dtype=bool) if lower is None else lower
     outside = np.where(back[:, None], rgb(REAR), rgb(FRONT))
@@ -51,10 +47,7 @@ def cloth(
 
 
 def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
-    """Find the triangle of a mesh that is visible at each pixel, and the depth of every pixel, shape (h, w).
-
-    The depth is -inf at a pixel that no triangle covers.
-    """
+    """Return what is visible at each pixel, and the depth, -inf at pixels that nothing covers, shape (h, w)."""
     projected = view.project(mesh.points)
     visible = rasterise(projected, mesh.faces, view.shape)
     depth = np.full(view.shape, -np.inf)
@@ -63,11 +56,7 @@ def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
 
 
 def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | float = 1.0) -> np.ndarray:
-    """Return the linear light of the p pixels that a mesh covers, shape (p, 3).
-
-    `sunlit` is 0 for a pixel in shadow and 1 for a pixel in full light. It is one number for all pixels, or has the
-    shape (p,).
-    """
+    """Return the linear light of the p pixels that a mesh covers, shape (p, 3); `sunlit` is 0 in shadow, 1 in light."""
     normals = visible.sample(vertex_normals(mesh.points, mesh.faces), mesh.faces)
     normals /= np.maximum(np.sqrt(np.einsum("pk,pk->p", normals, normals)), 1e-12)[:, None]
     eye = view.towards_eye(visible.sample(mesh.points, mesh.faces))
@@ -82,10 +71,7 @@ def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | 
 
 
 def _threads(flat: np.ndarray) -> np.ndarray:
-    """Return the intensity of the pattern of lines every 5 cm: 1 on a line, 0 between lines, shape (p,).
-
-    The argument has the positions of p points on the flat cloth [m], shape (p, 2).
-    """
+    """Return the pattern of lines every 5 cm at points on the flat cloth [m], shape (p, 2): 1 on a line, 0 between."""
     off = np.abs(flat / 0.05 - np.rint(flat / 0.05)).min(axis=1) * 0.05
     return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
 
@@ -97,26 +83,17 @@ def _facing(view: View, mesh: PaintedMesh) -> np.ndarray:
 
 
 def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> np.ndarray:
-    """Return how much lower each pixel is than its surroundings: 0 is not lower, 1 is much lower, shape (h, w).
+    """Return how much lower each pixel is than its surroundings, from 0 to 1 at `reach` [m], shape (h, w).
 
-    The heights of flat layers differ by only a millimetre. Their edges become visible if pixels that are lower than
-    their surroundings are darkened (Luft, Colditz and Deussen 2006, depth darkening).
-
-    Args:
-        depth: Height of each pixel [m]; -inf at pixels that show only the ground.
-        ground: Height of the ground [m].
-        radius: Radius of the surroundings [pixels].
-        reach: Height difference [m]. If a pixel is this much lower than its surroundings, the result is 1.
+    Darkened pixels show the edges of flat layers, whose heights differ by a millimetre (Luft, Colditz and Deussen 2006,
+    depth darkening). The surroundings have a radius in pixels; -inf in `depth` is the ground.
     """
     height = np.maximum(depth, ground)
     return np.clip((gaussian_filter(height, radius, mode="nearest") - height) / reach, 0.0, 1.0)
 
 
 def shrink(image: np.ndarray, times: int) -> np.ndarray:
-    """Reduce an image by averaging blocks of `times` x `times` pixels, shape (h, w, 4).
-
-    In the image, colours are multiplied by alpha (premultiplied).
-    """
+    """Reduce an image with premultiplied alpha by averaging blocks of `times` x `times` pixels, shape (h, w, 4)."""
     height = image.shape[0] // times
     width = image.shape[1] // times
     blocks = image[: height * times, : width * times].reshape(height, times, width, times, 4)
@@ -124,10 +101,7 @@ def shrink(image: np.ndarray, times: int) -> np.ndarray:
 
 
 def to_pixels(image: np.ndarray) -> np.ndarray:
-    """Convert an image with linear light to uint8 pixels, shape (h, w, 4).
-
-    In the image, colours are multiplied by alpha (premultiplied). In the pixels, they are not (straight alpha).
-    """
+    """Return an image of linear light and premultiplied alpha as uint8 pixels of straight alpha, shape (h, w, 4)."""
     alpha = image[..., 3:]
     colour = np.clip(image[..., :3] / np.maximum(alpha, 1e-6), 0.0, 1.0) ** (1 / 2.2)
     return (np.concatenate([colour, np.clip(alpha, 0.0, 1.0)], axis=-1) * 255.0 + 0.5).astype(np.uint8)

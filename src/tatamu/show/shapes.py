@@ -1,7 +1,4 @@
-"""Defines the shapes of a drawing.
-
-Positions are in metres, and widths are in pixels. Colours are names of `palette` or "#rrggbb".
-"""
+"""Shapes of a drawing; positions in metres, widths in pixels, colours as names of `palette` or "#rrggbb"."""
 
 from __future__ import annotations
 
@@ -70,7 +67,7 @@ class Label:
     place: np.ndarray
     text: str
     towards: np.ndarray
-    """Direction from the position to the word, shape (2,). If it is zero, the word is centred on the position."""
+    """Direction from the position to the word, shape (2,); zero to centre the word."""
     colour: str = "ink"
 
 

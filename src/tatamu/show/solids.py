@@ -13,10 +13,7 @@ MovingMesh = tuple[np.ndarray, np.ndarray]
 
 
 def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
-    """Return the surface of a rigid body in the body's frame: points [m], shape (n, 3), and triangles, shape (m, 3).
-
-    Each triangle has its own three points, so the shading is flat.
-    """
+    """Return the surface of a rigid body in its frame, as points [m] and triangles that share no points."""
     import trimesh.creation
 
     if body.shape == "box":
@@ -31,10 +28,7 @@ def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
 
 
 def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
-    """Return all rigid bodies of a scene as one mesh that moves; None if there are no bodies.
-
-    The result has a frame for each of the f times [s], shape (f,).
-    """
+    """Return all rigid bodies of a scene as one mesh, with a frame for each time [s]; None if there are none."""
     parts = []
     faces = []
     count = 0

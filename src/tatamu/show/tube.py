@@ -6,11 +6,7 @@ import numpy as np
 
 
 def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points (k, 3) and the triangles (m, 3) of a tube around a path (f, 3).
-
-    The path has f points, at least two. The tube has k points and m triangles. The radius and all positions are in
-    metres.
-    """
+    """Return the points [m], shape (k, 3), and the triangles, shape (m, 3), of a tube around a path, shape (f, 3)."""
     path = _spaced(path, radius)
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
