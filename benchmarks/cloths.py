@@ -46,10 +46,8 @@ FREE_LENGTHS = [round((rows + 0.5) * ROW, 3) for rows in range(3, 8)]
 SHORTER = [0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06]
 """Free lengths that a person tries for the sag of a fabric [m]."""
 CONTACT_ROUNDS = 12
-"""Rounds of contact in Blender; with 2, the table does not support cloth under other cloth.
-
-See docs/notes/second-opinion.md.
-"""
+"""Rounds of contact in Blender; with 2, the table does not support cloth under other cloth. See
+docs/notes/second-opinion.md."""
 READINGS = {"three": (), "four": ("loop",), "five": ("loop", "push")}
 """Readings in addition to the paper's three."""
 TITLES = {

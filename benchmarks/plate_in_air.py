@@ -66,10 +66,8 @@ GRAHAM = 8.0
 """Drag coefficient at a Keulegan-Carpenter number of 1. The drag coefficient is inversely proportional to the cube root
 of this number (Graham 1980)."""
 SHARE = 27.0 / 20.0
-"""Mean of s^(-1/3) over a half swing, weighted by the work of drag (docs/theory/air.md).
-
-The variable s is the covered fraction of the half swing's path: 0 at the start and 1 at the end.
-"""
+"""Mean of s^(-1/3) over a half swing, weighted by the work of drag (docs/theory/air.md). The variable s is the covered
+fraction of the half swing's path: 0 at the start and 1 at the end."""
 
 
 def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) -> float:

@@ -42,15 +42,11 @@ class Claims:
     seeds: int
     moments: list[Moment]
     moved_left: int
-    """Number of seeds whose mean vertex error falls during the search.
-
-    It must never rise from one moment to the next, and must be smaller at the end than at first.
-    """
+    """Number of seeds whose mean vertex error falls during the search. It must never rise from one moment to the next,
+    and must be smaller at the end than at first."""
     peaks: list[float]
-    """Separation (Ashman's D) of two groups of vertex errors, for each seed.
-
-    The first group belongs to the moving part of the cloth, and the second group to the part that should not move.
-    """
+    """Separation (Ashman's D) of two groups of vertex errors, for each seed. The first group belongs to the moving part
+    of the cloth, and the second group to the part that should not move."""
     slipped_less: int
     """Number of seeds whose best fold slips less than the fold of their first trial."""
 

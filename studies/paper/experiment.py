@@ -24,15 +24,11 @@ from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
-"""Fold plan that is learned for each garment.
-
-Fig. 5 of the paper shows a fold for each garment, but does not show the direction of the fold.
-"""
+"""Fold plan that is learned for each garment. Fig. 5 of the paper shows a fold for each garment, but does not show the
+direction of the fold."""
 SPACING = 0.02
-"""Edge length ("spacing") of every mesh [m].
-
-The paper does not state this length, although the properties of the cloth in Tables I and II depend on it.
-"""
+"""Edge length ("spacing") of every mesh [m]. The paper does not state this length, although the properties of the cloth
+in Tables I and II depend on it."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +50,8 @@ class Choices:
     folds: dict[str, str] = field(default_factory=dict)
     """Fold plan of each garment, by the garment's name. The default is from `FOLDS`."""
     materials: dict[str, str] = field(default_factory=dict)
-    """Material preset or file of each garment, by the garment's name.
-
-    The default is the preset with the paper's numbers.
-    """
+    """Material preset or file of each garment, by the garment's name. The default is the preset with the paper's
+    numbers."""
 
     def __post_init__(self) -> None:
         named(self.simulator)

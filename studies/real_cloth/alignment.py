@@ -1,13 +1,7 @@
 """Computes distances between predicted nodes of a cloth and the nodes that a camera saw.
 
-The camera may be displaced: its position and direction may differ from the assumed position and direction. Then all
-nodes appear rotated by the same rotation R and shifted by the same translation t,
-
-    y = R x + t
-
-Here x is the real position of a node, and y is the position at which it is seen. Both are relative to the middle of the
-bar that holds the cloth. R and t are found by least squares. R, t, and the remaining distance between R x + t and y
-follow from sums over all pairs of x and y (Kabsch 1976). Therefore, only these sums are stored for a simulation.
+A displaced camera sees a node that is at x at y = R x + t, both relative to the middle of the bar. R, t, and the
+remaining distance follow from sums over all pairs of x and y (Kabsch 1976), so only these sums are stored.
 """
 
 from __future__ import annotations
@@ -43,7 +37,7 @@ UNMOVED = Displacement(np.eye(3), np.zeros(3))
 
 @dataclass(frozen=True)
 class Pairs:
-    """Means over pairs of positions of nodes: a real position x, and the position y at which a camera sees the node."""
+    """Means over pairs of a real position x and the position y at which a camera sees the node."""
 
     place: np.ndarray
     """Mean of the real positions x [m], shape (3,)."""
@@ -56,18 +50,13 @@ class Pairs:
 
     @classmethod
     def of(cls, places: np.ndarray, seen: np.ndarray) -> Pairs:
-        """Return the means over pairs of positions.
-
-        Args:
-            places: Real positions relative to the middle of the bar [m], shape (k, 3), k > 0.
-            seen: Seen positions relative to the middle of the bar [m], shape (k, 3).
-        """
+        """Return the means over k pairs of positions [m], shape (k, 3)."""
         squares = float((places**2 + seen**2).sum(axis=1).mean())
         return cls(places.mean(axis=0), seen.mean(axis=0), squares, seen.T @ places / len(places))
 
     @classmethod
     def mean(cls, each: Sequence[Pairs]) -> Pairs:
-        """Return the average of the means over pairs of several recordings, with equal weights."""
+        """Return the average over recordings, with equal weights."""
         return cls(
             np.mean([pairs.place for pairs in each], axis=0),
             np.mean([pairs.seen for pairs in each], axis=0),
@@ -87,10 +76,7 @@ class Pairs:
         return {"squares": self.squares, **{name: array.tolist() for name, array in arrays.items()}}
 
     def distance(self, by: Displacement = UNMOVED) -> float:
-        """Return the RMS distance between R x + t and y [m] for a displaced camera.
-
-        The rotation R and the translation t of the camera are those of `by`.
-        """
+        """Return the RMS distance between R x + t and y [m] for a displaced camera."""
         turned = by.rotation @ self.place
         moved = float(by.translation @ (by.translation + 2.0 * (turned - self.seen)))
         square = self.squares - 2.0 * float((by.rotation * self.products).sum()) + moved

@@ -24,10 +24,7 @@ from tatamu.simulation.simulators import simulate
 from tatamu.simulation.source import source_digest
 
 Values = dict[str, Any]
-"""Values that were read from a simulation.
-
-If the simulation failed, the key `failed` has the error message.
-"""
+"""Values that were read from a simulation. If the simulation failed, the key `failed` has the error message."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +57,7 @@ class Bench:
         return source_digest()
 
     def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
-        """Return the values that are read from each experiment, in the order of the experiments.
-
-        Experiments whose values are not kept yet are simulated. Several experiments run at a time. New values are kept
-        as soon as they are known.
-        """
+        """Return the values of each experiment, simulated and kept unless they are kept already."""
         places = [self.folder / f"{self._key(each)}.json" for each in experiments]
         lacking = {place: each for place, each in zip(places, experiments, strict=True) if not place.exists()}
         given_up: dict[Path, Values] = {}
@@ -91,10 +84,7 @@ class Bench:
 
 
 def reading(scene: Scene, read: Callable[[Rollout], Values], simulator: str) -> Values:
-    """Simulate a scene, and return the values that `read` finds in the simulation.
-
-    This function runs in this process or on a worker.
-    """
+    """Simulate a scene, and return the values that `read` finds in the simulation."""
     try:
         return read(simulate(scene, simulator))
     except SimulationError as error:

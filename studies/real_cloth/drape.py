@@ -19,10 +19,8 @@ from tatamu.simulation.simulators import capabilities
 FINENESS = 0.35
 """Maximum edge length of the mesh, in bending lengths."""
 EARLIER = 5
-"""Number of frames (half a second) between two shapes of the hanging cloth: an earlier shape and the last shape.
-
-The difference between both shapes shows whether the cloth still moves.
-"""
+"""Number of frames (half a second) between two shapes of the hanging cloth: an earlier shape and the last shape. The
+difference between both shapes shows whether the cloth still moves."""
 TURN = np.linspace(0.0, 2.0 * np.pi, 181)
 
 

@@ -15,34 +15,25 @@ GF_CM = 9.80665e-5
 GF = 9.80665e-3
 """Factor from the unit of bending hysteresis of KES, a system of fabric testers, to SI: from gf cm/cm to N."""
 SOFTENED = 300.0
-"""Stretch stiffness of all simulated fabrics [N/m].
-
-A real woven fabric has thousands of N/m along its yarns. With such a large stiffness, a mesh whose spacing is a third
-of a bending length would be too stiff against bending (docs/theory/bending.md).
-"""
+"""Stretch stiffness of all simulated fabrics [N/m]. A real woven fabric has thousands of N/m along its yarns. With such
+a large stiffness, a mesh whose spacing is a third of a bending length would be too stiff against bending
+(docs/theory/bending.md)."""
 SHEAR = 34.0
-"""Shear stiffness of a woven fabric [N/m].
-
-It is the median of the ten fabrics of Wang, O'Brien and Ramamoorthi 2011 at their smallest strain. In the unit of the
-tester KES-FB1, this value is 0.6 gf/cm/degree.
-"""
+"""Shear stiffness of a woven fabric [N/m]. It is the median of the ten fabrics of Wang, O'Brien and Ramamoorthi 2011 at
+their smallest strain. In the unit of the tester KES-FB1, this value is 0.6 gf/cm/degree."""
 WARP, WEFT, TWIST = 1.265, 0.735, 1.62
-"""Bending rigidities of a typical fabric along the warp and along the weft, and its rigidity against twist.
-
-All three are divided by the mean of the rigidities along warp and weft. The values are medians of the 618 fabrics of
-Feng et al. 2022. In these fabrics, the rigidity of the stiffer direction is 1.72 times the rigidity of the softer
-direction. The rigidity of strips at 45 degrees is 0.90 times the mean.
-"""
+"""Bending rigidities of a typical fabric along the warp and along the weft, and its rigidity against twist. All three
+are divided by the mean of the rigidities along warp and weft. The values are medians of the 618 fabrics of Feng et al.
+2022. In these fabrics, the rigidity of the stiffer direction is 1.72 times the rigidity of the softer direction. The
+rigidity of strips at 45 degrees is 0.90 times the mean."""
 
 FRICTION = 22.0
 """Ratio HB / B for a fabric without a measured hysteresis [1/m]. HB is half the width of the bending hysteresis, and B
 is the bending rigidity. The ratio is the median of the four fabrics of Matsudaira et al. 2015."""
 
 WAVINESS = 1e-3
-"""Amplitude of the waves in simulated cloth that is not quite flat [m].
-
-It is assumed, because no measurement is known.
-"""
+"""Amplitude of the waves in simulated cloth that is not quite flat [m]. It is assumed, because no measurement is
+known."""
 
 
 @dataclass(frozen=True)
@@ -82,10 +73,7 @@ class Fabric:
         return self._weave(2.0 * anisotropy / (1.0 + anisotropy), 2.0 / (1.0 + anisotropy))
 
     def _weave(self, warp: float, weft: float) -> Material:
-        """Return the material of a weave.
-
-        The arguments are the rigidities along warp and weft, divided by the mean of both.
-        """
+        """Return the material of a weave with rigidities along warp and weft in units of their mean."""
         return self.isotropic.model_copy(
             update={
                 "shear_stiffness": SHEAR,

@@ -13,15 +13,10 @@ from studies.real_cloth.recording import Recording
 from tatamu.calibration.instruments.oscillation import FreeSwing, swings
 
 STILL = 0.05
-"""Largest speed of the bar that holds a cloth [m/s].
-
-If the bar moves faster, the cloth does not count as swinging freely.
-"""
+"""Largest speed of the bar that holds a cloth [m/s]. If the bar moves faster, the cloth does not count as swinging
+freely."""
 LEAST = 0.004
-"""Smallest distance from rest at which a cloth may turn back in a swing [m].
-
-Smaller movements count as noise.
-"""
+"""Smallest distance from rest at which a cloth may turn back in a swing [m]. Smaller movements count as noise."""
 AMPLITUDES = (0.02, 0.04, 0.06)
 """Amplitudes of a swinging cloth, from peak to peak, at which decrements are compared [m]."""
 

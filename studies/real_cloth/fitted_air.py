@@ -18,20 +18,11 @@ from studies.real_cloth.recording import Recording
 from studies.real_cloth.sheet import SIDE
 
 START = (0.5, 1.0, 6.0)
-"""Added mass, linear drag and quadratic drag with which the fit of the effects of air starts.
-
-They are divided by the areal density of the cloth.
-"""
+"""Added mass, linear and quadratic drag with which a fit starts, divided by the areal density."""
 START_TURNING = (0.5, 0.3, 4.0)
-"""Added mass, linear drag and turning drag with which the fit of the effects of air starts.
-
-They are divided by the areal density of the cloth.
-"""
+"""Added mass, linear and turning drag with which a fit starts, divided by the areal density."""
 START_SIZE = (0.3,)
-"""Areal density of the cloth with which a fit starts [kg/m^2].
-
-The density is the only number that is fitted.
-"""
+"""Areal density of the cloth with which a fit starts [kg/m^2]. The density is the only number that is fitted."""
 STEP = 0.1
 """Step for numerical derivatives in the fit of the effects of air, as a fraction of a number's starting value."""
 EVALUATIONS = 3
@@ -39,10 +30,7 @@ EVALUATIONS = 3
 RECTANGLE = rectangle_added_mass(SIDE, SIDE)
 """Added mass of a plate of the cloth's size: the mass of air that moves with it, per area [kg/m^2]."""
 TYPICAL = 0.01
-"""Largest residual that counts with its square in the fit to the swings [m].
-
-Larger residuals count less, because they may be outliers of the camera.
-"""
+"""Maximum residual that counts with its square [m]. Larger ones may be outliers of the camera."""
 
 
 def fit(
@@ -51,15 +39,9 @@ def fit(
     law: Callable[[np.ndarray], AirLaw],
     start: Sequence[float],
 ) -> AirLaw:
-    """Fit the coefficients of the forces of air to the swings of recordings by least squares.
+    """Fit numbers, from which `law` makes coefficients of air, to the swings of recordings by robust least squares.
 
-    Large errors may be outliers, so they count less than their square.
-
-    Args:
-        predict: Function that returns the swings of all recordings for given coefficients of air.
-        recordings: Measured recordings.
-        law: Function that returns the coefficients of air (added mass and drag) for the fitted numbers.
-        start: Numbers at the start of the fit.
+    `predict` returns the swings of all recordings for given coefficients.
     """
     wanted = np.concatenate([recording.swing for recording in recordings])
     good = np.isfinite(wanted)
@@ -94,19 +76,13 @@ def linear(numbers: np.ndarray) -> AirLaw:
 
 
 def of_size(numbers: np.ndarray) -> AirLaw:
-    """Return the coefficients of the forces of air on a rigid plate of the cloth's size.
-
-    They are divided by the areal density of the cloth. This density [kg/m^2] is the only number in `numbers`.
-    """
+    """Return the coefficients on a rigid plate of the cloth's size, whose areal density is the only number."""
     density = float(numbers[0])
     return AirLaw(RECTANGLE / density, 0.0, steady_drag() / density, turning_drag(SIDE) / density)
 
 
 def turning(numbers: np.ndarray) -> AirLaw:
-    """Return coefficients of air from three `numbers`: added mass, linear drag and turning drag.
-
-    The turning drag acts just after the motion has changed its direction.
-    """
+    """Return coefficients of air from three `numbers`: added mass, linear drag and turning drag."""
     added_mass, drag, around = (float(value) for value in numbers)
     return AirLaw(added_mass, drag, 0.0, around)
 

@@ -28,10 +28,8 @@ SWEPT = 2
 TYPICAL = WARP / WEFT
 """Anisotropy of a typical weave: the ratio of the rigidities along warp and weft."""
 ANISOTROPIES = (1.0, TYPICAL, 3.0)
-"""Ratios of the rigidities along warp and weft with which drapes are simulated for a fit.
-
-In Feng et al. 2022, 18 % of 618 fabrics have a ratio of 3 or more.
-"""
+"""Ratios of the rigidities along warp and weft with which drapes are simulated for a fit. In Feng et al. 2022, 18 % of
+618 fabrics have a ratio of 3 or more."""
 ELLIPSE = 2
 """Order of the harmonic of a draped hem that results from different rigidities along warp and weft."""
 
@@ -47,10 +45,8 @@ class FittedModel:
     """Function that returns the material of a fabric with a given anisotropy, the ratio of rigidities along warp and
     weft."""
     anisotropies: Sequence[float] = (TYPICAL,)
-    """Ratios of the rigidities along warp and weft with which drapes are simulated for a fit.
-
-    If there is only one value, it is assumed and not fitted.
-    """
+    """Ratios of the rigidities along warp and weft with which drapes are simulated for a fit. If there is only one
+    value, it is assumed and not fitted."""
     waviness: float = 0.0
     """Standard deviation of the height of wavy unstrained cloth [m]; 0 for flat cloth."""
     times: int = 1
@@ -94,10 +90,7 @@ class FittedFabric:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Simulated drapes of a model of fabrics, for all combinations of given anisotropies and rigidities.
-
-    An anisotropy is the ratio of the rigidities along warp and weft.
-    """
+    """Simulated drapes of a model of fabrics, for all combinations of given anisotropies and rigidities."""
 
     anisotropies: Sequence[float]
     rigidities: Sequence[float]
@@ -118,11 +111,7 @@ class Sweep:
         return cls(model.anisotropies, model.rigidities, groups)
 
     def fitted(self, name: str, coefficient: float, ellipse: float) -> FittedFabric:
-        """Return the fabric whose simulated drape has the measured properties, by interpolation.
-
-        The properties are the drape coefficient [%] and, if the anisotropy is fitted, the second harmonic of the hem
-        [m].
-        """
+        """Return the fabric with this drape coefficient [%] and second harmonic of the hem [m], by interpolation."""
         bendings = [self._rigidity(coefficient, drapes) for drapes in self.drapes]
         ellipses = [self._ellipse(bending, drapes) for bending, drapes in zip(bendings, self.drapes, strict=True)]
         rising = np.maximum.accumulate(ellipses)

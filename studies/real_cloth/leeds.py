@@ -52,10 +52,8 @@ MODELS = (
     ),
 )
 WITHIN = 1.0
-"""Largest allowed difference between the predicted and the measured mean number of nodes, the folds of the hem.
-
-A fabric with at most this difference meets the goal.
-"""
+"""Largest allowed difference between the predicted and the measured mean number of nodes, the folds of the hem. A
+fabric with at most this difference meets the goal."""
 MOST = 9
 """Number of fabrics, of eleven, that must meet the goal for the number of nodes."""
 
@@ -82,7 +80,6 @@ class Leeds(RealTest):
     name = "leeds"
 
     def load(self, data: Path) -> list[MeasuredHems]:
-        """Read the measured outlines of the drapes of eleven fabrics from the folder `data`."""
         table = Columns.load(data / FILE, ("set", "fabric", *RADII))
         hems: dict[str, list[Hem]] = {}
         for number, row in enumerate(table.rows):
@@ -94,12 +91,10 @@ class Leeds(RealTest):
         return [MeasuredHems(name, hems[name]) for name in sorted(hems, key=lambda name: (len(name), name))]
 
     def simulations(self, measured: list[MeasuredHems], bench: Bench) -> int:
-        """Return the approximate number of simulations that this test of drapes needs."""
         known = drape.known_to(bench.simulator, self.models)
         return sum(model.swept + model.times * len(measured) * bench.seeds for model in known)
 
     def run(self, measured: list[MeasuredHems], bench: Bench) -> Section:
-        """Simulate the drapes of all fabrics, and return the section with the results."""
         known = drape.known_to(bench.simulator, self.models)
         predictions = [_predicted(model, measured, bench) for model in known]
         best = predictions[-1]

@@ -67,16 +67,12 @@ def judged(known: Sequence[DrapeModel]) -> int:
 
 
 NEAR, NEARER, MOST_NODES = 8.0, 3.0, 1.0
-"""Largest errors of predicted drapes that meet the goals.
-
-The errors of all drape coefficients must be at most NEAR [percentage points], and the errors of two of these
-coefficients at most NEARER. The errors of the numbers of nodes must be at most MOST_NODES.
-"""
+"""Largest errors of predicted drapes that meet the goals. The errors of all drape coefficients must be at most NEAR
+[percentage points], and the errors of two of these coefficients at most NEARER. The errors of the numbers of nodes must
+be at most MOST_NODES."""
 FEW = 3
-"""Smallest number of nodes (folds of the hem) of a fabric that is compared with the goal for nodes.
-
-A specimen with fewer nodes does not drape, but only bends down on two sides.
-"""
+"""Smallest number of nodes (folds of the hem) of a fabric that is compared with the goal for nodes. A specimen with
+fewer nodes does not drape, but only bends down on two sides."""
 
 
 @dataclass(frozen=True)
@@ -95,16 +91,13 @@ class Matsudaira(RealTest):
     name = "drape"
 
     def load(self, data: Path) -> list[MeasuredDrape]:
-        """Read the measured rigidities and drapes of four fabrics from the folder `data`."""
         table = Columns.load(data / FILE, ("id", "fabric", *NUMBERS))
         return [_measured(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[MeasuredDrape], bench: Bench) -> int:
-        """Return the approximate number of simulations that this test of drapes needs."""
         return len(measured) * len(models(bench.simulator)) * bench.seeds
 
     def run(self, measured: list[MeasuredDrape], bench: Bench) -> Section:
-        """Simulate the drapes of all fabrics, and return the section with the results."""
         known = models(bench.simulator)
         best = judged(known)
         asked = [

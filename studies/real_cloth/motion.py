@@ -43,19 +43,15 @@ FILE = "iri_cloth_motion.npz"
 SESSION = "2021_06_23"
 """Name of a session of recordings of a swung cloth, in which the robot's poses were recorded too."""
 LEFT_OUT = ("calibration", "blooper")
-"""Names of recordings of a swung cloth that are left out.
-
-In the recording "calibration", nothing moves. The authors say that the recording "blooper" failed.
-"""
+"""Names of recordings of a swung cloth that are left out. In the recording "calibration", nothing moves. The authors
+say that the recording "blooper" failed."""
 FITTED = ("n13_traj8_1", "n7_traj9_2", "n4_traj8_1", "n7_traj9_3", "n13_traj10_1", "n13_traj11_1")
 """Names of those recordings of a swung cloth to which the effects of air are fitted."""
 NO_AIR = AirLaw()
 PERIOD, DECREMENT, SWING, NOISE = 0.03, 0.15, 9.0, 1.25
-"""Largest errors of a predicted swing that meet four goals.
-
-PERIOD and DECREMENT are relative errors of the period and of the decrement. SWING is the RMS error of the swing [mm].
-NOISE is the RMS error of all nodes, divided by the noise of the camera.
-"""
+"""Largest errors of a predicted swing that meet four goals. PERIOD and DECREMENT are relative errors of the period and
+of the decrement. SWING is the RMS error of the swing [mm]. NOISE is the RMS error of all nodes, divided by the noise of
+the camera."""
 
 
 @dataclass(frozen=True)
@@ -66,15 +62,11 @@ class Predicted:
     swings: Sequence[np.ndarray]
     """Predicted swing of the cloth's lower edge at the frames of each recording [m]."""
     free: Sequence[Pairs]
-    """Means over pairs of predicted and seen positions of the cloth's nodes, for each recording.
-
-    The pairs are of all nodes except those at the held edge.
-    """
+    """Means over pairs of predicted and seen positions of the cloth's nodes, for each recording. The pairs are of all
+    nodes except those at the held edge."""
     lower: Sequence[Pairs]
-    """Means over pairs of predicted and seen positions of the cloth's nodes, for each recording.
-
-    The pairs are of the nodes at the lower edge.
-    """
+    """Means over pairs of predicted and seen positions of the cloth's nodes, for each recording. The pairs are of the
+    nodes at the lower edge."""
     fitted: str = "nothing"
 
     def camera(self, measured: Sequence[Recording]) -> Displacement:
@@ -89,7 +81,6 @@ class SwungCloth(RealTest):
     name = "motion"
 
     def load(self, data: Path) -> list[Recording]:
-        """Read the recordings of a cloth that a robot swings from the folder `data`."""
         recordings = load_recordings(data / FILE, SESSION, LEFT_OUT)
         missing = set(FITTED) - {each.name for each in recordings}
         if missing:
@@ -97,11 +88,9 @@ class SwungCloth(RealTest):
         return recordings
 
     def simulations(self, measured: list[Recording], bench: Bench) -> int:
-        """Return the approximate number of simulations that this test of swings needs."""
         return len(FITTED) * (2 + 1 + len(START)) * EVALUATIONS + 3 * len(measured)
 
     def run(self, measured: list[Recording], bench: Bench) -> Section:
-        """Simulate the recordings of the swung cloth, and return the section with the results."""
         fitting = [recording for recording in measured if recording.name in FITTED]
 
         def swung(air: AirLaw) -> list[np.ndarray]:

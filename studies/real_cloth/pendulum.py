@@ -5,17 +5,9 @@ The plate has the length L. Its angle phi from the vertical solves the equation:
     (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + max(c2, c3 s^(-1/3)) |u| u) r dr
     u = v + r phi'
 
-All terms are divided by the areal density and the width of the plate. The symbols are:
-
-- kappa is the added mass of air.
-- c1, c2 and c3 are the linear, quadratic and turning drag.
-- v and a are the velocity and the acceleration of the bar, perpendicular to the bar.
-- u is the velocity of the point of the plate at the distance r from the bar.
-- s is the path of this point since u changed its sign.
-- g is the acceleration of gravity.
-
-The term with s makes the drag larger just after the motion turns. It is needed because the drag of a plate in small
-oscillations is several times the drag in steady motion.
+All terms are divided by areal density and width. v and a are the velocity and the acceleration of the bar across
+itself, u is the velocity of the point at the distance r from the bar, and s its path since u changed its sign. The term
+with s makes the drag larger just after a turn, because drag in small oscillations is several times the steady drag.
 """
 
 from __future__ import annotations
@@ -30,34 +22,25 @@ from tatamu.simulation.material import GRAVITY
 PIECES = 8
 """Number of pieces into which a swinging plate is divided along its length to sum the drag of air."""
 SHORTEST = 1e-6
-"""Least value that is used for a path s [m].
-
-It is the path of a point of the swinging plate since its velocity changed its sign.
-"""
+"""Minimum of a path s [m]."""
 
 
 @dataclass(frozen=True)
 class AirLaw:
-    """Coefficients of the forces of air (added mass and drag), divided by the areal density of the cloth."""
+    """Coefficients of the forces of air, divided by the areal density of the cloth."""
 
     added_mass: float = 0.0
-    """Added mass kappa, the mass of air that moves with the cloth [-]."""
+    """kappa [-]."""
     linear: float = 0.0
-    """Coefficient c1 of the linear drag of air [1/s]."""
+    """c1 [1/s]."""
     quadratic: float = 0.0
-    """Coefficient c2 of the quadratic drag of air [1/m]."""
+    """c2 [1/m]."""
     turning: float = 0.0
-    """Coefficient c3 of the turning drag of air, which acts after the velocity has changed its sign [m^(-2/3)]."""
+    """c3 [m^(-2/3)]."""
 
 
 def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
-    """Return how far the lower edge of a stiff plate swings at the f frames of a recording [m], shape (f,).
-
-    Args:
-        recording: Recording of the bar that moves the plate.
-        air: Coefficients of the forces of air: added mass and drag.
-        length: Length of the plate [m].
-    """
+    """Return how far the lower edge of a stiff plate swings at the f frames of a recording [m], shape (f,)."""
     times, corners = recording.path
     normal = recording.normal(times)
     velocity = np.gradient(corners.mean(axis=1), STEP, axis=0)
@@ -83,14 +66,9 @@ def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
 
 
 def plate_nodes(recording: Recording, swing: np.ndarray, length: float) -> np.ndarray:
-    """Return the positions that the camera's nodes would have on a stiff plate [m], shape (f, n, n, 3).
+    """Return the positions that the camera's n x n nodes would have on a stiff plate [m], shape (f, n, n, 3).
 
-    There are f frames, and the camera's grid has n x n nodes.
-
-    Args:
-        recording: Recording of the robot that holds the plate.
-        swing: Swing of the lower edge at the frames [m], shape (f,).
-        length: Length of the plate [m].
+    `swing` is that of the lower edge at the f frames [m].
     """
     corners = recording.corners(recording.clock)
     count = recording.nodes.shape[1]

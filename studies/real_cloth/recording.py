@@ -30,10 +30,8 @@ JITTER = 0.05
 CORNER_NOISE = 0.008
 """Standard deviation of the position of a corner of the cloth that the camera sees [m]."""
 OUTLIER = 0.04
-"""Largest distance between a node of the cloth and its median position in five frames [m].
-
-A node at a larger distance is an outlier of the camera.
-"""
+"""Largest distance between a node of the cloth and its median position in five frames [m]. A node at a larger distance
+is an outlier of the camera."""
 SMOOTHING = 0.05
 """Standard deviation of the Gaussian filter that smooths the robot's path [s]."""
 STEP = 0.01
@@ -50,10 +48,8 @@ class Recording:
     times: np.ndarray
     """Times of the camera's f frames, on the camera's clock [s], shape (f,)."""
     nodes: np.ndarray
-    """Positions of the cloth's n x n nodes at each of the camera's f frames [m], shape (f, n, n, 3).
-
-    Row 0 is the lower edge, and the last row is the held edge. A node that the camera lost is NaN.
-    """
+    """Positions of the cloth's n x n nodes at each of the camera's f frames [m], shape (f, n, n, 3). Row 0 is the lower
+    edge, and the last row is the held edge. A node that the camera lost is NaN."""
     tool_times: np.ndarray
     """Times at which the k poses of the robot's tool were recorded [s], shape (k,), increasing."""
     tool_positions: np.ndarray
@@ -66,10 +62,7 @@ class Recording:
         return Slerp(self.tool_times, Rotation.from_quat(self.tool_rotations))
 
     def pose(self, times: np.ndarray) -> tuple[np.ndarray, Rotation]:
-        """Return the positions and rotations of the robot's tool at given times [s].
-
-        Before its first recorded pose and after its last, the tool is assumed to rest.
-        """
+        """Return the positions and rotations of the tool at given times [s]. Before and after the record it rests."""
         inside = np.clip(times, self.tool_times[0], self.tool_times[-1])
         position = np.column_stack([np.interp(inside, self.tool_times, column) for column in self.tool_positions.T])
         return position, self._turned(inside)
@@ -101,10 +94,7 @@ class Recording:
         return np.asarray(self.times - lag + CLOCKS[np.argmin(costs, axis=0)])
 
     def corners(self, times: np.ndarray) -> np.ndarray:
-        """Return the positions of the cloth's two upper corners at k times [s], shape (k, 2, 3).
-
-        They are computed from the robot's poses [m].
-        """
+        """Return the cloth's two upper corners at k times, by the robot's poses [m], shape (k, 2, 3)."""
         position, rotation = self.pose(times)
         held = self.grip[1]
         return np.stack([position + rotation.apply(held[k]) for k in (0, 1)], axis=1)
@@ -129,10 +119,7 @@ class Recording:
 
     @cached_property
     def good(self) -> np.ndarray:
-        """Whether the camera saw each node of the cloth correctly at each of f frames, shape (f, n, n).
-
-        The value is False if the camera lost or misplaced the node.
-        """
+        """Whether the camera neither lost nor misplaced each node at each of f frames, shape (f, n, n)."""
         from_bar = self.nodes - self.middle
         padded = np.pad(from_bar, ((2, 2), (0, 0), (0, 0), (0, 0)), mode="edge")
         near = np.stack([padded[k : k + len(from_bar)] for k in range(5)])
@@ -140,41 +127,25 @@ class Recording:
         return np.asarray(np.linalg.norm(from_bar - usual, axis=3) <= OUTLIER)
 
     def swing_of(self, nodes: np.ndarray) -> np.ndarray:
-        """Return the swing at the camera's f frames [m], shape (f,).
-
-        The swing is the horizontal distance between the cloth's lower and upper edge, measured across the bar that
-        holds the cloth.
-
-        Args:
-            nodes: Positions of the cloth's n x n nodes at all frames [m], shape (f, n, n, 3).
-        """
+        """Return the horizontal distance between lower and upper edge across the bar at f frames [m], shape (f,)."""
         apart = self._edge(nodes, 0) - self._edge(nodes, -1)
         return np.asarray((apart * self.normal(self.clock)).sum(axis=1))
 
     def _edge(self, nodes: np.ndarray, row: int) -> np.ndarray:
-        """Return the mean position of a row of the cloth's nodes at the camera's f frames [m], shape (f, 3).
-
-        Only nodes that the camera saw correctly are used. At frames without such nodes, the position is NaN.
-        """
+        """Return the mean position of a row's good nodes at f frames [m], NaN without any, shape (f, 3)."""
         good = self.good[:, row, :, None]
         count = np.where(good.any(axis=1), good.sum(axis=1), np.nan)
         return np.asarray(np.where(good, nodes[:, row], 0.0).sum(axis=1) / count)
 
     @cached_property
     def swing(self) -> np.ndarray:
-        """Measured horizontal distance of the cloth's lower edge from its position at rest [m], shape (f,).
-
-        It is NaN at frames in which the camera lost the lower or the upper edge.
-        """
+        """Measured distance of the lower edge from rest [m], NaN where the camera lost an edge, shape (f,)."""
         measured = self.swing_of(self.nodes)
         return np.asarray(measured - np.nanmedian(measured))
 
     @cached_property
     def noise(self) -> float:
-        """Noise of the camera [m].
-
-        It is the RMS distance between the cloth's upper corners as the camera sees them and as the robot holds them.
-        """
+        """RMS distance between the upper corners as the camera sees them and as the robot holds them [m]."""
         off = np.linalg.norm(self.corners(self.clock) - self.nodes[:, -1, [0, -1]], axis=2)
         return float(np.sqrt(np.mean(off[self.good[:, -1, [0, -1]]] ** 2)))
 

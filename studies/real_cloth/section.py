@@ -41,10 +41,7 @@ class Section:
     """Description of the simulation and its assumptions, in a few sentences."""
     tables: Sequence[Tabulated]
     beat: str
-    """Text with the best published number, and its source.
-
-    The simulator's result is compared with this number.
-    """
+    """Text with the best published number, and its source. The simulator's result is compared with this number."""
     goal: str
     """Text with the goal of the test, and whether it was reached."""
     silent: str

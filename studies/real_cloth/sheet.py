@@ -38,11 +38,7 @@ class Sheet:
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices of the sheet's mesh, shape (n, 2), and its triangles.
-
-        The coordinates of a vertex are its distance along the bar and its distance down, as fractions of the sheet's
-        side.
-        """
+        """Vertices along the bar and down, in sides of the sheet, shape (n, 2), and triangles."""
         flat, faces = staggered_rectangle(SIDE, SIDE, SPACING)
         return np.column_stack([flat[:, 1] / SIDE + 0.5, 0.5 - flat[:, 0] / SIDE]), faces
 
@@ -68,10 +64,7 @@ class Sheet:
         )
 
     def nodes(self, rollout: Rollout, late: float = 0.0) -> np.ndarray:
-        """Return the simulated positions of those points that the camera sees as nodes [m], shape (f, n, n, 3).
-
-        The simulated motion is delayed by `late` [s]. There are f frames, and the camera's grid has n x n nodes.
-        """
+        """Return the simulated positions, `late` seconds later, of the camera's nodes [m], shape (f, n, n, 3)."""
         moment = self.recording.clock - self.recording.path[0][0] - late
         frame = np.clip(moment * FRAMES, 0.0, len(rollout.times) - 1.001)
         before = frame.astype(int)
@@ -92,10 +85,7 @@ def material(air: AirLaw) -> Material:
 
 
 def air_fields(air: AirLaw) -> dict[str, float]:
-    """Return the fields of a material that describe the effects of air (added mass and drag).
-
-    Every simulator has a field for linear drag. This field is used if `air` has no other effects.
-    """
+    """Return the fields of a material for air. Linear drag alone takes the field that every simulator has."""
     if air.added_mass == air.quadratic == air.turning == 0.0:
         return {"air_drag": DENSITY * air.linear}
     return {

@@ -32,11 +32,8 @@ SIZE = (0.5, 1.0)
 TRIALS = 30
 """Number of trials in the search for each fold of the towel."""
 WORLDS = 30
-"""Number of disturbed simulations of the folds that were learned with an objective.
-
-All seeds of the objective together have this number, in equal parts. In a disturbed simulation, all disturbances have
-random values.
-"""
+"""Number of disturbed simulations of the folds that were learned with an objective. All seeds of the objective together
+have this number, in equal parts. In a disturbed simulation, all disturbances have random values."""
 
 
 @dataclass(frozen=True)
@@ -53,16 +50,13 @@ class Towel(RealTest):
     name = "towel"
 
     def load(self, data: Path) -> list[RobotFold]:
-        """Read the areas of the robots' towel before and after each fold from the folder `data`."""
         table = Columns.load(data / FILE, ("success", "area_before_cm2", "area_after_cm2"))
         return [_robot_fold(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[RobotFold], bench: Bench) -> int:
-        """Return the approximate number of simulations that this test of the towel needs."""
         return (bench.seeds + 1) * TRIALS + 2 * WORLDS
 
     def run(self, measured: list[RobotFold], bench: Bench) -> Section:
-        """Learn folds of a towel, and return the section that compares them with the robots' folds."""
         theirs = [each.area_error for each in measured if np.isfinite(each.area_error)]
         robots = _line("two TIAGo arms, real towel", len(measured), theirs)
         still = _tried("C of one world", None, bench.seeds, bench)
@@ -122,10 +116,7 @@ class Tried:
 
     @property
     def groups(self) -> dict[str, list[float]]:
-        """Area errors E_f of two groups of simulations, by the name of the group in the chart [%].
-
-        The groups are simulations without disturbances, and with disturbances.
-        """
+        """Area errors E_f without and with disturbances, by the name in the chart [%]."""
         return {f"{self.objective}, undisturbed": self.calm, f"{self.objective}, disturbed": self.held}
 
     @property
@@ -171,10 +162,7 @@ def _area_error(result: Result) -> float:
 
 
 def _disturbed(task: Task, result: Result, seed: int, count: int, bench: Bench) -> list[tuple[float, bool]]:
-    """Return the results of a learned fold in `count` disturbed simulations.
-
-    A result is the area error E_f [%], and whether the fold succeeds. The results are kept in the folder of the fold.
-    """
+    """Return E_f [%] and whether the fold succeeds in `count` scenarios, kept in the folder of the fold."""
     assert result.folder is not None
     kept = result.folder / f"disturbed-{count}.json"
     if not kept.exists():
@@ -188,20 +176,13 @@ def _disturbed(task: Task, result: Result, seed: int, count: int, bench: Bench) 
 
 
 def _ended_in(task: Task, parameters: dict[str, int | float], world: World) -> tuple[float | None, bool]:
-    """Simulate a fold in a world, which is one random choice of all disturbances.
-
-    The first result is the area error E_f [%]; None if the simulation failed. The second result is whether the fold
-    succeeds.
-    """
+    """Return E_f of a fold in a scenario [%], None if the simulation failed, and whether the fold succeeds."""
     score = Nominal(task).in_world(parameters, world).score
     return (None, False) if score is None else (score.area_error, score.succeeds)
 
 
 def _mean(errors: list[float]) -> float:
-    """Return the mean of area errors.
-
-    The result is NaN if there are no errors, because NaN meets no goal.
-    """
+    """Return the mean of area errors; without any NaN, which meets no goal."""
     return float(np.mean(errors)) if errors else float("nan")
 
 

@@ -27,10 +27,8 @@ from scipy.optimize import minimize
 from tatamu.base.errors import TatamuError
 
 PENALTIES = (1e2, 1e3, 1e4, 1e4, 1e4, 1e4)
-"""Stiffness of the penalty for violated constraints, in units of the weight per area w.
-
-The minimisation runs once with each of these values, in this order.
-"""
+"""Stiffness of the penalty for violated constraints, in units of the weight per area w. The minimisation runs once with
+each of these values, in this order."""
 AT_REST = 1e-5
 """Largest moment on a link at rest, in units of w l_b^2: weight per area times the square of the bending length."""
 MET = 1e-4

@@ -46,10 +46,7 @@ class Curve:
     y: np.ndarray
     """Vertical coordinates of the k points, shape (k,)."""
     reference: bool = False
-    """Whether the curve shows reference values.
-
-    Reference values are drawn as a line, measured values as points.
-    """
+    """Whether the curve shows reference values. Reference values are drawn as a line, measured values as points."""
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,8 @@ from tatamu.simulation.scene import Gripper, Scene, Table
 from tests.physics.scenes import flat
 
 LENGTH, WIDTH = 0.28, 0.20
-"""Length and width of the towel [m].
-
-With this size, a mesh with a spacing of 10 mm has twice as many rows as a mesh with 20 mm. Hands then hold the same
-part of the towel on both meshes."""
+"""Length and width of the towel [m]. With this size, a mesh with a spacing of 10 mm has twice as many rows as a mesh
+with 20 mm. Hands then hold the same part of the towel on both meshes."""
 PATCH = 0.025
 """Side of the square corner that a hand holds [m]."""
 EDGE = 1e-9

@@ -20,10 +20,8 @@ Layout = Callable[[float, float, float], Mesh]
 JITTER = 0.2
 """Largest displacement of the inner vertices in an irregular mesh, divided by the mesh spacing."""
 SHEAR = 0.02
-"""Small shear that is applied to a square lattice of points before its triangulation [-].
-
-Because of this shear, Delaunay triangulation cuts all cells along the same diagonal.
-"""
+"""Small shear that is applied to a square lattice of points before its triangulation [-]. Because of this shear,
+Delaunay triangulation cuts all cells along the same diagonal."""
 
 
 def right(length: float, width: float, spacing: float) -> Mesh:

@@ -32,10 +32,8 @@ class Fit:
     samples: tuple[tuple[float, float], ...]
     """Values of the parameter that were simulated, each with its reading, or its speed [m/s] for friction."""
     alone: float | None = None
-    """Value of the parameter by this test alone; None if the material's value is from this test only.
-
-    Several tests may determine the parameter, or the value that was assumed before may satisfy this test's bound.
-    """
+    """Value of the parameter by this test alone; None if the material's value is from this test only. Several tests may
+    determine the parameter, or the value that was assumed before may satisfy this test's bound."""
     resolution: float | None = None
     """Standard uncertainty of the parameter's logarithm due to the last interval of a bisection; None without one."""
 

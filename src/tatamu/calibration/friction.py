@@ -30,10 +30,8 @@ SIZE, SPACING = (0.10, 0.20), 0.02
 DURATION = 0.8
 """Simulated time of a sheet on the tilted table [s]."""
 SLIDING = 5e-3
-"""Maximum mean speed over the last quarter of the time of a sheet that counts as at rest [m/s].
-
-A sheet reaches this speed if its coefficient of friction is 1.5e-3 below tan(theta).
-"""
+"""Maximum mean speed over the last quarter of the time of a sheet that counts as at rest [m/s]. A sheet reaches this
+speed if its coefficient of friction is 1.5e-3 below tan(theta)."""
 FIRST = 0.02
 """Relative difference between tan(theta) and the first two coefficients of the search."""
 RESOLUTION = 2e-3

@@ -39,10 +39,8 @@ CELLS = 12
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
-"""Columns of the mesh, and columns if the mesh spacing is given.
-
-Some simulators give vertices at the border the mass of inner vertices, so a strip with few columns weighs too much.
-"""
+"""Columns of the mesh, and columns if the mesh spacing is given. Some simulators give vertices at the border the mass
+of inner vertices, so a strip with few columns weighs too much."""
 THIN = 0.25
 """Largest thickness of the simulated strip, divided by the shortest edge of its mesh."""
 RELAXATIONS = 16.0

@@ -52,16 +52,13 @@ TIPPED = 0.5 * np.arccos(np.sqrt(1.0 / 3.0))
 ON_A_CORNER = [np.cos(TIPPED), np.sin(TIPPED) * np.sqrt(0.5), -np.sin(TIPPED) * np.sqrt(0.5), 0.0]
 """Orientation in which the corner (1, 1, 1) of a cube is its highest point."""
 SMALL = 0.06
-"""Half the side of a cloth that hangs down on all sides of a sphere without buckling [m].
-
-A larger cloth would buckle, and would not stay symmetric for long."""
+"""Half the side of a cloth that hangs down on all sides of a sphere without buckling [m]. A larger cloth would buckle,
+and would not stay symmetric for long."""
 POKE = 0.6
 """Speed of a finger that is pushed into cloth [m/s]."""
 SLIPPED = 1e-3
-"""Largest displacement of a strip of cloth relative to the box on which it is carried [m].
-
-If the displacement is larger, the strip counts as left behind.
-"""
+"""Largest displacement of a strip of cloth relative to the box on which it is carried [m]. If the displacement is
+larger, the strip counts as left behind."""
 
 
 def strip_around(mu: float, angle: float) -> Scene:

@@ -27,11 +27,8 @@ FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1
 SLIDING = 1e-3
 """Largest speed of a cloth that counts as at rest on the table [m/s]. A faster cloth counts as sliding."""
 SHIFTED = 1e-3
-"""Largest distance that a layer of a stack moves in 0.4 s if it counts as at rest [m].
-
-A layer that moves farther counts as sliding. At 0.1 degrees above the tilt at which sliding starts, layers move
-farther.
-"""
+"""Largest distance that a layer of a stack moves in 0.4 s if it counts as at rest [m]. A layer that moves farther
+counts as sliding. At 0.1 degrees above the tilt at which sliding starts, layers move farther."""
 GRIP = 3.0
 """Friction coefficient of the table under stacks. It is so large that the lowest layer does not slide."""
 

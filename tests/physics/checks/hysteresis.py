@@ -18,16 +18,13 @@ from tests.physics.scenes import hanging, raised
 from tests.physics.subject import Subject
 
 FRICTION = 10.0
-"""Ratio HB / B of the strips [1/m]: frictional moment of bending HB divided by bending rigidity B.
-
-Cotton has about 50, and worsteds have 20 (Matsudaira et al. 2015)."""
+"""Ratio HB / B of the strips [1/m]: frictional moment of bending HB divided by bending rigidity B. Cotton has about 50,
+and worsteds have 20 (Matsudaira et al. 2015)."""
 SPACING = 0.01
 ROLLS = (1.0, 30.0)
-"""Initial curvatures of two rolled sheets [1/m].
-
-The first is below the curvatures at which the friction of bending yields, and the second far above them. At an initial
-curvature between these two, the remaining curvature depends on whether the ends or the middle of the roll open first.
-"""
+"""Initial curvatures of two rolled sheets [1/m]. The first is below the curvatures at which the friction of bending
+yields, and the second far above them. At an initial curvature between these two, the remaining curvature depends on
+whether the ends or the middle of the roll open first."""
 ROLL_DRAG = 60.0
 """Air drag of the roll [N s/m^3], which is above critical damping."""
 TURNING_DRAG = 1.0

@@ -23,10 +23,8 @@ from tatamu.simulation.mesh.topology import Topology
 ANGLES = 360
 """Default number of angles of an outline, one for each degree."""
 TOUCHING = 1e-9
-"""Tolerance at the ends of a segment, as a fraction of its length.
-
-Without this tolerance, a ray might pass between two neighbouring segments.
-"""
+"""Tolerance at the ends of a segment, as a fraction of its length. Without this tolerance, a ray might pass between two
+neighbouring segments."""
 PROMINENCE = 0.003
 """Least prominence of a node, a fold of the hem that stands out from the plate [m]."""
 
