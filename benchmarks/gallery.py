@@ -53,7 +53,7 @@ CAPTURES = {
     "rehearse": (f"rehearse large-{HERO} --simulator native", f"large-{HERO}/rehearsal"),
     "calibrate": ("calibrate measurements-towel.toml --out my-towel.toml", "my-towel.toml"),
     "margins": ("margins towel --draws 100", "towel/margins"),
-    "check": ("check small --simulator mujoco", "small/check-mujoco.json"),
+    "check": ("check small --simulator native --halve", "small/check-native.json"),
     "observe": ("observe towel --left 12,-3 --right 8,4 --slip 2,0", "towel/observed"),
 }
 """Command of each captured output, and the file or folder that it writes."""
