@@ -85,6 +85,7 @@ def test_no_link_of_the_readme_leads_nowhere_on_pypi(repository: str | None) -> 
     )
 
 
+@cache
 def commands() -> dict[str, set[str]]:
     """Every command of the command line with its options."""
     group = typer.main.get_command(app)
