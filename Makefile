@@ -10,7 +10,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
-.PHONY: help learn blender test test-slow oldest lint wheel docs learning earned measured-folds \
+.PHONY: help learn blender test test-slow oldest lint wheel docs learning gains measured-folds \
         times folds garments calibration validate real-cloth presets photographs foreign own-garments golden tangle \
         bench gallery datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
@@ -64,8 +64,8 @@ format: $(DEV)
 learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, against random search and baselines
 	$(BIN)/python -m benchmarks.learning --out runs/learning --write-docs
 
-earned: $(DEV)  ## learned folds against the curves that a search is given: the table of README.md; hours
-	$(BIN)/python -m benchmarks.earned --out runs/earned --write-docs
+gains: $(DEV)  ## learned folds against a hand-designed curve: the table of README.md; an hour
+	$(BIN)/python -m benchmarks.gains --out runs/gains --write-docs
 
 measured-folds: $(DEV)  ## hidden set-ups measured and corrected: the table of docs/notes/observation.md; an hour
 	$(BIN)/python -m benchmarks.measured_folds --write-docs

@@ -23,18 +23,19 @@ import numpy as np
 from benchmarks.ruler import measured, readings, settling
 from benchmarks.tables import markdown, publish
 from tatamu.after.second_opinion.check import check
-from tatamu.api import Result, learn
+from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.calibration import calibrate
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.sag import Sag
-from tatamu.evaluation import Nominal
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.parameters import search_space
 from tatamu.folding.task import Task, make_task
 from tatamu.simulation.material import Material, load_material
 from tatamu.simulation.presets import load_preset
 from tatamu.simulation.simulators import capabilities
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 SPACING, FINE = 0.02, 0.012
 """Spacings of the sheets' meshes [m]: for cloth in numbers per spring, and for fabrics, which are limper."""
@@ -152,7 +153,7 @@ def replayed(case: Case, task: Task, folder: Path, trials: int) -> dict[str, flo
 
     From its target as learned, from the same target on the real cloth, and between the two shapes.
     """
-    options = LearnOptions(trials=trials, disturbances="none", coarse=False, baselines=False)
+    options = LearnOptions(trials=trials, disturbances="none", baselines=False)
     learned = learn(task, options, out=folder)
     assert isinstance(learned, Result)
     opinion = check(learned, case.of, case.real)

@@ -20,7 +20,7 @@ from benchmarks.tables import markdown, publish
 from tatamu.after.second_opinion.check import modify_scene
 from tatamu.api import learn
 from tatamu.base.errors import SimulationError
-from tatamu.evaluation.nominal import penalty
+from tatamu.evaluation.nominal import failed
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Score, score
@@ -104,7 +104,7 @@ def final(learned: Result, scene: Scene, simulator: str, path: Path) -> np.ndarr
 
 def entry(learned: Result, end: np.ndarray | None, length: float) -> Entry:
     if end is None:
-        return Entry(penalty(learned.task.fold, length), None, None)
+        return Entry(failed(learned.task.fold, length, "failed").objective, None, None)
     reached = score(learned.task.fold, length, end)
     return Entry(reached.objective, reached, end)
 
@@ -157,7 +157,7 @@ def main() -> None:
     for part in options.only:
         size: Any = PARTS[part]
         folder = options.out / part
-        settings = LearnOptions(trials=15, seed=0, disturbances="none", coarse=False)
+        settings = LearnOptions(trials=15, seed=0, disturbances="none")
         learn(make_task("towel", **size), settings, out=folder / "towel")
         learned = Result.load(folder / "towel")
         finer = [HALVED] if part == "small" else []

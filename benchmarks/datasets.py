@@ -21,7 +21,7 @@ from scipy.stats import bootstrap
 from benchmarks.tables import markdown, publish
 from tatamu import make_task
 from tatamu.evaluation.disturbances import load_disturbances
-from tatamu.evaluation.robustness.record import interval_of
+from tatamu.evaluation.success import interval_of
 from tatamu.folding.parameters import arched_curve
 from tatamu.folding.trial_scene import scene_of
 from tatamu.lerobot import LeRobotReader

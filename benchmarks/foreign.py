@@ -15,11 +15,12 @@ from typing import Any
 from tests.foreign import BROKEN, GOOD
 
 from benchmarks.tables import markdown, publish
-from tatamu.api import Result, learn
+from tatamu.api import learn
 from tatamu.base.errors import InputError
 from tatamu.base.files import write_json
 from tatamu.folding.task import make_task
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 OWN_MESH = ("cloth_obj", "bag_ply", "tube_glb")
 SPACING = 0.02
@@ -34,7 +35,7 @@ def fold(kind: str, out: Path, trials: int) -> dict[str, Any]:
     path = GOOD[kind](files)
     try:
         task = make_task(str(path), fold="half", spacing=None if kind in OWN_MESH else SPACING)
-        options = LearnOptions(trials=trials, seed=0, disturbances="none", coarse=False)
+        options = LearnOptions(trials=trials, seed=0, disturbances="none")
         result = learn(task, options, out=out / kind)
     except InputError as error:
         return {"garment": kind, "refused": str(error).replace(str(files) + "/", "")}

@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.tables import markdown, publish
-from tatamu.api import Result, learn
+from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.folding.task import Task, make_task
 from tatamu.search import register_search
 from tatamu.search.gp import GPSearch
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 COLUMNS = {
     "search": lambda row: row["search"],
@@ -44,9 +45,7 @@ register_search(ALONE["gp"], GPSearch)
 
 def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tuple[dict[str, Any], list[Any]]:
     """Run one study, or read it: its best trial, and its baselines."""
-    options = LearnOptions(
-        trials=trials, seed=seed, sampler=ALONE[sampler], parallel=1, disturbances="none", coarse=False
-    )
+    options = LearnOptions(trials=trials, seed=seed, sampler=ALONE[sampler], parallel=1, disturbances="none")
     learned = learn(task, options, out=folder)
     assert isinstance(learned, Result)
     result = learned.record

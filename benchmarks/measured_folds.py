@@ -26,8 +26,8 @@ from benchmarks.tables import markdown, publish
 from tatamu.after.feedback import Feedback, FeedbackFolder, feedback_of, from_numbers
 from tatamu.after.feedback.correction import added
 from tatamu.api import learn
-from tatamu.evaluation import Nominal
 from tatamu.evaluation.disturbances import Split, World, hand_failure, split
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.score import Score
 from tatamu.folding.shift import HandShift
@@ -101,7 +101,7 @@ class SetUp:
         values, task = self.systematic + random, self._task(shift)
         if self._failure(values, task) is not None:
             return None
-        found = Nominal(task).in_world(self.found.learned.best.parameters, self._world(values))
+        found = Nominal(task).simulate(self.found.learned.best.parameters, self._world(values))
         return None if found.rollout is None or found.score is None else (found.rollout.positions[-1], found.score)
 
     def measured(self, found: Feedback, index: int) -> Feedback:

@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.tables import markdown, publish
-from tatamu.api import Result, learn
+from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.folding.task import make_task
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 
 GARMENTS = Path("examples/garments")
 FULL = 50

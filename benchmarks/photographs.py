@@ -34,7 +34,7 @@ from tatamu.cameras.pose import Pose, wrapped
 from tatamu.cameras.printing import page
 from tatamu.cameras.reading import FoldReader, FoldReading
 from tatamu.cameras.shape import shape_of
-from tatamu.evaluation import Nominal
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.fold import Fold
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.task import Task, make_task

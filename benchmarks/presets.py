@@ -18,7 +18,7 @@ from tatamu.base.errors import InputError
 from tatamu.folding.task import Reach, make_task
 from tatamu.robots import ReachConstraint, Robot, load
 from tatamu.robots.catalog import NAMES
-from tatamu.study.reachable import check_reach
+from tatamu.study.learn import check_reach
 
 MATERIAL = "polyester"
 """Material so limp that the smallest towel has room for a crease."""

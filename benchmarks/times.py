@@ -24,13 +24,12 @@ from typing import NamedTuple
 
 from benchmarks.tables import markdown, merged, publish, published
 from tatamu.base.files import read_json, write_json
-from tatamu.evaluation import Nominal
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.baselines import triangle
 from tatamu.folding.task import make_task
 from tatamu.simulation.side_by_side import processors
 from tatamu.study.folder import ResultFolder
-from tatamu.study.plan_record import PlanRecord
-from tatamu.study.record import ResultRecord
+from tatamu.study.record import PlanRecord, ResultRecord
 
 NOMINAL = ["--disturbances", "none"]
 CASES = {
@@ -112,7 +111,7 @@ def row(words: list[str], runs: list[Measured]) -> dict[str, str]:
         fold = f"IoU from flat {worst.final.mask_iou:.3f}"
     else:
         fold = f"C {worst.best_trial.objective:.4f}, {1e3 * worst.best_score.mean_vertex_distance:.1f} mm"
-        fold += f", {worst.judged.headline}" if worst.judged else ""
+        fold += f", {worst.success.headline}" if worst.success else ""
     return {
         "command": f"`{' '.join(['tatamu', *words])}`",
         "seeds": str(len(runs)),
@@ -135,20 +134,18 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--cases", default="towel,tshirt,leg,disturbed", help=f"of {', '.join(CASES)}")
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--one-mesh", action="store_true", help="also with --no-coarse")
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     reference()  # loads the kernels
     rows = []
     wanted = options.cases.split(",")
     for case, arguments in CASES.items():
-        for more in ([], ["--no-coarse"])[: 1 + options.one_mesh]:
-            words = ["learn", *arguments, *more]
-            there = [seed for seed in range(options.seeds) if (folder_of(words, seed, options.out) / KEPT).exists()]
-            seeds = range(options.seeds) if case in wanted else there
-            if seeds:
-                rows.append(row(words, [measured(words, seed, options.out) for seed in seeds]))
-                print(rows[-1], flush=True)
+        words = ["learn", *arguments]
+        there = [seed for seed in range(options.seeds) if (folder_of(words, seed, options.out) / KEPT).exists()]
+        seeds = range(options.seeds) if case in wanted else there
+        if seeds:
+            rows.append(row(words, [measured(words, seed, options.out) for seed in seeds]))
+            print(rows[-1], flush=True)
     one = reference()
     table = markdown(merged(published("times"), rows, "command"))
     print(table)

@@ -31,7 +31,7 @@ class LikeShown(tt.Wrapper):
 def main() -> float:
     """Return how much nearer to the demonstration the wrapper's fold is than the paper's [m]."""
     task = tt.make_task("towel", size=(0.24, 0.5), spacing=0.04)
-    options = tt.LearnOptions(trials=16, disturbances="none", coarse=False, baselines=False)
+    options = tt.LearnOptions(trials=16, disturbances="none", baselines=False)
     distances = {}
     for name, objective in {"C": None, "unlike": unlike, "C + unlike": LikeShown(tt.Nominal(task))}.items():
         result = tt.learn(task, options, evaluate=objective)

@@ -32,7 +32,7 @@ tt.register_search("hill", HillClimbing)
 def main() -> float:
     """Return the objective of the best of twelve trials over that of the first, a random one."""
     task = tt.make_task("towel", size=(0.24, 0.5), spacing=0.04)
-    options = tt.LearnOptions(sampler="hill", trials=12, disturbances="none", coarse=False, baselines=False)
+    options = tt.LearnOptions(sampler="hill", trials=12, disturbances="none", baselines=False)
     result = tt.learn(task, options, progress=print)
     return result.best.minimised / result.trials[0].minimised
 

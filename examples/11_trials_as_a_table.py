@@ -13,7 +13,7 @@ import tatamu as tt
 def main() -> int:
     """Return how many trials the table has."""
     task = tt.make_task("towel", size=(0.24, 0.5), spacing=0.04)
-    options = tt.LearnOptions(trials=6, disturbances="none", coarse=False, baselines=False)
+    options = tt.LearnOptions(trials=6, disturbances="none", baselines=False)
     result = tt.learn(task, options)
     columns = result.table()
     if find_spec("pandas"):

@@ -35,7 +35,7 @@ from tatamu.cameras.board import Board, load_board, write_board
 from tatamu.cameras.lens import Lens, load_lens, write_lens
 from tatamu.cli import main
 from tatamu.evaluation.disturbances.description import OWN, read_disturbances
-from tatamu.evaluation.robustness.cache import VerdictCache
+from tatamu.evaluation.draws import read_outcomes
 from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
 from tatamu.robots.catalog import described
@@ -349,7 +349,7 @@ KINDS = (
     Kind("arm.urdf", _pair, lambda folder: described(folder / "pair.toml")),
     Kind("arm.xml", _pair, lambda folder: described(folder / "pair.toml")),
     Kind("study.db", _study, _changed_study),
-    Kind("simulated.jsonl", _verdicts, lambda folder: VerdictCache(folder / "simulated.jsonl").get("k1")),
+    Kind("simulated.jsonl", _verdicts, lambda folder: read_outcomes(folder / "simulated.jsonl").get("k1")),
     Kind("manipulation.json", _fold("manipulation.json"), lambda folder: Result.load(folder).manipulation),
     Kind("form.toml", _form, lambda folder: read_template(folder / "form.toml", 0.5)),
     Kind("1.json", _observation, lambda folder: MeasuredFold.load(folder / "1.json")),

@@ -10,11 +10,11 @@ from typing import Any
 
 from tatamu import (
     Disturbances,
-    Disturbed,
     LearnOptions,
     Nominal,
     Progress,
     Result,
+    Scenarios,
     Task,
     learn,
     load_disturbances,
@@ -36,7 +36,7 @@ def towel(**changes: Any) -> Task:
 
 def plain(**changes: Any) -> LearnOptions:
     """Options of the paper's search: one mesh, and nothing disturbed."""
-    return LearnOptions(**{"disturbances": "none", "coarse": False, **changes})
+    return LearnOptions(**{"disturbances": "none", **changes})
 
 
 def learn_plain(
@@ -60,9 +60,9 @@ def default_disturbances() -> Disturbances:
     return disturbances
 
 
-def over_worlds(task: Task, worlds: int = 4, quantile: float | None = None, seed: int = 0) -> Disturbed:
-    """The mean, or a quantile, over so many disturbed worlds."""
-    return Disturbed(Nominal(task), default_disturbances(), quantile, worlds, seed)
+def over_scenarios(task: Task) -> Scenarios:
+    """The scenarios of the default disturbances."""
+    return Scenarios(Nominal(task), default_disturbances())
 
 
 def without_times(value: Any) -> Any:

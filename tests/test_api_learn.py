@@ -12,7 +12,7 @@ import pytest
 
 import tatamu
 from tatamu import (
-    CoarseFirst,
+    Ask,
     Evaluation,
     Garment,
     InputError,
@@ -31,13 +31,22 @@ from tatamu import (
     register_simulator,
 )
 from tatamu.cli import main
-from tatamu.evaluation import NOTHING, Incumbent
 from tatamu.evaluation.disturbances import NOMINAL
+from tatamu.evaluation.nominal import unsimulated
 from tatamu.garments import towel as make_towel
-from tatamu.search import LOW, Parameters, Proposal
+from tatamu.search import Parameters
 from tatamu.simulation import native
 from tests import shifted
-from tests.small_studies import X, learn_plain, over_worlds, plain, timeless, towel, without_times
+from tests.small_studies import (
+    X,
+    default_disturbances,
+    learn_plain,
+    over_scenarios,
+    plain,
+    timeless,
+    towel,
+    without_times,
+)
 
 TINY: dict[str, Any] = {"size": (0.16, 0.30), "spacing": 0.03}
 
@@ -46,7 +55,7 @@ TINY: dict[str, Any] = {"size": (0.16, 0.30), "spacing": 0.03}
 def _quick() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tatamu.report.topview.WIDE", 120)
-        patch.setattr("tatamu.study.loop.VALIDATION_WORLDS", 6)
+        patch.setattr("tatamu.study.loop.SUCCESS_SIMULATIONS", 6)
         yield
 
 
@@ -142,9 +151,9 @@ def test_a_result_in_memory_writes_its_page_where_it_is_told(in_memory: Result, 
 class Gentle(Wrapper):
     """A high first control point costs something."""
 
-    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
-        found = self.inner(parameters)
-        return replace(found, objective=found.objective + 0.1 * parameters["z1"])
+    def __call__(self, ask: Ask | Mapping[str, int | float]) -> Evaluation:
+        found = self.inner(ask)
+        return replace(found, objective=found.objective + 0.1 * found.parameters["z1"])
 
 
 def test_an_evaluator_of_ones_own_is_minimised(tmp_path: Path) -> None:
@@ -156,7 +165,7 @@ def test_an_evaluator_of_ones_own_is_minimised(tmp_path: Path) -> None:
         assert trial.minimised == trial.score.objective + 0.1 * trial.parameters["z1"]
         assert trial.objective == trial.score.objective, "C stays C"
     assert result.best.minimised == min(trial.minimised for trial in result.trials)
-    assert result.record.disturbances is None and result.held is None
+    assert result.record.disturbances is None and result.success is None
     loaded = tatamu.load(tmp_path)
     assert isinstance(loaded, Result) and loaded.record.model_dump() == result.record.model_dump()
     resumed = tatamu.learn(task, LearnOptions(trials=6), evaluate=Gentle(Nominal(task)), out=tmp_path)
@@ -271,7 +280,7 @@ def same_manipulation(one: Manipulation, other: Manipulation) -> bool:
 def test_a_manipulation_survives_its_file_to_the_last_bit(made: dict[str, Any], tmp_path: Path) -> None:
     task = make_task(**{"garment": "towel", "spacing": 0.04, **made})
     later = task if task.step[1] == 1 else task.next(task.fold.target)
-    for number, each in enumerate((task, later, replace(task, settle=0.15))):
+    for number, each in enumerate((task, later)):
         manipulation = each.manipulation(each.space.random(number))
         manipulation.save(tmp_path / "manipulation.json")
         loaded = Manipulation.load(tmp_path / "manipulation.json")
@@ -301,12 +310,21 @@ def test_wrong_parameters_are_refused_by_name(change: dict[str, Any], named: str
     wrong = {name: value for name, value in wrong.items() if value is not None}
     task = towel()
     nominal = Nominal(task)
-    calls: list[Any] = [task.manipulation, nominal, over_worlds(task), CoarseFirst(nominal)]
-    calls += [lambda given: nominal.in_world(given, NOMINAL), lambda given: nominal.fail(given, "why")]
-    calls += [lambda given: CoarseFirst(nominal)(Proposal(given, LOW))]
+    calls: list[Any] = [task.manipulation, nominal, over_scenarios(task)]
+    calls += [lambda given: nominal.simulate(given, NOMINAL), lambda given: unsimulated(task, given, "why")]
     for call in calls:
         with pytest.raises(InputError, match=named):
             call(wrong)
+
+
+def test_options_of_version_0_2_warn_and_have_no_effect() -> None:
+    for name, value in (("quantile", 0.9), ("coarse", False)):
+        with pytest.warns(FutureWarning, match=f"^{name}: has no effect"):
+            assert LearnOptions(**{name: value}) == LearnOptions()
+    with pytest.warns(FutureWarning, match="use Scenarios"):
+        assert isinstance(tatamu.Disturbed(Nominal(towel()), default_disturbances(), 0.9), tatamu.Scenarios)
+    with pytest.warns(FutureWarning, match="one mesh"):
+        assert isinstance(tatamu.CoarseFirst(Nominal(towel())), Nominal)
 
 
 def test_wrong_options_are_refused_by_name_before_anything_is_made(tmp_path: Path) -> None:
@@ -316,8 +334,10 @@ def test_wrong_options_are_refused_by_name_before_anything_is_made(tmp_path: Pat
         ({"seed": -1}, "^seed"),
         ({"sampler": "magic"}, "^sampler"),
         ({"parallel": 17}, "^parallel"),
-        ({"quantile": float("nan")}, "^quantile"),
-        ({"disturbances": "none", "quantile": 0.9}, "^quantile"),
+        ({"level": 0.0}, "^level"),
+        ({"level": float("nan")}, "^level"),
+        ({"aim": "0.1x0.2"}, "^aim"),
+        ({"aim": "0.1x0.1x0.1"}, "^aim"),
         ({"grasps": "some"}, "^grasps"),
         ({"trails": 5}, "^trails"),
     ):

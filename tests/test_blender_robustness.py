@@ -26,7 +26,7 @@ from tests.test_other_simulators import needs_blender
 
 pytestmark = [needs_blender, pytest.mark.skipif(not Path("/proc").exists(), reason="reads /proc")]
 
-PLAIN = LearnOptions(trials=2, disturbances="none", coarse=False, baselines=False)
+PLAIN = LearnOptions(trials=2, disturbances="none", baselines=False)
 SMALL: dict[str, Any] = {"size": (0.2, 0.3), "spacing": 0.02, "simulator": "blender"}
 
 

@@ -7,7 +7,6 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,13 +16,11 @@ from rich.console import Console
 
 from tatamu import InputError, Progress, Task, learn, load
 from tatamu.cli import main
-from tatamu.cli.progress import LearningDisplay, Workload, prepare
+from tatamu.cli.progress import LearningDisplay, prepare
 from tatamu.cli.verdict import conclusion_of, kept, verdict_lines
-from tatamu.evaluation.pace import simulation_seconds
 from tatamu.folding.score import MEASURES
-from tatamu.folding.trial_scene import scene_of
 from tatamu.report.conclusion import Conclusion
-from tatamu.show.progress import duration
+from tatamu.simulation.native import CAPABILITIES
 from tatamu.study.folder import ResultFolder
 from tests.fabricated import changed, write_fold
 from tests.scenes import scene
@@ -57,7 +54,7 @@ def test_something_is_said_before_anything_heavy_is_imported(
 def test_the_end_says_the_verdict_and_the_note_and_exits_with_0(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, small_pictures: None
 ) -> None:
-    monkeypatch.setattr("tatamu.study.loop.VALIDATION_WORLDS", 6)
+    monkeypatch.setattr("tatamu.study.loop.SUCCESS_SIMULATIONS", 6)
     options = ["--size", "0.24x0.5", "--spacing", "0.04", "--sampler", "random", "--no-baselines", "--trials", "2"]
     assert run(monkeypatch, "learn", "towel", *options, "--out", str(tmp_path)) == 0
     said = capsys.readouterr().out.splitlines()
@@ -66,8 +63,7 @@ def test_the_end_says_the_verdict_and_the_note_and_exits_with_0(
     assert len(verdicts) == 1 and "success below 12.5 mm" in verdicts[0] and "success from 0.80" in verdicts[0]
     best = ResultFolder(tmp_path).record.best_score
     assert f"{1e3 * best.mean_vertex_distance:.1f} mm" in verdicts[0]
-    assert any(line.startswith("held in ") and "of 6 disturbed simulations" in line for line in said)
-    assert any("to go, a trial every" in line for line in said)
+    assert any(line.startswith("succeeds in ") and "of 6 simulations" in line for line in said)
 
 
 @pytest.mark.parametrize(("size", "succeeded"), [(0.0018, True), (0.0124, True), (0.0126, False), (0.03, False)])
@@ -145,7 +141,7 @@ def test_a_best_curve_that_was_given_is_said_and_its_bounds_are_not_noted(folder
     changed(folder / "result.json", give)
     notes = [line for line in verdict_lines(conclusion(folder)) if line.startswith("note: ")]
     best = ResultFolder(folder).record.best
-    assert len(notes) == 1 and f"number {best}, is a curve that the search was given" in notes[0]
+    assert len(notes) == 1 and f"trial {best}, " in notes[0]
 
 
 def test_what_the_search_found_is_compared_with_the_best_curve_that_it_was_given(folder: Path) -> None:
@@ -219,119 +215,39 @@ def test_an_interrupted_command_says_how_to_go_on_and_exits_with_130(
     assert "run the same command again to resume" in said and str(tmp_path) in said
 
 
-def test_the_work_that_is_left_counts_all_that_follows() -> None:
-    """Trials and trajectories of the steps to come, and the pages: one for each step, one for the whole."""
-    one, two = Workload(1, 50, 3), Workload(2, 50, 3)
-    page = one.seconds(1, 1.0, 0)
-    assert one.seconds(1, 2.0, 10) == pytest.approx(20.0 + page)
-    assert two.seconds(1, 2.0, 10) == pytest.approx(20.0 + 2.0 * 53 + 3 * page)
-    assert two.seconds(2, 2.0, 10) == pytest.approx(20.0 + 2 * page)
-
-
 class Watched:
-    """A display on a clock that the test sets, of a simulator that compiles so many functions."""
+    """A display of a simulator that compiles so many functions."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, compiled: int = 0, terminal: bool = False) -> None:
-        self.time = 0.0
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, terminal: bool = False) -> None:
         self.text = io.StringIO()
-        simulator = SimpleNamespace(prepare=self.prepare, compilation=lambda: (compiled, 80))
-        monkeypatch.setattr("tatamu.cli.progress.monotonic", lambda: self.time)
+        self.prepared = 0
+        simulator = SimpleNamespace(prepare=self.prepare, compilation=lambda: (0, 80), CAPABILITIES=CAPABILITIES)
         monkeypatch.setattr("tatamu.simulation.simulators.named", lambda name: simulator)
         console = Console(file=self.text, force_terminal=terminal, width=200)
         self.display = LearningDisplay(towel(), 10, 3, console)
 
     def prepare(self) -> None:
-        self.time += 10.0
-        self.display._look()
+        self.prepared += 1
 
-    def show(self, *trials: int) -> list[str]:
-        """Lines after trials that took 2 s each, every line looked at."""
-        for done in trials:
-            self.display.show(Progress(done, 10, 1.0 if done else None, 0.002 if done else None))
-            self.display._look()
-            self.time += 2.0
-        for stage in ("baselines", "report"):
-            self.display.show(Progress(10, 10, 1.0, 0.002, stage=stage))
-            self.display._look()
-        return self.text.getvalue().splitlines()
+    def show(self) -> str:
+        """What is said of a study from its first curve to its page."""
+        first = Progress(0, 10, 0.9, 0.0006, stage="first")
+        trials = [Progress(done, 10, 1.0 if done else None, 0.002 if done else None) for done in range(11)]
+        success = [Progress(10, 10, 1.0, 0.002, stage="success", simulated=n, simulations=36) for n in (0, 18, 36)]
+        with self.display:
+            for now in (first, *trials, *success, Progress(10, 10, 1.0, 0.002, stage="report")):
+                self.display.show(now)
+        return self.text.getvalue()
 
 
-def test_time_left_is_said_from_the_first_trial_to_the_report(monkeypatch: pytest.MonkeyPatch) -> None:
-    lines = Watched(monkeypatch).show(0, 4, 5)
-    page = Workload(1, 10, 3).seconds(1, 1.0, 0)
-    left = duration(0.5 * (6 + 3) + page)
-    assert f"about {left} to go, a trial every 0.5 s" in lines
-    assert any(line.startswith("4/10 trials: ") and f"about {left} left" in line for line in lines)
-    assert [line for line in lines if line.startswith("0/10 trials: the first trials are running")]
-    assert any("fixed trajectories: " in line and " left" in line for line in lines)
-    assert any("writing the report: " in line and " left" in line for line in lines)
-
-
-def test_before_the_first_trial_has_ended_it_is_said_how_long_and_what_one_simulation_takes(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    watched = Watched(monkeypatch)
-    measured: list[Task] = []
-
-    def measure(task: Task) -> float:
-        measured.append(task)
-        return 75.0
-
-    monkeypatch.setattr("tatamu.evaluation.pace.simulation_seconds", measure)
-    watched.display.show(Progress(0, 10, disturbed=True))
-    for seconds in (0.0, 6.0, 6.0, 90.0):
-        watched.time += seconds
-        watched.display._look()
-    said = [
-        line.removeprefix("0/10 trials: the first trials are running") for line in watched.text.getvalue().split("\n")
-    ]
-    tail = "; one simulation takes at least 1 min 15 s, and a trial in disturbed worlds has many"
-    assert said[-5:-1] == ["", ", for 6 s", f", for 12 s{tail}", f", for 1 min 42 s{tail}"]
-    assert len(measured) == 1
-
-
-def test_the_time_of_one_simulation_follows_from_a_tenth_of_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
-    task = towel()
-    clock = iter([7.0, 7.5])
-    monkeypatch.setattr("tatamu.evaluation.pace.perf_counter", lambda: next(clock))
-    whole = scene_of(task.fold, task.manipulation(task.space.middle())).duration
-    assert simulation_seconds(task) == pytest.approx(0.5 * whole / 0.1)
-    assert simulation_seconds(replace(task, simulator="blender")) is None
-
-
-def test_what_takes_longer_than_foreseen_is_not_about_to_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    watched = Watched(monkeypatch)
-    watched.show(0, 4, 5)
-    watched.time += 1000.0
-    watched.display._look()
-    assert watched.text.getvalue().splitlines()[-1].endswith(", longer than expected")
-
-
-def test_compiling_is_said_only_where_it_happens_and_moves(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert not any("compiling" in line for line in Watched(monkeypatch).show(0))
-    said = [line for line in Watched(monkeypatch, compiled=20).show(0) if "compiling" in line]
-    assert len(said) == 1 and said[0].startswith("20/80 ")
-    assert f"about {duration(30.0)} left" in said[0]
-
-
-def test_without_a_terminal_lines_come_by_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.cli.progress.LINE_EVERY", 0.01)
-    watched = Watched(monkeypatch)
-    with watched.display:
-        watched.display.show(Progress(0, 10))
-        before = watched.text.getvalue().count("\n")
-        for _ in range(1000):
-            if watched.text.getvalue().count("\n") > before + 2:
-                return
-            time.sleep(0.01)
-    pytest.fail("no line came")
-
-
-def test_on_a_terminal_there_is_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
-    watched = Watched(monkeypatch, terminal=True)
-    with watched.display:
-        said = "\n".join(watched.show(0, 4))
-    assert "━" in said and "4/10" in said and "left" in said
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_study_says_what_is_known_and_how_far_it_is(monkeypatch: pytest.MonkeyPatch, terminal: bool) -> None:
+    watched = Watched(monkeypatch, terminal)
+    said = watched.show()
+    assert "10 trials, 3 fixed trajectories" in said and "0.6 mm from the target" in said
+    assert "10 of 10 trials" in said and "36 of 36 simulations" in said
+    assert "trial 10/10: best C = 1.0000, 2.0 mm from the target" in said
+    assert ("━" in said) == terminal and watched.prepared == 1
 
 
 def test_a_folder_without_a_fold_has_no_verdict(tmp_path: Path) -> None:
@@ -342,10 +258,8 @@ def test_a_folder_without_a_fold_has_no_verdict(tmp_path: Path) -> None:
 COMMANDS = [
     ["learn", "towel", "--out", "OUT", "--simulator", "blender"],
     ["simulate", "SCENE", "--out", "OUT", "--simulator", "blender"],
-    ["validate", "--simulator", "blender", "--out", "OUT"],
     ["calibrate", "MEASUREMENTS", "--out", "OUT.toml", "--simulator", "blender"],
     ["check", "FOLDER", "--simulator", "blender", "--out", "OUT"],
-    ["check", "FOLDER", "--all", "--out", "OUT"],
     ["margins", "FOLDER", "--simulator", "blender", "--out", "OUT"],
     ["rehearse", "FOLDER", "--simulator", "blender"],
 ]
@@ -416,11 +330,3 @@ def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Task, tmp_pat
     changed(tmp_path / "result.json", change)
     advice = conclusion(tmp_path).advice
     assert "most in step 2, in half along the length (+10.0 mm)" in advice[0] and "--trials 2" in advice[1]
-
-
-def test_before_the_pace_is_known_the_time_left_is_an_upper_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    lines = Watched(monkeypatch).show(0, 1, 4)
-    page = Workload(1, 10, 3).seconds(1, 1.0, 0)
-    assert any(line.startswith("1/10 ") and f"at most {duration(2 * 12 + page)} left" in line for line in lines)
-    assert any(line.startswith("4/10 ") and f"about {duration(9 + page)} left" in line for line in lines)
-    assert sum("to go" in line for line in lines) == 1

@@ -9,7 +9,6 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -33,8 +32,10 @@ from tatamu.cluster.connection import CERTIFICATES
 from tatamu.cluster.executor import DaskExecutor
 from tatamu.cluster.versions import difference, versions
 from tatamu.cluster.watch import Patience, Watch
-from tatamu.evaluation import NOTHING, Incumbent, Nominal
+from tatamu.evaluation.evaluator import Ask
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.task import make_task
+from tatamu.study.loop import _timed
 from tests.commands import tatamu
 from tests.scenes import scene
 from tests.small_studies import X, learn_plain, timeless, towel
@@ -306,12 +307,10 @@ def test_a_reading_whose_scene_kills_workers_is_said_and_tried_again(executor: D
 
 def test_a_rollout_comes_only_where_it_may_be_kept() -> None:
     evaluator = Nominal(towel())
-    with ThreadPoolExecutor(1) as executor:
-        kept = evaluator.submit(executor, X, NOTHING).result()
-        assert kept.rollout is not None
-        worse = evaluator.submit(executor, X, Incumbent(kept.objective)).result()
-        assert worse.rollout is None and worse.score == kept.score
-        assert evaluator.submit(executor, X, Incumbent(kept.objective), keep=True).result().rollout is not None
+    kept = _timed(evaluator, Ask(X))
+    assert kept.rollout is not None
+    worse = _timed(evaluator, Ask(X, beat=kept.objective))
+    assert worse.rollout is None and worse.score == kept.score
 
 
 def test_a_trial_that_kills_its_workers_has_failed_with_its_seed(

@@ -35,7 +35,7 @@ from tests.scenes import CLOTH, scene, sheet
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small towel that was folded three times; some trial of three is never good."""
     where = tmp_path_factory.mktemp("learned") / "towel"
-    options = LearnOptions(trials=3, seed=1, disturbances="none", coarse=False, baselines=False)
+    options = LearnOptions(trials=3, seed=1, disturbances="none", baselines=False)
     learn(make_task("towel", size=(0.2, 0.3), spacing=0.02), options, out=where)
     return where
 

@@ -12,7 +12,6 @@ import pytest
 
 from tatamu import InputError
 from tatamu.after.margins.texts import TITLES
-from tatamu.evaluation import Nominal
 from tatamu.evaluation.disturbances import (
     CHANNELS,
     NOMINAL,
@@ -23,13 +22,15 @@ from tatamu.evaluation.disturbances import (
     disturbed_scene,
     hand_failure,
     load_disturbances,
-    sample_sobol,
     sample_worlds,
     with_calibrated,
 )
 from tatamu.evaluation.disturbances.channels import FIELDS
 from tatamu.evaluation.disturbances.description import OWN
-from tatamu.evaluation.robustness import FoldOnMesh, Judge, MeshVerdict, SuccessRate, Verdict, VerdictCache, failures_of
+from tatamu.evaluation.draws import Draws, Subject, simulate_outcome
+from tatamu.evaluation.nominal import Nominal
+from tatamu.evaluation.outcome import BESIDE_TARGET, CRUSHED, UNSIMULATED, Outcome
+from tatamu.evaluation.success import Success
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Limits
@@ -109,11 +110,10 @@ def test_every_number_of_a_material_may_be_off_and_everything_has_words() -> Non
 
 
 def test_worlds_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:
-    for make in (sample_worlds, sample_sobol):
-        few, many = make(default(), 4, 7, Stream.LEARNING), make(default(), 9, 7, Stream.LEARNING)
-        assert few == many[:4]
-        assert make(default(), 4, 8, Stream.LEARNING) != few
-        assert make(default(), 4, 7, Stream.JUDGING) != few
+    few, many = (sample_worlds(default(), count, 7, Stream.MARGINS) for count in (4, 9))
+    assert few == many[:4]
+    assert sample_worlds(default(), 4, 8, Stream.MARGINS) != few
+    assert sample_worlds(default(), 4, 7, Stream.JUDGING) != few
 
 
 def test_what_one_world_draws_of_one_thing_does_not_depend_on_the_others() -> None:
@@ -138,14 +138,6 @@ def test_deviations_and_correlations_are_those_of_the_file() -> None:
         assert abs(values.mean()) < 0.08 * deviation
     both = np.array([[w["material.bending_rigidity"], w["material.friction_table"]] for w in worlds])
     assert np.corrcoef(both.T)[0, 1] == pytest.approx(-0.8, abs=0.03)
-
-
-def test_few_spread_worlds_have_the_mean_and_the_deviation_of_many() -> None:
-    worlds = sample_sobol(default(), 16, 0, Stream.LEARNING)
-    for name, deviation in deviations(default()).items():
-        values = np.array([world[name] for world in worlds])
-        assert abs(values.mean()) < 0.2 * deviation
-        assert values.std() == pytest.approx(deviation, rel=0.3)
 
 
 def test_a_calibrated_material_brings_its_own(tmp_path: Path) -> None:
@@ -247,10 +239,8 @@ def test_fingers_that_close_beside_the_cloth_hold_nothing(task: Task, low: Manip
     assert len(scene.grippers) == 1
 
 
-def judged(task: Task, world: World) -> Verdict:
-    with ThreadPoolExecutor(1) as workers:
-        judge = Judge(FoldOnMesh(Nominal(task), LOW), None, workers, VerdictCache())
-        return judge.judge([world], Limits()).worlds[0].verdict
+def judged(task: Task, world: World) -> Outcome:
+    return simulate_outcome(task, LOW, world)
 
 
 @pytest.mark.parametrize(
@@ -285,8 +275,8 @@ def test_how_far_a_hand_yields_is_stated_with_its_fingers(task: Task, low: Manip
 
 
 def test_the_part_that_moves_is_judged_as_well_as_the_whole() -> None:
-    hidden = Verdict(0.011, 0.9, None, 0.022)
-    assert Limits().hold(Verdict(0.011, 0.9)) and not Limits().hold(hidden)
+    hidden = Outcome(0.011, 0.9, None, 0.022)
+    assert Limits().hold(Outcome(0.011, 0.9)) and not Limits().hold(hidden)
     assert Limits().slack(hidden) == pytest.approx(1.0 - 0.022 / 0.0125)
 
 
@@ -304,21 +294,17 @@ def test_the_material_is_off_within_what_a_material_may_be(task: Task, low: Mani
 
 def test_hands_that_would_grasp_one_place_fail_and_end_nothing(task: Task) -> None:
     world = World({"grasp.along.left": -0.1, "grasp.along.right": 0.1})
-    verdict = Verdict.of(Nominal(task).in_world(LOW, world))
-    assert verdict.error == "both hands grasp the same place" and not Limits().hold(verdict)
+    found = Outcome.of(Nominal(task).simulate(LOW, world), task.fold)
+    assert found.error == "both hands grasp the same place" and not Limits().hold(found)
 
 
-def rate(task: Task, *verdicts: Verdict) -> SuccessRate:
-    return SuccessRate.of(task.fold, [MeshVerdict(verdict) for verdict in verdicts], Limits())
-
-
-def test_a_share_counts_failures_and_has_the_interval_of_clopper_and_pearson(task: Task) -> None:
-    good, far, failed = Verdict(0.005, 0.9), Verdict(0.02, 0.9), Verdict(None, None, "tore")
-    apart = Verdict(0.005, 0.7)
-    share = rate(task, good, far, failed, apart)
-    assert (share.draws, share.held, share.share) == (4, 1, 0.25)
-    assert failures_of([MeshVerdict(verdict) for verdict in (good, failed, far, failed)]) == {"tore": 2}
-    low, high = rate(task, *[good] * 196, *[far] * 4).interval
+def test_a_rate_counts_failures_by_cause_and_has_the_interval_of_clopper_and_pearson(task: Task) -> None:
+    good, far = Outcome(0.005, 0.9), Outcome(0.02, 0.9, aligned_distance=0.001)
+    failed, apart = Outcome(None, None, "tore"), Outcome(0.005, 0.7, aligned_distance=0.02)
+    found = Success.of(task.fold, [good, far, failed, apart, failed], Limits())
+    assert (found.simulations, found.succeeded, found.rate) == (5, 1, 0.2)
+    assert found.causes == {UNSIMULATED: 2, BESIDE_TARGET: 1, CRUSHED: 1}
+    low, high = Success.of(task.fold, [good] * 196 + [far] * 4, Limits()).interval
     assert (low, high) == pytest.approx((0.9496, 0.9945), abs=1e-4)
 
 
@@ -328,7 +314,7 @@ def test_a_low_fold_suffers_where_hands_are_low_and_a_high_one_does_not(task: Ta
     below = World({"hands.offset.up": -0.006})
     worse = []
     for parameters in (LOW, high):
-        usual, lowered = (evaluate.in_world(parameters, world).score for world in (NOMINAL, below))
+        usual, lowered = (evaluate.simulate(parameters, world).score for world in (NOMINAL, below))
         assert usual is not None and lowered is not None
         worse.append(lowered.mean_vertex_distance - usual.mean_vertex_distance)
     assert worse[0] > 0.010 and abs(worse[1]) < 0.003
@@ -366,20 +352,22 @@ def test_what_a_calibration_leaves_nearly_unknown_may_still_be_disturbed(tmp_pat
 
 
 def test_what_another_version_of_the_simulator_said_is_not_asked(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
-    here = FoldOnMesh(Nominal(task), LOW).key
-    assert FoldOnMesh(Nominal(task), LOW).key == here
-    monkeypatch.setattr("tatamu.evaluation.robustness.meshes.source_digest", lambda: "another")
-    assert FoldOnMesh(Nominal(task), LOW).key != here
+    here = Subject(task, LOW).digest
+    assert Subject(task, LOW).digest == here
+    monkeypatch.setattr("tatamu.evaluation.draws.source_digest", lambda: "another")
+    assert Subject(task, LOW).digest != here
 
 
-def test_a_cache_keeps_verdicts_and_passes_over_what_is_none(tmp_path: Path) -> None:
-    file = tmp_path / "kept" / "simulated.jsonl"
-    verdict = Verdict(0.003, 0.9)
-    VerdictCache(file).keep("a", verdict)
-    with file.open("a") as kept:
-        kept.write('{"key": "b", "mean_vertex_distance": "x", "mask_iou": 0.9, "error": null}\n{"key": "c"')
-    again = VerdictCache(file)
-    assert again.get("a") == verdict and again.get("b") is None and again.get("c") is None
-    (tmp_path / "a-file").touch()
-    with pytest.raises(InputError, match="cannot be written"):
-        VerdictCache(tmp_path / "a-file" / "simulated.jsonl")
+def test_outcomes_are_kept_and_what_is_none_is_passed_over(task: Task, tmp_path: Path) -> None:
+    file, subject = tmp_path / "kept" / "simulated.jsonl", Subject(task, LOW)
+    scenario = World({"hands.offset.up": 0.001})
+    with ThreadPoolExecutor(1) as workers:
+        found = Draws(subject, workers, file).outcomes([scenario])
+        with file.open("a") as kept:
+            kept.write('{"key": "b", "mean_vertex_distance": "x", "mask_iou": 0.9, "error": null}\n{"key": "c"')
+        seen: list[int] = []
+        again = Draws(subject, workers, file, lambda done, total: seen.append(done))
+        assert again.outcomes([scenario]) == found and not seen
+        (tmp_path / "a-file").touch()
+        with pytest.raises(InputError, match="cannot be written"):
+            Draws(subject, workers, tmp_path / "a-file" / "simulated.jsonl")

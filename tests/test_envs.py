@@ -311,6 +311,15 @@ def test_hands_that_are_slow_take_longer_along_the_same_path() -> None:
     assert (slow[:, 3] > 0).sum() > 2 * (quick[:, 3] > 0).sum()
 
 
+def flat(value: Any) -> Any:
+    """Return a value with bytes in place of its arrays."""
+    if isinstance(value, dict):
+        return {name: flat(each) for name, each in value.items()}
+    if isinstance(value, tuple | list):
+        return [flat(each) for each in value]
+    return (value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
+
+
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_copy_goes_on_as_its_original_would(kind: str, copied: Callable[[Any], Any]) -> None:
@@ -323,7 +332,7 @@ def test_a_copy_goes_on_as_its_original_would(kind: str, copied: Callable[[Any],
             env.step(lift)
     other = copied(env)
     first = [other.step(lift), other.reset(), other.step(lift)]
-    assert pickle.dumps(first) == pickle.dumps([env.step(lift), env.reset(), env.step(lift)])
+    assert flat(first) == flat([env.step(lift), env.reset(), env.step(lift)])
     assert copied(make(kind)).reset(seed=2)[1]["world"] == make(kind).reset(seed=2)[1]["world"]
 
 

@@ -36,7 +36,7 @@ from tatamu.evaluation.disturbances import (
     split,
 )
 from tatamu.evaluation.disturbances.systematic import share
-from tatamu.evaluation.robustness import Verdict
+from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, make_task
@@ -67,11 +67,11 @@ def ends(world: World) -> dict[str, float]:
     return found
 
 
-def known(evaluator: Any, parameters: Any, world: World) -> Verdict:
+def known(task: Any, parameters: Any, world: World) -> Outcome:
     """Return the verdict of the fake simulator."""
     found = ends(world)
     distance = float(np.sqrt(1e-6 + 0.25 * sum(value**2 for value in found.values())))
-    return Verdict(distance, 0.95, marks=found)
+    return Outcome(distance, 0.95, marks=found)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def task() -> Task:
 
 @pytest.fixture(autouse=True)
 def _fake_simulator(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.evaluation.robustness.judge.verdict_in", known)
+    monkeypatch.setattr("tatamu.evaluation.draws.simulate_outcome", known)
     monkeypatch.setattr("tatamu.after.feedback.page.simulated", lambda observed, correction: None)
 
 
@@ -92,10 +92,10 @@ def made(task: Task, tmp_path_factory: pytest.TempPathFactory) -> Path:
     info = {"simulator": "native", "version": "", "wall_seconds": 0.0, "setup_seconds": 0.0, "steps": 1, "warnings": []}
     rollout = Rollout(np.array([0.0, 4.0]), np.array([fold.start, fold.target]), fold.garment.faces, info)
     folder = tmp_path_factory.mktemp("observed")
-    options = LearnOptions(trials=2, disturbances="none", coarse=False, baselines=False, parallel=1)
+    options = LearnOptions(trials=2, disturbances="none", baselines=False, parallel=1)
     with (
         patch("tatamu.evaluation.nominal.simulate", lambda scene, simulator: rollout),
-        patch("tatamu.api.write_report"),
+        patch("tatamu.study.result.Result.write_report"),
     ):
         tt.learn(task, options, out=folder)
     return folder
@@ -224,7 +224,7 @@ def test_learning_after_takes_posterior_correction_and_fold(learned: Result, tmp
         study.side_effect = KeyboardInterrupt
         with pytest.raises(KeyboardInterrupt):
             tt.learn(learned.task, LearnOptions(trials=3), after=[tmp_path / "towel"])
-    task, options, _, _, first = study.call_args.args
+    (task, options), first = study.call_args.args, study.call_args.kwargs["first"]
     assert options.disturbances == observed.posterior.disturbances and first == [learned.best.parameters]
     assert task.shift[0].release[0] == pytest.approx(-mean_world(options.disturbances)["hands.offset.along"], abs=5e-4)
     with pytest.raises(InputError, match="not both"):
@@ -321,13 +321,13 @@ def test_the_emulator_ignores_scenarios_that_end_unlike_others(learned: Result) 
     worlds = sample_worlds(default_disturbances(), 100, 5, Stream.MARGINS)
     generator = np.random.default_rng(0)
 
-    def end(world: World, index: int) -> Verdict:
+    def end(world: World, index: int) -> Outcome:
         lost = 0.2 * generator.standard_normal() if index % 20 == 0 else 0.0
         noise = {name: value + 1e-3 * generator.standard_normal() for name, value in ends(world).items()}
-        return Verdict(0.01, 0.9, marks={**noise, "left_along": noise["left_along"] + lost})
+        return Outcome(0.01, 0.9, marks={**noise, "left_along": noise["left_along"] + lost})
 
     parts = split(default_disturbances())
-    fitted = fit(parts, [(world, end(world, index)) for index, world in enumerate(worlds)], np.zeros(len(MARKS)))
+    fitted = fit(parts, [(world, end(world, index)) for index, world in enumerate(worlds)])
     place = parts.names.index("hands.offset.along")
     assert fitted.slopes[0, place] == pytest.approx(1.0, abs=0.15) and fitted.residual[0, 0] < 0.004**2
 

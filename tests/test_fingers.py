@@ -11,12 +11,12 @@ import pytest
 
 from tatamu import InputError
 from tatamu.api import learn
-from tatamu.evaluation import Nominal
 from tatamu.evaluation.disturbances import Disturbances, World, disturbed_scene, load_disturbances
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.fingers import PRESETS, Fingers
 from tatamu.folding.hand import AWAY, LEAVING, OPENING, leaves
 from tatamu.folding.manipulation import WAIT
-from tatamu.folding.parameters import first_curves, later_curves, search_space
+from tatamu.folding.parameters import initial_curves, later_curves, search_space
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.simulation.clearance import deepest
@@ -134,7 +134,7 @@ def test_fingers_stand_in_the_file_and_in_the_folder(tmp_path: Path) -> None:
             load_disturbances(str(tmp_path / "mine.toml"))
     assert Disturbances().fingers == Fingers()
     folder = tmp_path / "learned"
-    options = LearnOptions(trials=4, disturbances="none", coarse=False, baselines=False)
+    options = LearnOptions(trials=4, disturbances="none", baselines=False)
     learn(make_task("towel", fingers=THICK, **SMALL), options, out=folder)
     again = Result.load(folder)
     assert again.record.task.fingers == THICK
@@ -161,7 +161,7 @@ def test_a_preset_stands_for_the_sizes_of_its_hand(tmp_path: Path) -> None:
 
 def test_a_search_begins_with_curves_that_fingers_can_follow(task: Task) -> None:
     space = search_space(task.fold, "integer").bounds
-    for curve in [*first_curves(task.fold), *later_curves(task.fold)]:
+    for curve in [*initial_curves(task.fold, robust=True), *later_curves(task.fold)]:
         assert all(space[name].low <= value <= space[name].high for name, value in curve.items())
 
 

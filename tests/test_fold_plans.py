@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from tatamu.api import Result, learn
+from tatamu.api import learn
 from tatamu.folding.advice import UncarriedWarning, advice, left_behind
 from tatamu.folding.appendages import appendages, has_legs, silhouette
 from tatamu.folding.coverage import LONGEST, LONGEST_TAIL, best_coverage, uncarried
@@ -24,6 +24,7 @@ from tatamu.garments.outline import Outline
 from tatamu.garments.sewing import one_layer
 from tatamu.simulation.presets import load_preset
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 from tests.commands import tatamu
 
 DRAWN = Path(__file__).parent.parent / "examples" / "garments"
@@ -84,7 +85,7 @@ def test_python_is_warned_as_the_command_line_is(tmp_path: Path) -> None:
     task = make_task(str(DRAWN / "hoodie.toml"), spacing=0.05)
     with warnings.catch_warnings(record=True) as given, pytest.raises(KeyError):
         warnings.simplefilter("always")
-        learn(task, LearnOptions(trials=1, disturbances="none", coarse=False), out=tmp_path, progress=_stop)
+        learn(task, LearnOptions(trials=1, disturbances="none"), out=tmp_path, progress=_stop)
     assert {each.category for each in given} == {UncarriedWarning}
     assert [str(each.message) for each in given] == advice(task.garment, task.plan)
 
@@ -265,7 +266,7 @@ def test_what_is_wrong_is_one_line(arguments: list[str], named: str) -> None:
 @pytest.mark.slow
 def test_a_garment_of_ones_own_folds_as_proposed(tmp_path: Path) -> None:
     task = make_task(str(DRAWN / "apron.toml"), fold="auto", spacing=0.03)
-    found = learn(task, LearnOptions(trials=15, disturbances="none", coarse=False, baselines=False))
+    found = learn(task, LearnOptions(trials=15, disturbances="none", baselines=False))
     assert isinstance(found, Result)
     assert found.score.mean_vertex_distance < 0.0125
     assert found.score.mask_iou > 0.80

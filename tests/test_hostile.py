@@ -426,13 +426,13 @@ def test_broken_json_of_any_kind_is_one_line(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", ["NaN", "-Infinity", "1e999", "1" + "0" * 400, '"0.1"', "[]"])
 def test_kept_verdicts_that_are_no_numbers_are_passed_over(value: str, tmp_path: Path) -> None:
-    from tatamu.evaluation.robustness.cache import VerdictCache
+    from tatamu.evaluation.draws import read_outcomes
 
     line = '{{"key": "{}", "mean_vertex_distance": {}, "mask_iou": 0.9}}\n'
     (tmp_path / "simulated.jsonl").write_text(
         line.format("wrong", value) + "[" * 9_999 + "\n" + line.format("right", 0.01)
     )
-    memory = VerdictCache(tmp_path / "simulated.jsonl")
+    memory = read_outcomes(tmp_path / "simulated.jsonl")
     assert memory.get("wrong") is None
     assert memory.get("right") is not None
 

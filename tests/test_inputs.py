@@ -30,7 +30,7 @@ moves = "+x"
 line = [[-0.15, -0.5], [-0.15, 0.5]]
 moves = "-x"
 """
-SEARCH = LearnOptions(trials=1, sampler="random", disturbances="none", coarse=False, baselines=False)
+SEARCH = LearnOptions(trials=1, sampler="random", disturbances="none", baselines=False)
 
 
 @pytest.fixture

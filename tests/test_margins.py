@@ -15,14 +15,16 @@ from tatamu import InputError
 from tatamu.after.margins import Measured, measure
 from tatamu.after.margins.page import page, sureness
 from tatamu.after.margins.terminal import summary
-from tatamu.api import Result, learn
+from tatamu.api import learn
 from tatamu.base.errors import WorkerKilledError
 from tatamu.evaluation.disturbances import Disturbances, World, load_disturbances
-from tatamu.evaluation.robustness import Spread, SuccessRate, Verdict
+from tatamu.evaluation.outcome import Outcome
+from tatamu.evaluation.success import MarginsRecord, Spread, Success
 from tatamu.folding.score import Limits
 from tatamu.folding.task import make_task
 from tatamu.study.folder import ResultFolder
 from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
 from tests.commands import tatamu
 
 UP = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.003], "yaw": 0.01}})
@@ -32,7 +34,7 @@ ONE = Disturbances.model_validate({"hands": {"yaw": 0.01}})
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("margins")
-    options = LearnOptions(trials=4, disturbances="none", coarse=False, baselines=False)
+    options = LearnOptions(trials=4, disturbances="none", baselines=False)
     learn(make_task("towel", spacing=0.04, size=(0.24, 0.5)), options, out=folder)
     return folder
 
@@ -42,12 +44,12 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
     """Worlds that were simulated, by a simulator in which a fold ends as far away as its hands are off upwards."""
     worlds: list[World] = []
 
-    def known(evaluator: Any, parameters: Any, world: World) -> Verdict:
+    def known(task: Any, parameters: Any, world: World) -> Outcome:
         worlds.append(world)
         up = world["hands.offset.up"]
-        return Verdict(None, None, "tore") if up > 0.02 else Verdict(2.0 * abs(up), 0.9)
+        return Outcome(None, None, "tore") if up > 0.02 else Outcome(2.0 * abs(up), 0.9)
 
-    monkeypatch.setattr("tatamu.evaluation.robustness.judge.verdict_in", known)
+    monkeypatch.setattr("tatamu.evaluation.draws.simulate_outcome", known)
     return worlds
 
 
@@ -63,28 +65,28 @@ def test_margins_are_where_the_fold_fails(learned: Path, asked: list[World], tmp
     assert up.low is not None and up.high is not None
     assert -0.00625 <= up.low <= -0.00625 + 0.0015 and 0.00625 - 0.0015 <= up.high <= 0.00625
     assert (by_name["hands.yaw"].low, by_name["hands.yaw"].high) == (None, None)
-    assert by_name["hands.yaw"].tried == pytest.approx((-0.06, 0.06))
+    assert by_name["hands.yaw"].tried == pytest.approx((-0.03, 0.03))
     assert sureness(by_name["hands.yaw"]) > sureness(up)
 
 
 def test_the_share_is_that_of_the_draws(learned: Path, asked: list[World], tmp_path: Path) -> None:
-    joint = run(learned, tmp_path, draws=200).result.joint
+    together = run(learned, tmp_path, draws=200).result.together
     worlds = asked[-200:] if len(asked) < 200 else [world for world in asked if len(world.values) == 2]
-    held = sum(2.0 * abs(world["hands.offset.up"]) <= 0.0125 for world in worlds)
-    assert joint.held == held and joint.draws == 200 and joint.share == held / 200
-    assert joint.interval[0] < joint.share < joint.interval[1]
-    assert 0.9 < joint.share < 1.0
-    spread = joint.mean_vertex_distance
+    succeeded = sum(2.0 * abs(world["hands.offset.up"]) <= 0.0125 for world in worlds)
+    assert together.succeeded == succeeded and together.simulations == 200 and together.rate == succeeded / 200
+    assert together.interval[0] < together.rate < together.interval[1]
+    assert 0.9 < together.rate < 1.0
+    spread = together.mean_vertex_distance
     assert spread.median < spread.q90 < spread.worst
 
 
 def test_what_failed_in_the_simulator_counts(learned: Path, asked: list[World], tmp_path: Path) -> None:
     wild = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.02]}})
     measured = measure(Result.load(learned), wild, out=tmp_path, draws=20)
-    joint = measured.result.joint
-    assert joint.draws == 20 and joint.held < 12
-    assert joint.mean_vertex_distance.worst > 0.1  # twice what untouched cloth has
-    assert measured.draws[0].verdict.error == "tore"
+    together = measured.result.together
+    assert together.simulations == 20 and together.succeeded < 12
+    assert together.mean_vertex_distance.worst > 0.1  # twice what untouched cloth has
+    assert measured.draws[0].outcome.error == "tore"
 
 
 def test_a_world_that_kills_its_workers_has_failed_and_ends_nothing(
@@ -102,12 +104,12 @@ def test_a_world_that_kills_its_workers_has_failed_and_ends_nothing(
             return ended
 
     measured = run(learned, tmp_path, executor=Deadly())
-    killed = [draw for draw in measured.draws if draw.world["hands.offset.up"] > 0.003]
-    assert killed and all(draw.verdict == Verdict(None, None, "killed 3 workers") for draw in killed)
+    killed = [draw for draw in measured.draws if draw.scenario["hands.offset.up"] > 0.003]
+    assert killed and all(draw.outcome == Outcome(None, None, "killed 3 workers") for draw in killed)
     by_name = {margin.name: margin for margin in measured.result.alone}
     high = by_name["hands.offset.up"].high
     assert high is not None and high <= 0.003
-    assert measured.result.joint.held <= measured.result.joint.draws - len(killed)
+    assert measured.result.together.succeeded <= measured.result.together.simulations - len(killed)
     count = len(asked)
     assert run(learned, tmp_path).result == measured.result and len(asked) == count, "a later run goes on"
 
@@ -122,7 +124,7 @@ def test_nothing_is_simulated_twice_and_a_torn_line_costs_one_simulation(
     kept.write_bytes(kept.read_bytes()[:-20])
     assert run(learned, tmp_path).result == first and len(asked) == count + 1
     tighter = run(learned, tmp_path, limits=Limits(mean_vertex_distance=0.002)).result
-    assert len(asked) < count + 20 and tighter.joint.held < first.joint.held
+    assert len(asked) < count + 20 and tighter.together.succeeded < first.together.succeeded
 
 
 def test_margins_do_not_depend_on_how_many_workers_there_are(learned: Path, tmp_path: Path) -> None:
@@ -151,9 +153,9 @@ def test_a_killed_run_goes_on(learned: Path, tmp_path: Path) -> None:
 
 def test_the_page_and_the_summary_say_how_sure_the_fold_is(learned: Path, tmp_path: Path) -> None:
     measured = measure(Result.load(learned), ONE, out=tmp_path, draws=5)
-    assert measured.result.joint.headline in page(measured) and "pair of hands turned" in page(measured)
+    assert measured.result.together.headline in page(measured) and "pair of hands turned" in page(measured)
     assert page(measured) == page(measured)
-    assert summary(measured.result).startswith(measured.result.joint.headline)
+    assert summary(measured.result).startswith(measured.result.together.headline)
 
 
 def test_the_file_is_what_the_contract_says(learned: Path, tmp_path: Path) -> None:
@@ -161,9 +163,15 @@ def test_the_file_is_what_the_contract_says(learned: Path, tmp_path: Path) -> No
     ended = tatamu("margins", str(learned), "--draws", "3", "--disturbances", str(tmp_path / "mine.toml"))
     assert ended.returncode == 0, ended.stderr
     data = json.loads((learned / "margins" / "margins.json").read_text())
-    assert {"limits", "alone", "joint", "seed"} <= set(data)
-    assert set(data["joint"]) == {"draws", "held", "share", "interval", "mean_vertex_distance"}
-    assert set(data["joint"]["mean_vertex_distance"]) == {"median", "q90", "worst"}
+    assert {"limits", "alone", "together", "seed"} <= set(data)
+    assert {"simulations", "succeeded", "rate", "interval", "causes", "mean_vertex_distance"} <= set(data["together"])
+    assert set(data["together"]["mean_vertex_distance"]) == {"median", "q90", "worst"}
+    former = data["joint"]
+    assert (former["draws"], former["held"], former["share"]) == tuple(
+        data["together"][name] for name in ("simulations", "succeeded", "rate")
+    )
+    del data["together"], former["simulations"], former["succeeded"], former["rate"]
+    assert MarginsRecord.model_validate(data) == ResultFolder(learned).margins, "files of version 0.2 are read"
     assert {"name", "unit", "low", "high"} <= set(data["alone"][0])
     assert ResultFolder(learned).margins is not None
 
@@ -183,7 +191,7 @@ def test_disturbances_without_any_are_refused(learned: Path, tmp_path: Path) -> 
     assert load_disturbances("none") is None
 
 
-def test_the_headline_has_the_share_with_its_interval() -> None:
+def test_the_headline_has_the_rate_with_its_interval() -> None:
     spread = Spread(median=0.003, q90=0.006, worst=0.02)
-    joint = SuccessRate(draws=200, held=196, share=0.98, interval=(0.9496, 0.9945), mean_vertex_distance=spread)
-    assert joint.headline == "held in 196 of 200 disturbed simulations (98 %, 95 % interval 95 to 99 %)"
+    found = Success(simulations=200, succeeded=196, rate=0.98, interval=(0.9496, 0.9945), mean_vertex_distance=spread)
+    assert found.headline == "succeeds in 196 of 200 simulations (98 %, 95 % interval 95 to 99 %)"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tatamu import Scene, simulate
-from tatamu.evaluation import Nominal
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.fold import fold_of, ideal_folds
 from tatamu.folding.manipulation import WAIT, Manipulation, bezier_manipulation
 from tatamu.folding.pinch import APART, outermost, pressed

@@ -22,7 +22,7 @@ import optuna
 import pytest
 
 from tatamu import InputError, Nominal, Rollout, Scene, SimulationError, Task, TatamuError, simulate
-from tatamu.evaluation.nominal import penalty
+from tatamu.evaluation.nominal import failed
 from tatamu.folding.manipulation import Manipulation, trajectory_lengths
 from tatamu.folding.parameters import search_space
 from tatamu.folding.task import Reach, make_task
@@ -236,26 +236,12 @@ def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.
         learn_plain(task(), tmp_path if kept else None, trials=2, baselines=False)
 
 
-def test_a_study_in_which_all_fails_on_the_own_mesh_alone_says_that(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = make_task("towel")
-    own = len(asked.garment.vertices)
-
-    def sometimes(scene: Scene, name: str) -> Rollout:
-        if len(scene.cloth.vertices) == own:
-            raise SimulationError("blew up")
-        return simulate(scene, name)
-
-    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", sometimes)
-    with pytest.raises(TatamuError, match="all 5 trials on the garment's own mesh failed; last error: blew up"):
-        learn_plain(asked, None, coarse=True, trials=10, baselines=False)
-
-
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
         ({"seed": 1}, "seed is 0 there, 1 here"),
         ({"sampler": "random"}, 'sampler is "gp" there'),
-        ({"trials": 3}, "6 trials already, given 3; give 6 or more"),
+        ({"trials": 3}, "trials: must be 6 or more, because .* has 6 trials, given 3"),
     ],
 )
 def test_another_study_is_not_touched(learned: Path, changes: dict[str, Any], named: str) -> None:
@@ -327,7 +313,7 @@ def test_a_study_asks_a_robot_that_remembers_no_other_study(tmp_path: Path, simu
     learn_plain(reached, tmp_path, trials=6, baselines=False)
     at_once = list(low.asked)
     learn_plain(reached, tmp_path, trials=7, baselines=False)
-    assert 0.5 not in at_once and low.asked[:6] == at_once[:6]
+    assert 0.5 not in at_once and len(at_once) == 6 and len(low.asked) == 1
 
 
 def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, simulated: list[Scene]) -> None:
@@ -335,18 +321,16 @@ def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, si
     reached = task(reach=Reach("low", low))
     learn_plain(reached, tmp_path, trials=6, baselines=False)
     result = json.loads((tmp_path / "result.json").read_text())
-    failed = [trial for trial in result["trials"] if trial["state"] == "failed"]
+    beyond = [trial for trial in result["trials"] if trial["state"] == "failed"]
     assert result["task"]["robot"] == "low"
-    assert failed and len(simulated) == 6 - len(failed)
-    assert len(failed) == sum(height > 0.08 for height in low.asked)
-    for trial in failed:
+    assert beyond and len(simulated) == 6 - len(beyond)
+    assert len(beyond) == sum(height > 0.08 for height in low.asked)
+    for trial in beyond:
         assert trial["error"] == "out of reach of low"
-        assert trial["objective"] > penalty(reached.fold, trial["trajectory_length"])
-    before = list(low.asked)
+        assert trial["objective"] > failed(reached.fold, trial["trajectory_length"], "").objective
     low.asked.clear()
     learn_plain(reached, tmp_path, trials=7, baselines=False)
-    assert low.asked[:6] == before  # a study that goes on tells the robot again what it was asked before
-    assert len(low.asked) > 6
+    assert len(low.asked) == 1, "what is stored is not asked again"
 
 
 def test_a_study_for_a_robot_is_not_one_for_any(learned: Path) -> None:

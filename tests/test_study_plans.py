@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ import pytest
 
 from tatamu import (
     Disturbances,
-    Disturbed,
     InputError,
     LearnOptions,
     PlanResult,
@@ -113,24 +111,16 @@ def test_a_later_step_begins_from_above_and_with_what_the_one_before_it_found(le
         assert begun[name] == pytest.approx(part * (second.candidates - 1), abs=0.5)
 
 
-def test_all_steps_are_learned_in_the_same_worlds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.study.loop.VALIDATION_WORLDS", 2)
-    monkeypatch.setattr("tatamu.study.setup.Disturbed", Two)
+def test_all_steps_have_the_same_scenarios(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tatamu.study.loop.SUCCESS_SIMULATIONS", 2)
     off = Disturbances.model_validate({"hands": {"offset": [0.001, 0.0, 0.0]}})
-    options = LearnOptions(trials=1, sampler="random", baselines=False, disturbances=off, quantile=0.5)
+    options = LearnOptions(trials=1, sampler="random", baselines=False, disturbances=off, level=0.5)
     learn(task(), options, out=tmp_path)
     steps = [ResultFolder(tmp_path / name).record for name in ("step-1", "step-2")]
-    assert [(step.worlds, step.quantile) for step in steps] == [(2, 0.5), (2, 0.5)]
-    learn(task(), LearnOptions(trials=1, sampler="random", baselines=False), out=tmp_path)
+    assert [(step.disturbances, step.level) for step in steps] == [(off.describe(), 0.5)] * 2
+    learn(task(), LearnOptions(trials=1, sampler="random", baselines=False, level=0.5), out=tmp_path)
     again = [ResultFolder(tmp_path / name).record for name in ("step-1", "step-2")]
     assert again == steps, "without options the plan goes on with what it started with"
-
-
-@dataclass(frozen=True)
-class Two(Disturbed):
-    """Two worlds unless others are asked for."""
-
-    worlds: int = 2
 
 
 @pytest.mark.parametrize("grasps", ["integer", "continuous"])

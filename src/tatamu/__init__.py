@@ -18,8 +18,6 @@ from tatamu.base.moved import install as _install
 from tatamu.base.version import __version__ as __version__
 
 if TYPE_CHECKING:  # the one list of public names, for type checkers; when one is used, it is imported from there
-    from tatamu.api import PlanResult as PlanResult
-    from tatamu.api import Result as Result
     from tatamu.api import calibrate as calibrate
     from tatamu.api import check as check
     from tatamu.api import correct as correct
@@ -33,15 +31,15 @@ if TYPE_CHECKING:  # the one list of public names, for type checkers; when one i
     from tatamu.base.errors import TatamuError as TatamuError
     from tatamu.base.errors import UnavailableError as UnavailableError
     from tatamu.cameras.locate import locate as locate
-    from tatamu.evaluation.coarse import CoarseFirst as CoarseFirst
     from tatamu.evaluation.disturbances.description import Disturbances as Disturbances
     from tatamu.evaluation.disturbances.description import load_disturbances as load_disturbances
-    from tatamu.evaluation.disturbed import Disturbed as Disturbed
+    from tatamu.evaluation.evaluator import Ask as Ask
     from tatamu.evaluation.evaluator import Evaluation as Evaluation
     from tatamu.evaluation.evaluator import Evaluator as Evaluator
     from tatamu.evaluation.evaluator import Wrapper as Wrapper
     from tatamu.evaluation.nominal import Nominal as Nominal
-    from tatamu.evaluation.reach import WithinReach as WithinReach
+    from tatamu.evaluation.scenarios import Scenarios as Scenarios
+    from tatamu.folding.aim import Aim as Aim
     from tatamu.folding.manipulation import Manipulation as Manipulation
     from tatamu.folding.score import Limits as Limits
     from tatamu.folding.score import Score as Score
@@ -58,7 +56,6 @@ if TYPE_CHECKING:  # the one list of public names, for type checkers; when one i
     from tatamu.search.search import Search as Search
     from tatamu.search.space import Bounds as Bounds
     from tatamu.search.space import Space as Space
-    from tatamu.search.two_fidelity import TwoFidelitySearch as TwoFidelitySearch
     from tatamu.simulation.material import Material as Material
     from tatamu.simulation.native import BodyTarget as BodyTarget
     from tatamu.simulation.native import HandTarget as HandTarget
@@ -74,6 +71,8 @@ if TYPE_CHECKING:  # the one list of public names, for type checkers; when one i
     from tatamu.simulation.simulators import simulate_many as simulate_many
     from tatamu.study.loop import Progress as Progress
     from tatamu.study.options import LearnOptions as LearnOptions
+    from tatamu.study.plan import PlanResult as PlanResult
+    from tatamu.study.result import Result as Result
     from tatamu.study.trial import Trial as Trial
 
 
@@ -88,8 +87,14 @@ __all__ = sorted(_HOME)
 _install()
 
 
+_FORMER = ("CoarseFirst", "Disturbed", "TwoFidelitySearch", "WithinReach")
+"""Names of version 0.2, for one version."""
+
+
 def __getattr__(name: str) -> Any:
     """Import a public name."""
+    if name in _FORMER:
+        return getattr(import_module("tatamu.evaluation.former"), name)
     if name not in _HOME:
         raise AttributeError(f"module 'tatamu' has no attribute {name!r}")
     try:

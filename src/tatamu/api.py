@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,10 +20,10 @@ from tatamu.base.files import validated
 from tatamu.base.size import parse_size
 from tatamu.calibration import Calibration, Measurements, load_measurements
 from tatamu.calibration import calibrate as calibrate_measurements
-from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, Nominal, Wrapper
 from tatamu.evaluation.disturbances import Disturbances, default_disturbances, load_disturbances
+from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator, Wrapper
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.task import Task, make_task
-from tatamu.report import embedded, write_plan_report, write_report
 from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
 from tatamu.robots.motion import Pace
@@ -31,68 +31,14 @@ from tatamu.search import Parameters
 from tatamu.simulation.material import Material, load_material
 from tatamu.study.database import SharedDatabase
 from tatamu.study.folder import ResultFolder
-from tatamu.study.learn import Places
 from tatamu.study.learn import learn as learn_study
 from tatamu.study.loop import Progress
 from tatamu.study.options import FoldOptions, LearnOptions
-from tatamu.study.plan import PlanResult as LearnedPlan
-from tatamu.study.result import Result as LearnedFold
+from tatamu.study.plan import PlanResult
+from tatamu.study.result import Result
 
 if TYPE_CHECKING:
     from tatamu.cameras.reading import FoldReading
-
-
-class Result(LearnedFold):
-    """A learned fold.
-
-    Its attributes and methods for users are `.best`, `.score`, `.manipulation`, `.scene`, `.rollout`, `.held`,
-    `.table()` and `.save()`.
-    """
-
-    def write_report(self, file: Path | str | None = None) -> Path:
-        """Write the page of the fold, and return the path of the page.
-
-        Args:
-            file: File to write; None for `report.html` in the fold's folder.
-
-        Raises:
-            InputError: If the file cannot be written, or no file is given and the fold has no folder.
-        """
-        return write_report(self, None if file is None else Path(file))
-
-    def _repr_html_(self) -> str:
-        """Return HTML that shows the fold in a notebook: a picture, the measures and a replay."""
-        return embedded(self)
-
-
-class PlanResult(LearnedPlan):
-    """A learned plan, which folds a garment in several steps.
-
-    Attributes and methods for users are `.steps`, `.final`, `.rollout` and `.save(folder)`.
-    """
-
-    def write_report(self, file: Path | str | None = None) -> Path:
-        """Write the page of the plan, and return the path of the page.
-
-        Args:
-            file: File to write; None for `report.html` in the plan's folder.
-
-        Raises:
-            InputError: If the file cannot be written, or no file is given and the plan has no folder.
-        """
-        return write_plan_report(self, None if file is None else Path(file))
-
-    def _repr_html_(self) -> str:
-        """Return HTML that shows every step in a notebook, one below another."""
-        return "".join(embedded(step) for step in self.steps)
-
-
-def _public(found: LearnedFold | LearnedPlan) -> Result | PlanResult:
-    """Return the same result as a `Result` or `PlanResult` of this module, which can also write its page."""
-    given = {each.name: getattr(found, each.name) for each in fields(found)}
-    if isinstance(found, LearnedFold):
-        return Result(**given)
-    return PlanResult(**{**given, "steps": [_public(step) for step in found.steps]})
 
 
 def task_of(options: FoldOptions) -> Task:
@@ -116,14 +62,18 @@ def task_of(options: FoldOptions) -> Task:
 
 @dataclass(frozen=True)
 class OwnObjective(Wrapper):
-    """Evaluator whose objective is the user's function of the parameters. The fold is also simulated and scored."""
+    """Takes the objective from a user's function of the parameters. The fold is also simulated and scored."""
 
     function: Callable[[Mapping[str, int | float]], float]
 
-    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
-        """Evaluate a manipulation."""
-        found = self.inner(parameters)
-        return found if found.failed else replace(found, objective=float(self.function(parameters)))
+    @property
+    def name(self) -> str:
+        """Name of the function."""
+        return getattr(self.function, "__name__", repr(self.function))
+
+    def __call__(self, ask: Ask | Mapping[str, int | float]) -> Evaluation:
+        found = self.inner(ask)
+        return found if found.failed else replace(found, objective=float(self.function(found.parameters)))
 
 
 def learn(
@@ -132,57 +82,50 @@ def learn(
     *,
     out: Path | str | None = None,
     evaluate: Evaluator | Callable[[Mapping[str, int | float]], float] | None = None,
-    after: Sequence[LearnedFold | Path | str] = (),
+    after: Sequence[Result | Path | str] = (),
     executor: Executor | None = None,
     database: SharedDatabase | None = None,
     progress: Callable[[Progress], object] = lambda now: None,
 ) -> Result | PlanResult:
-    """Learn a task. The command `tatamu learn` does the same computation.
+    """Learn a task, as the command `tatamu learn` does.
 
     Args:
         task: The fold, made by `make_task`. If it is the first of several steps of a plan, all steps are learned.
         options: Options of the study; None for the defaults.
-        out: Folder that keeps the study while it runs. An unfinished study in it is resumed. None keeps the study in
-            memory.
-        evaluate: Evaluator, or function of the parameters, that is minimised. None for the objective of the options.
-        after: Real folds of the same set-up that were observed, or their folders. The errors of the set-up are inferred
-            from these folds, and the mean errors are corrected. The search starts from the last of these folds.
+        out: Folder that keeps the study while it runs; an unfinished study in it is resumed. None for memory.
+        evaluate: Evaluator, or function of the parameters, that is minimised; None for that of the options.
+        after: Measured folds of the same set-up, or their folders. The search starts from the last of them, and the
+            errors that follow from them are corrected.
         executor: Executor of the simulations; None for threads on all processors.
         database: Database that keeps the study; None for the file `study.db` in the folder.
-        progress: Function that receives a `Progress` when the study is opened, after every trial, and when a stage
-            starts.
+        progress: Receives a `Progress` when the study is opened, after every trial, and when a stage starts.
 
     Raises:
-        InputError: If an option is wrong, or the folder cannot be used. The message names the option or the folder.
+        InputError: If an option is wrong, or the folder cannot be used.
         UnavailableError: If workers, the database or the disk fail. Finished trials are kept.
         TatamuError: If every trial failed.
     """
     options = options or LearnOptions()
     first: Sequence[Parameters] = ()
     if after:
-        if options.names_disturbances and options.disturbances is not None:
-            raise InputError("disturbances: are those of the observed folds; give after or disturbances, not both")
-        runs = [each if isinstance(each, LearnedFold) else LearnedFold.load(each) for each in after]
+        if options.disturbances is not None:
+            raise InputError("disturbances: are those of the measured folds; give after or disturbances, not both")
+        runs = [each if isinstance(each, Result) else Result.load(each) for each in after]
         known = known_of(runs, task, options.grasps)
         task, first = replace(task, shift=known.shift), known.first
         options = options.model_copy(update={"disturbances": known.disturbances})
     evaluator = evaluate if isinstance(evaluate, Evaluator | None) else OwnObjective(Nominal(task), evaluate)
-    places = Places(
-        out=None if out is None else Path(out),
+    place = None if out is None else Path(out)
+    return learn_study(
+        task,
+        options,
+        out=place,
+        evaluate=evaluator,
+        first=first,
         executor=executor,
         database=database,
         progress=progress,
-        written=_write_page,
     )
-    return _public(learn_study(task, options, places, evaluator, first))
-
-
-def _write_page(found: LearnedFold | LearnedPlan) -> None:
-    """Write the page of a result into its folder."""
-    if isinstance(found, LearnedFold):
-        write_report(found)
-    else:
-        write_plan_report(found)
 
 
 def load(folder: Path | str) -> Result | PlanResult:
@@ -192,11 +135,11 @@ def load(folder: Path | str) -> Result | PlanResult:
         InputError: If a file is missing, damaged, of another version, or does not fit the other files.
     """
     is_plan = ResultFolder(Path(folder)).holds_plan
-    return _public(LearnedPlan.load(folder) if is_plan else LearnedFold.load(folder))
+    return PlanResult.load(folder) if is_plan else Result.load(folder)
 
 
 def measure_margins(
-    result: LearnedFold,
+    result: Result,
     draws: int = DRAWS,
     *,
     disturbances: Disturbances | str | None = None,
@@ -224,8 +167,8 @@ def measure_margins(
         InputError: If an argument is out of range.
     """
     if disturbances is None:
-        held = result.record.disturbances
-        given = default_disturbances() if held is None else Disturbances.model_validate(held)
+        used = result.record.disturbances
+        given = default_disturbances() if used is None else Disturbances.model_validate(used)
     else:
         loaded = load_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
         if loaded is None:
@@ -238,7 +181,7 @@ def measure_margins(
 
 
 def observe(
-    result: LearnedFold | Path | str,
+    result: Result | Path | str,
     *,
     left: Sequence[float] | None = None,
     right: Sequence[float] | None = None,
@@ -272,7 +215,7 @@ def observe(
     Raises:
         InputError: If a number is out of range, or no fold was measured.
     """
-    learned = result if isinstance(result, LearnedFold) else LearnedFold.load(result)
+    learned = result if isinstance(result, Result) else Result.load(result)
     given = {"left": left, "right": right, "slip": slip}
     pairs = {place: pair for place, pair in given.items() if pair is not None}
     if pairs or failed or turned_in:
@@ -289,7 +232,7 @@ def observe(
     return observe_fold(learned, measured, executor=executor, progress=progress, show=show)
 
 
-def correct(observed: Feedback | LearnedFold | Path | str, *, out: Path | str | None = None) -> Result:
+def correct(observed: Feedback | Result | Path | str, *, out: Path | str | None = None) -> Result:
     """Return the fold with corrected grasps, releases and heights, which undo the expected errors of the set-up.
 
     Args:
@@ -302,16 +245,16 @@ def correct(observed: Feedback | LearnedFold | Path | str, *, out: Path | str | 
     if isinstance(observed, Feedback):
         found = observed
     else:
-        found = observe_fold(observed if isinstance(observed, LearnedFold) else LearnedFold.load(observed))
+        found = observe_fold(observed if isinstance(observed, Result) else Result.load(observed))
     made = corrected_fold(found.learned, found.correction, found.posterior.disturbances)
     if out is not None:
         write_corrected(made, found.correction, Path(out))
         made = replace(made, folder=Path(out))
-    return Result(**{each.name: getattr(made, each.name) for each in fields(made)})
+    return made
 
 
 def check(
-    result: LearnedFold | Path | str,
+    result: Result | Path | str,
     simulator: str,
     *,
     material: Material | Path | str | None = None,
@@ -328,7 +271,7 @@ def check(
     Raises:
         InputError: If the simulator does not exist or cannot run on this machine, or a file is wrong.
     """
-    learned = result if isinstance(result, LearnedFold) else LearnedFold.load(result)
+    learned = result if isinstance(result, Result) else Result.load(result)
     cloth = material if isinstance(material, Material | None) else load_material(Path(material))
     return check_result(learned, simulator, cloth, halved)
 
@@ -362,7 +305,7 @@ class FoldPlan:
     """A robot's motion that carries out a learned fold. It has passed all checks."""
 
     plan: RobotPlan
-    result: LearnedFold
+    result: Result
 
     def __repr__(self) -> str:
         checks = self.plan.checks.values()
@@ -382,7 +325,7 @@ class FoldPlan:
 
 
 def plan_for(
-    result: LearnedFold,
+    result: Result,
     robot: str = "hironx",
     *,
     place: tuple[float, float, float] | None = None,

@@ -14,11 +14,10 @@ from pathlib import Path
 from tatamu.base.errors import InputError
 from tatamu.folding.task import Task, make_task
 from tatamu.garments import GARMENTS
-from tatamu.report import write_report
 from tatamu.search import check_search
 from tatamu.simulation.material import Material, load_material
 from tatamu.simulation.simulators import named
-from tatamu.study.learn import Places, learn
+from tatamu.study.learn import learn
 from tatamu.study.loop import Progress
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
@@ -127,17 +126,14 @@ def run(
             sampler=choices.sampler,
             grasps="continuous",
             disturbances="none",
-            coarse=False,
             baselines=False,
             parallel=1,  # as in the paper, each proposal uses all earlier trials
         )
-        places = Places(
-            out=where,
-            executor=executor,
-            progress=lambda now: progress(garment, seed, now),
-            written=write_report,  # type: ignore[arg-type]
+        result = learn(
+            tasks[garment], options, out=where, executor=executor, progress=lambda now: progress(garment, seed, now)
         )
-        return Study(garment, seed, learn(tasks[garment], options, places))  # type: ignore[arg-type]
+        assert isinstance(result, Result), "the paper's plans have one step"
+        return Study(garment, seed, result)
 
     if at_a_time == 1:
         return [study(garment, seed) for garment, seed in wanted]

@@ -221,7 +221,7 @@ def towel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The plan of a small towel that was really learned, in few trials on a coarse mesh."""
     folder = tmp_path_factory.mktemp("towel")
     task = make_task("towel", size=(0.30, 0.30), spacing=0.03)
-    learn(task, LearnOptions(trials=1, baselines=False, disturbances="none", coarse=False), out=folder / "learned")
+    learn(task, LearnOptions(trials=1, baselines=False, disturbances="none"), out=folder / "learned")
     save_plan(plan_fold(folder / "learned", load("hironx")), folder / "plan")
     return folder / "plan"
 

@@ -37,7 +37,7 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
     if names_garment:
         return {"trials": TRIALS}
     run = Result.load(runs[-1])
-    asked = request(run.record, run.folder)
+    asked = request(run.record)
     return {**dict(asked), "trials": TRIALS, "disturbances": None}
 
 
@@ -111,8 +111,8 @@ def _learn(
         from tatamu.cluster import executor_at
         from tatamu.folding.advice import UncarriedWarning, advice
         from tatamu.folding.baselines import BASELINES
-        from tatamu.search import Schedule
         from tatamu.study.database import shared_database  # the import takes seconds
+        from tatamu.study.loop import max_trials
         from tatamu.study.result import Result
 
         database = connections.enter_context(shared_database(storage))
@@ -132,7 +132,7 @@ def _learn(
     try:
         with (
             executor_at(scheduler) as executor,
-            LearningDisplay(task, Schedule(options.trials).most, fixed, prepares=executor is None) as display,
+            LearningDisplay(task, max_trials(options.trials), fixed, prepares=executor is None) as display,
         ):
             result = learn(
                 task,

@@ -38,9 +38,6 @@ def margins(
         float, typer.Option(help="The fold fails beyond this mean vertex distance, in metres.")
     ] = 0.0125,
     iou: Annotated[float, typer.Option(help="The fold fails below this overlap of the views from above.")] = 0.80,
-    fine: Annotated[
-        bool, typer.Option("--fine", help="Use only the fine mesh, even if a coarser one would do.")
-    ] = False,
     out: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Output folder; default: DIR/margins, DIR/margins-SIMULATOR.")
     ] = None,
@@ -79,7 +76,7 @@ def margins(
         raise InputError("--out: must be given with the folder of one step, given that of a whole plan")
     with executor_at(scheduler) as executor:
         for step in steps:
-            _one(step, given or _disturbances(step), out, draws, seed, simulator, limits, fine, executor)
+            _one(step, given or _disturbances(step), out, draws, seed, simulator, limits, executor)
 
 
 def _disturbances(folder: ResultFolder) -> Disturbances:
@@ -111,7 +108,6 @@ def _one(
     seed: int,
     simulator: str | None,
     limits: Limits,
-    fine: bool,
     executor: Executor | None,
 ) -> None:
     from tatamu.after.margins import measure
@@ -139,7 +135,7 @@ def _one(
             seed=seed,
             limits=limits,
             simulator=simulator,
-            fine=fine,
+            together=lambda success: print(success.headline),
             executor=executor,
             progress=report,
         )

@@ -24,6 +24,10 @@ INTERRUPTED = 130
 """Exit code of a program that was ended by Ctrl-C (128 + SIGINT)."""
 
 
+FORMER = {"--quantile": 1, "--coarse": 0, "--no-coarse": 0, "--fine": 0}
+"""Options of version 0.2 without an effect, and how many words follow each. They are accepted for one version."""
+
+
 def run(app: typer.Typer, name: str) -> NoReturn:
     """Run a command line. A wrong input gives one line on standard error and the exit code 2.
 
@@ -38,7 +42,7 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # users cannot act on warnings of libraries; `python -W` shows them
     try:
-        code = app(standalone_mode=False)
+        code = app(_without_former(name, sys.argv[1:]), standalone_mode=False)
         sys.stdout.flush()
     except InputError as error:
         _stop(name, str(error), 2)
@@ -69,6 +73,22 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     if code == INTERRUPTED:
         _stop(name, "interrupted; what was finished is kept", INTERRUPTED)
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _without_former(name: str, words: list[str]) -> list[str]:
+    """Return the words of a command line without former options, and say what became of those."""
+    left = []
+    following = iter(words)
+    for word in following:
+        option, _, value = word.partition("=")
+        if name != "tatamu" or words[0] not in ("learn", "margins") or option not in FORMER:
+            left.append(word)
+            continue
+        if FORMER[option] and not value:
+            next(following, None)
+        now = "--level sets the size of the disturbances" if option == "--quantile" else "--spacing sets the one mesh"
+        print(f"{name}: {option}: has no effect any more; {now}", file=sys.stderr)
+    return left
 
 
 def _open_streams() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from tatamu.evaluation.outcome import HELP
 from tatamu.report.conclusion import Conclusion, of_fold, of_plan
 from tatamu.study.folder import ResultFolder
 from tatamu.study.plan import PlanResult
@@ -32,9 +33,11 @@ def verdict_lines(verdict: Conclusion) -> Iterator[str]:
 def success_lines(result: Result | PlanResult) -> Iterator[str]:
     """Yield a line of text for each fold with its success rate in disturbed simulations, if this rate is known."""
     for step in [result] if isinstance(result, Result) else result.steps:
-        if step.held is not None:
+        if step.success is not None:
             name = "" if isinstance(result, Result) or step.folder is None else f"{step.folder.name}: "
-            yield f"{name}{step.held.headline}; `tatamu margins {result.folder}` tests more"
+            yield f"{name}{step.success.headline}; `tatamu margins {result.folder}` simulates more"
+            for cause, count in step.success.causes.items():
+                yield f"{name}{count} of {step.success.simulations} {cause}: {HELP[cause]}"
 
 
 def kept(path: Path) -> str:

@@ -9,7 +9,11 @@ import numpy as np
 from tatamu.base.curves import SAMPLES
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, polyline_manipulation
-from tatamu.search.lm import LI_2015
+
+LI_2015 = ((0.53996, 0.20555), (0.78185, 0.45923))
+"""Control points P1 and P2 of the curve shipped with the code of Li et al. 2015 (Yinxiaoli/iros2015_folding), in spans.
+
+The curve is exactly this cubic Bezier curve."""
 
 
 def li_2015(fold: Fold) -> Manipulation:

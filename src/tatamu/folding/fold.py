@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import PAD, Fingers
 from tatamu.folding.grasps import candidates
 from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
@@ -47,6 +48,10 @@ class Fold:
     shape."""
     fingers: Fingers = field(default_factory=Fingers)
     """Fingers of the hands."""
+    aim: Aim = field(default_factory=Aim)
+    """Room that the hands leave for errors."""
+    softening: float = 1.0
+    """Divisor of the stretch stiffness in scenes, because large triangles lock (`tatamu.folding.mesh`)."""
     press: Press | None = None
     """The press that flattens the fold after the hands have left; None if the fold is not pressed."""
 
@@ -74,12 +79,27 @@ class Fold:
         nearest = [min(self.span_of(int(vertex)) for vertex in hand) for hand in (self.left, self.right)]
         return sum(nearest[: self.hands]) / self.hands
 
+    def place(self, vertex: int) -> np.ndarray:
+        """Return the place at which a hand aims to grasp a vertex [m], shape (3,)."""
+        low, high = self._ends
+        along = float(self.crease.split(self.start[[vertex]])[1][0])
+        room = min(self.aim.from_end, 0.5 * (high - low))
+        aside = min(max(along, low + room), high - room) - along
+        flat = self.aim.into * self.normal + aside * self.crease.along
+        return np.asarray(self.start[vertex] + [*flat, self.aim.height])
+
+    @cached_property
+    def _ends(self) -> tuple[float, float]:
+        """The outermost grasp candidates along the fold line [m]."""
+        _, along = self.crease.split(self.start[np.concatenate([self.left, self.right])])
+        return float(along.min()), float(along.max())
+
     def span_of(self, vertex: int) -> float:
         """Return the horizontal distance from a grasp to its release [m].
 
         The release is the mirror image of the grasp over the fold line.
         """
-        return float(-2.0 * self.crease.split(self.start[[vertex]])[0][0])
+        return float(-2.0 * self.crease.split(self.place(vertex)[None])[0][0])
 
     def translation(self, vertex: int) -> np.ndarray:
         """Return the vector from a grasp P0 to its release P3 [m], shape (3,).

@@ -21,7 +21,7 @@ from tatamu.simulation.scene import Index, Points
 
 TOP_SPEED = 0.6
 """Top speed of a hand [m/s]. At twice this speed, the results of folds change (De Gusseme and wyffels 2022)."""
-WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
+WAIT, HOLD, SETTLE = 0.1, 0.4, 0.7
 """Three times [s]: WAIT is the time until the hands move. HOLD is the time from the arrival of the hands until they
 open.
 
@@ -384,4 +384,4 @@ def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[n
 
 
 def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
-    return tuple(fold.start[vertex] for vertex in grasps)
+    return tuple(fold.place(vertex) for vertex in grasps)

@@ -61,23 +61,13 @@ def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
     return Space(bounds, known_part=partial(trajectory_lengths, fold))
 
 
-def first_curves(fold: Fold) -> list[Parameters]:
-    """Return curves with which the search for a fold starts.
+def initial_curves(fold: Fold, *, robust: bool) -> list[Parameters]:
+    """Return the curves with which a search starts. The first is the one that most likely succeeds.
 
-    The first is an arched curve at the corners, the second an arched curve at grasps further inwards. Low curves
-    follow.
+    Under disturbances, that is the arched curve with grasps half-way inwards, which keeps hands away from corners.
     """
-    return [arched_curve(fold), arched_inwards(fold), *low_curves(fold)]
-
-
-def robust_curves(fold: Fold) -> list[Parameters]:
-    """Return curves with which a search starts if folds are simulated with random disturbances.
-
-    An arched curve and a low curve come first, because they fail under different disturbances. The arched curve comes
-    last again. The search on the fine mesh starts with it, because its fold usually succeeds. A search on one mesh
-    tries the arched curve only once.
-    """
-    return [arched_inwards(fold), *low_curves(fold), arched_inwards(fold)]
+    arched = [arched_curve(fold), arched_inwards(fold)]
+    return [*(arched[::-1] if robust else arched), *low_curves(fold)]
 
 
 def arched_inwards(fold: Fold) -> Parameters:

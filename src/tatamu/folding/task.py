@@ -14,9 +14,11 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.records import OpenRecord
+from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.fold import Fold, fold_of, ideal_folds
-from tatamu.folding.manipulation import SETTLE, Manipulation, bezier_manipulation
+from tatamu.folding.manipulation import Manipulation, bezier_manipulation
+from tatamu.folding.mesh import learning_mesh
 from tatamu.folding.parameters import search_space
 from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
@@ -24,7 +26,7 @@ from tatamu.folding.shift import HandShift, shifted
 from tatamu.garments import Garment, make_garment
 from tatamu.search.space import Space
 from tatamu.simulation.material import Material
-from tatamu.simulation.simulators import named
+from tatamu.simulation.simulators import capabilities
 
 
 def _no_refusal(manipulation: Manipulation) -> None:
@@ -107,8 +109,10 @@ class Task:
     """Number of the step in the fold plan, counted from 0."""
     state: np.ndarray | None = None
     """Positions of the cloth before the fold [m], shape (n, 3); None if the cloth lies flat."""
-    settle: float = SETTLE
-    """Time from the opening of the hands until the fold is scored [s]."""
+    aim: Aim = field(default_factory=Aim)
+    """Room that the hands leave for errors."""
+    softening: float = 1.0
+    """Divisor of the stretch stiffness in scenes, because large triangles lock (`tatamu.folding.mesh`)."""
     shift: tuple[HandShift, ...] = ()
     """Correction of each hand's path, left before right; empty if no correction is needed."""
 
@@ -127,7 +131,7 @@ class Task:
     def fold(self) -> Fold:
         """The fold of this step, with its fold line, target shape and grasp candidates."""
         made = fold_of(self.garment, self.plan, self.plan.steps[self.number], self.state, self.hands)
-        return replace(made, fingers=self.fingers)
+        return replace(made, fingers=self.fingers, aim=self.aim, softening=self.softening)
 
     @cached_property
     def space(self) -> Space:
@@ -179,9 +183,7 @@ class Task:
         g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))
         grasps = (int(self.fold.left[g1]), int(self.fold.right[g2]))[: self.fold.hands]
         made = bezier_manipulation(self.fold, grasps, *(parameters[name] for name in ("x1", "z1", "x2", "z2")))
-        if self.shift:
-            made = shifted(self.fold, made, self.shift)
-        return made if self.settle == SETTLE else replace(made, settle=self.settle)
+        return shifted(self.fold, made, self.shift) if self.shift else made
 
 
 def check_parameters(parameters: Mapping[str, float], candidates: int) -> None:
@@ -237,7 +239,7 @@ def make_task(
         InputError: If a name is unknown, the garment cannot be made, or the plan cannot fold the garment. The message
             names the argument.
     """
-    named(simulator)
+    coarse = capabilities(simulator).coarse_search
     if hands not in (None, 1, 2):
         raise InputError(f"hands: must be 1 or 2, given {hands}")
     if isinstance(garment, Garment):
@@ -246,11 +248,11 @@ def make_task(
         made = garment
     else:
         made = make_garment(str(garment), size, material, spacing, scale)
-    task = Task(
-        made, make_plan(fold, made), simulator, hands, reach, _asked(made, fold, hands, reach), fingers or Fingers()
-    )
-    ideal_folds(made, task.plan, hands)  # Raises an error now if a later step cannot be folded.
-    return task
+    plan = make_plan(fold, made)
+    ideal_folds(made, plan, hands)  # raises an error now if a later step cannot be folded
+    garment, softening = learning_mesh(made, plan, hands) if coarse else (made, 1.0)
+    asked = _asked(made, fold, hands, reach)
+    return Task(garment, plan, simulator, hands, reach, asked, fingers or Fingers(), softening=softening)
 
 
 def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) -> TaskOptions | None:

@@ -11,6 +11,7 @@ from tatamu.base import curves
 from tatamu.folding.fold import Fold
 from tatamu.folding.hand import HandPath, finger_bodies, leaves
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, WAIT, Hand, Manipulation
+from tatamu.folding.mesh import softened
 from tatamu.folding.pinch import pressed
 from tatamu.folding.press import press_body
 from tatamu.simulation.body import Body
@@ -85,7 +86,7 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
         ends = max(ends, left + fold.press.duration)
     return Scene(
         cloth=_cloth(fold, material.thickness / fold.garment.material.thickness),
-        material=material,
+        material=softened(material, fold.softening),
         table=Table(),
         grippers=grippers,
         bodies=bodies,

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 from tatamu.folding.score import Limits, Measured
 from tatamu.report.measures import OVERLAP, SUCCESS, grade
-from tatamu.study.plan_record import PlanRecord
-from tatamu.study.record import ResultRecord
+from tatamu.study.record import PlanRecord, ResultRecord
 
 LATE = 0.6
 """Fraction of the trials of a search, from the first trial on.
@@ -90,14 +89,14 @@ def _origin(result: ResultRecord) -> list[str]:
     compared if they ran on the same mesh as the best trial. Without such curves, there is no note.
     """
     best = result.best_trial
-    if result.best_is_given:
-        return [f"the best of {len(result.trials)} trials, number {best.number}, is a curve that the search was given"]
-    curve = result.best_given
+    if result.best_is_initial:
+        return [f"trial {best.number}, the best of {len(result.trials)}, is one of the hand-designed curves"]
+    curve = result.best_initial
     if curve is None:
         return []
     return [
-        f"trial {best.number} was found by the search: its path is {best.trajectory_length or 0.0:.3f} m; the "
-        f"best curve that the search was given, trial {curve.number}, has {curve.trajectory_length or 0.0:.3f} m"
+        f"trial {best.number} was found by the search: its path is {best.trajectory_length or 0.0:.3f} m long, that of "
+        f"the best hand-designed curve, trial {curve.number}, {curve.trajectory_length or 0.0:.3f} m"
     ]
 
 
@@ -106,7 +105,7 @@ def on_bounds(result: ResultRecord) -> list[str]:
 
     Grasps at the corner of the cloth are not reported.
     """
-    if result.best_is_given:  # curves that were given to the search may lie on its bounds on purpose
+    if result.best_is_initial:  # curves that were given to the search may lie on its bounds on purpose
         return []
     chosen = result.best_trial.parameters
     found = []
@@ -151,7 +150,7 @@ def _about_search(result: ResultRecord) -> list[str]:
     other = next((trial for trial in trials if trial.score is not None and trial.score.succeeds), None)
     if other is not None and other.score is not None:
         help_by = (
-            "on a coarse mesh, C values the distance less; try a finer mesh (--spacing)"
+            "C values the distance too little here; try a finer mesh (--spacing)"
             if result.disturbances is not None
             else "C is a sum of path and distance; learn with disturbances (the default), so that folds must succeed"
         )

@@ -44,8 +44,8 @@ def sureness(fold: Result) -> tuple[str, str] | None:
     neither of them contains a rate.
     """
     margins = ResultFolder(fold.folder).margins if fold.folder else None
-    joint = margins.joint if margins else fold.record.judged
-    return None if joint is None else (joint.headline, joint.tone)
+    success = margins.together if margins else fold.record.success
+    return None if success is None else (success.headline, success.tone)
 
 
 @dataclass(frozen=True)

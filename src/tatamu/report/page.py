@@ -7,6 +7,7 @@ from pathlib import Path
 from tatamu.base.errors import InputError
 from tatamu.base.files import write_text
 from tatamu.base.version import __version__
+from tatamu.evaluation.outcome import HELP
 from tatamu.report import command, errormap, headline, histogram, paths, search, tables, topview
 from tatamu.report.conclusion import of_fold
 from tatamu.report.measures import MEASURES, SUCCESS
@@ -44,11 +45,12 @@ def page(fold: Result) -> str:
         title=headline.title(fold),
         verdict=headline.word(fold),
         sureness=headline.sureness(fold),
-        least=fold.record.lowest_objective,
+        minimum=fold.record.minimum_objective,
         result=fold.record,
         best=fold.record.best_score,
-        given=fold.record.best_is_given,
+        initial=fold.record.best_is_initial,
         success=SUCCESS,
+        help=HELP,
         gauge=headline.gauge(fold),
         events=headline.events(fold),
         tiles=headline.tiles(),

@@ -21,28 +21,29 @@ def objective(result: ResultRecord) -> Plot:
     least = result.best_trial.minimised
     return traces(
         [
-            *_both(result, done, values, "C = %{y:.4f}"),
-            *(_steps(result, coarse) for coarse in (True, False) if result.coarse is not None or not coarse),
+            *_both(done, values, "C = %{y:.4f}"),
+            _steps(result),
             _failed(result.trials, top),
             _star(result.best_trial.number, least, "C = %{y:.4f}"),
         ],
         xaxis=_trials(result),
-        yaxis=axis("objective C" if result.disturbances is None else "expected objective"),
+        yaxis=axis(
+            "objective C" if result.disturbances is None else "objective C, with penalties for failed scenarios"
+        ),
         hovermode="closest",
     )
 
 
-def _steps(result: ResultRecord, coarse: bool) -> dict[str, Any]:
-    """Return a line of the chart: the best objective so far, on the coarse or on the fine mesh."""
-    here = [trial for trial in result.trials if result.is_coarse(trial) == coarse]
-    done = [trial for trial in here if trial.state == "complete" and trial.objective is not None]
+def _steps(result: ResultRecord) -> dict[str, Any]:
+    """Return a line of the chart: the best value so far."""
+    done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
     best = np.minimum.accumulate([trial.minimised for trial in done]).tolist()
     numbers = [trial.number for trial in done]
     return {
-        "x": [*numbers, *(trial.number for trial in here[-1:] if numbers)],
+        "x": [*numbers, *(trial.number for trial in result.trials[-1:] if numbers)],
         "y": [*best, *best[-1:]],
         "mode": "lines",
-        "line": {"color": "@muted" if coarse else "@plot", "width": 2.5, "shape": "hv"},
+        "line": {"color": "@plot", "width": 2.5, "shape": "hv"},
         "hovertemplate": "best so far %{y:.4f}<extra></extra>",
     }
 
@@ -65,7 +66,7 @@ def distance(result: ResultRecord) -> Plot:
     ]
     return traces(
         [
-            *_both(result, done, values, "%{y:.2f} mm"),
+            *_both(done, values, "%{y:.2f} mm"),
             _failed(result.trials, high / 1.15),
             _star(result.best_trial.number, max(best, 0.01), "%{y:.2f} mm"),
         ],
@@ -88,9 +89,9 @@ def _trials(result: ResultRecord) -> dict[str, Any]:
     return axis("trial", range=[-0.03 * last - 0.5, last * 1.03 + 0.5], showgrid=False)
 
 
-def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
+def _both(trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
     """Return filled dots for complete trials on the fine mesh, and hollow dots for all other trials."""
-    shorter = [_shorter(result, trial) for trial in trials]
+    shorter = [_fails(trial) for trial in trials]
     plots = []
     for kind in sorted(set(shorter), reverse=True):
         here = [(t.number, v) for t, v, each in zip(trials, values, shorter, strict=True) if each == kind]
@@ -98,14 +99,11 @@ def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: 
     return plots
 
 
-def _shorter(result: ResultRecord, trial: Trial) -> str:
-    """Return why a trial took less time than others: it ran on the coarse mesh, or was stopped early.
-
-    The text is empty if the trial is a complete trial on the fine mesh.
-    """
-    if result.is_coarse(trial):
-        return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
-    return "ended when its hands had arrived" if trial.ended == "arrival" else ""
+def _fails(trial: Trial) -> str:
+    """Return in which scenarios a trial failed; empty if it did not fail in any."""
+    tried = trial.scenarios
+    failed = tried is not None and tried.succeeded < tried.simulated
+    return f"failed in a scenario, after {tried.succeeded} successes" if failed and tried else ""
 
 
 def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:

@@ -35,8 +35,8 @@ def measures(fold: Result) -> list[Column]:
     They are the learned fold and the fixed trajectories. If another trial has the lowest objective C, that trial is
     included as well.
     """
-    least = fold.record.lowest_objective
-    other = [] if least is None or least.number == fold.record.best else [Column("lowest C", least.score)]
+    minimum = fold.record.minimum_objective
+    other = [] if minimum is None or minimum.number == fold.record.best else [Column("minimum C", minimum.score)]
     fixed = [Column(each.label, each.score) for each in fold.record.baselines]
     return [Column("learned", fold.best.score), *other, *fixed]
 

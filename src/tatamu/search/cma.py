@@ -26,7 +26,6 @@ class CMASearch(Search):
     """
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters, and None because the strategy does not estimate an improvement."""
         seed = self.sub_seed()
         if not self.known:
             return self.space.random(seed), None

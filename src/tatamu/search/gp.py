@@ -26,12 +26,12 @@ from tatamu.search.space import KnownPart, Parameters, Space
 THREADS = ThreadpoolController()
 """Controls the number of threads of linear algebra. With more than one thread, small matrices take ten times as
 long."""
-LEAST_UNKNOWN = 1e-6
+MIN_UNKNOWN = 1e-6
 """Least value of the unknown part of an objective (the objective minus its known part).
 
 Without this limit, rounding errors could make the unknown part zero or negative.
 """
-LEAST_DEVIATION = 0.1
+MIN_DEVIATION = 0.1
 """Least standard deviation by which observed logarithms are divided.
 
 Without it, small differences between nearly equal values would be enlarged to unit variance."""
@@ -79,13 +79,12 @@ class GPSearch(Search):
     maximisation = Maximisation()
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters, and their expected improvement as a fraction of the best objective."""
         seed = self.sub_seed()
         if not self.known:
             return self.space.random(seed), None
         points = self.space.points([each.parameters for each in self.known])
         objectives = np.array([each.objective for each in self.known])
-        pending = self.space.points([each.parameters for each in self.pending])
+        pending = self.space.points(self.pending)
         with THREADS.limit(limits=1):
             acquisition = _acquisition(self.space, points, objectives, pending)
             best = leading(points, objectives, self.maximisation.best_trials)
@@ -140,7 +139,7 @@ def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.
     """
     if space.known_part is None:
         return objectives
-    return np.asarray(np.log(np.maximum(objectives - space.known_part(space.values(points)), LEAST_UNKNOWN)))
+    return np.asarray(np.log(np.maximum(objectives - space.known_part(space.values(points)), MIN_UNKNOWN)))
 
 
 def leading(points: np.ndarray, objectives: np.ndarray, count: int) -> np.ndarray:
@@ -149,7 +148,7 @@ def leading(points: np.ndarray, objectives: np.ndarray, count: int) -> np.ndarra
 
 
 def fit_standardised(
-    points: np.ndarray, values: np.ndarray, pending: np.ndarray, least: float = LEAST_DEVIATION
+    points: np.ndarray, values: np.ndarray, pending: np.ndarray, least: float = MIN_DEVIATION
 ) -> tuple[GaussianProcess, float, float]:
     """Fit a Gaussian process to standardised values, and add its own mean as an observation at pending points.
 

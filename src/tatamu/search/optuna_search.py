@@ -10,7 +10,7 @@ from optuna.distributions import BaseDistribution, FloatDistribution, IntDistrib
 from optuna.samplers import BaseSampler, RandomSampler, TPESampler
 from optuna.trial import create_trial
 
-from tatamu.search.search import HIGH, Evaluated, Proposal, Search
+from tatamu.search.search import Evaluated, Proposal, Search
 from tatamu.search.space import Parameters, Space
 
 optuna.logging.set_verbosity(optuna.logging.ERROR)
@@ -25,14 +25,12 @@ def distributions(space: Space) -> dict[str, BaseDistribution]:
 
 
 class OptunaSearch(Search):
-    """Base of searches whose proposals come from a sampler of Optuna. Subclasses make the sampler from a seed.
+    """Base of searches by a sampler of Optuna.
 
-    Each proposal has its own sampler. The sampler's seed is made from the study's seed and the number of the proposal,
-    so an interrupted study makes the same proposals.
+    Each proposal has its own sampler with its own seed, so that a resumed study makes the same proposals.
     """
 
     def __init__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> None:
-        """Start a search. The arguments are explained in `Search`."""
         super().__init__(space, seed, first)
         self._distributions = distributions(space)
         self._study = optuna.create_study(direction="minimize")
@@ -44,21 +42,18 @@ class OptunaSearch(Search):
         """Return Optuna's sampler for one proposal."""
 
     def propose(self) -> tuple[Parameters, float | None]:
-        """Return the next parameters, and None because Optuna's samplers do not report an expected improvement."""
         self._study.sampler = self.make_sampler(self.sub_seed())
         self._trial = self._study.ask(self._distributions)
         return dict(self._trial.params), None
 
-    def ask(self, fidelity: int = HIGH) -> Proposal:
-        """Return the next proposal. It stays pending until its result is reported with `tell`."""
+    def ask(self) -> Proposal:
         self._trial = None
-        proposal = super().ask(fidelity)
+        proposal = super().ask()
         if self._trial is not None:
             self._asked[id(proposal)] = self._trial
         return proposal
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report the result of a proposal."""
         super().tell(proposal, found)
         objective = self.told[-1].objective
         asked = self._asked.pop(id(proposal), None)
@@ -74,7 +69,6 @@ class RandomSearch(OptunaSearch):
     """Search that draws every proposal at random from the whole space."""
 
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return Optuna's sampler for one proposal."""
         return RandomSampler(seed=seed)
 
 
@@ -82,5 +76,4 @@ class TPESearch(OptunaSearch):
     """Search with the tree-structured Parzen estimator (Bergstra et al. 2011)."""
 
     def make_sampler(self, seed: int) -> BaseSampler:
-        """Return Optuna's sampler for one proposal."""
         return TPESampler(seed=seed)

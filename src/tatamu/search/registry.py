@@ -15,15 +15,16 @@ class MakeSearch(Protocol):
     """A callable that makes a search: a subclass of `Search`, or a function."""
 
     def __call__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> Search:
-        """Return a search of the space `space` with the random seed `seed`.
-
-        Its first proposals are the parameters in `first`.
-        """
+        """Return a search that first proposes the parameters in `first`."""
         ...
 
 
-_OWN = {"gp": "gp:GPSearch", "tpe": "optuna_search:TPESearch", "cmaes": "cma:CMASearch", "lm": "lm:LMSearch",
-        "random": "optuna_search:RandomSearch"}  # fmt: skip
+_OWN = {
+    "gp": "gp:GPSearch",
+    "tpe": "optuna_search:TPESearch",
+    "cmaes": "cma:CMASearch",
+    "random": "optuna_search:RandomSearch",
+}
 _REGISTERED: dict[str, MakeSearch] = {}
 
 

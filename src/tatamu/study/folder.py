@@ -16,12 +16,11 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_json, validated, write_json
 from tatamu.base.locks import lock_folder
-from tatamu.evaluation.robustness import MarginsResult
+from tatamu.evaluation.success import MarginsRecord
 from tatamu.folding.manipulation import Manipulation
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
-from tatamu.study.plan_record import PlanRecord
-from tatamu.study.record import ResultRecord, SharedStudyRecord
+from tatamu.study.record import PlanRecord, ResultRecord, SharedStudyRecord
 
 RESULT = "result.json"
 MANIPULATION = "manipulation.json"
@@ -94,15 +93,15 @@ class ResultFolder:
         return self.margins_folder / "margins.json"
 
     @property
-    def margins(self) -> MarginsResult | None:
+    def margins(self) -> MarginsRecord | None:
         """The margins of the fold: the errors that it tolerates; None if they were not measured.
 
         Raises:
             InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
         """
-        return MarginsResult.load(self.margins_file) if self.margins_file.exists() else None
+        return MarginsRecord.load(self.margins_file) if self.margins_file.exists() else None
 
-    def write_margins(self, margins: MarginsResult, out: Path) -> None:
+    def write_margins(self, margins: MarginsRecord, out: Path) -> None:
         """Write `margins.json` into a folder."""
         write_json(out / self.margins_file.name, margins.model_dump())
 

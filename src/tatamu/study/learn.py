@@ -1,291 +1,416 @@
-"""Learns a task: runs one study for each step of its plan. Studies are kept in a folder or in memory."""
+"""Learns a task: one study for each step of its plan, kept in a folder or in memory."""
 
 from __future__ import annotations
 
 import shutil
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
 from tatamu.base.errors import InputError, TatamuError
 from tatamu.base.version import __version__
-from tatamu.evaluation import Evaluator
-from tatamu.evaluation.disturbances import NOMINAL, Disturbances, default_disturbances, disturbed_scene, mean_world
+from tatamu.evaluation.disturbances import (
+    NOMINAL,
+    Disturbances,
+    default_disturbances,
+    disturbances_in,
+    disturbed_scene,
+    load_disturbances,
+    mean_world,
+    with_calibrated,
+)
+from tatamu.evaluation.disturbances.aim import aim_for
+from tatamu.evaluation.evaluator import Evaluation, Evaluator
+from tatamu.evaluation.nominal import Nominal
+from tatamu.evaluation.scenarios import Scenarios
+from tatamu.evaluation.success import Success
 from tatamu.folding.advice import UncarriedWarning, advice
-from tatamu.folding.parameters import first_curves, later_curves, robust_curves, search_space, transfer
-from tatamu.folding.task import Task, digest
+from tatamu.folding.fold import Fold, ideal_folds
+from tatamu.folding.parameters import initial_curves, later_curves, search_space, transfer
+from tatamu.folding.task import Reach, Task, digest
 from tatamu.garments.garmentfile import files_of
-from tatamu.search import HIGH, Parameters, Schedule
+from tatamu.search import Parameters, Proposal, find_search
 from tatamu.simulation.material import is_preset
 from tatamu.simulation.side_by_side import executor_of
+from tatamu.simulation.simulators import SIMULATORS, capabilities
 from tatamu.study.folder import ResultFolder, locked
 from tatamu.study.inputs import Sources, keep_inputs
-from tatamu.study.loop import Progress, Study
-from tatamu.study.options import LearnOptions
+from tatamu.study.loop import MIN_GAIN, Progress, Study, max_trials
+from tatamu.study.options import USUAL_PENDING, LearnOptions, TaskRequest, parse_aim
 from tatamu.study.plan import PlanResult
-from tatamu.study.reachable import check_reach
-from tatamu.study.record import Crossings, ResultRecord, StudyRecord
+from tatamu.study.record import Crossings, ResultRecord, StudyRecord, describe_task
 from tatamu.study.result import Result
-from tatamu.study.setup import check_pending, make_evaluator, make_record, make_schedule, make_search, resolve
+from tatamu.study.trial import Trial
 
 if TYPE_CHECKING:
     from tatamu.study.database import SharedDatabase
 
-
-@dataclass(frozen=True)
-class Places:
-    """The executor, the storage and the callbacks of a study."""
-
-    out: Path | None = None
-    """Folder of the result; None if the result is only kept in memory."""
-    executor: Executor | None = None
-    """Executor that runs the trials; None to run them in threads on all processors."""
-    database: SharedDatabase | None = None
-    """Database in which the studies are stored; None to store each study in the file `study.db` of its folder."""
-    progress: Callable[[Progress], object] = field(default=lambda _: None)
-    """Function that receives the progress of a study.
-
-    It is called when the study is opened, after every trial, and when another stage starts.
-    """
-    written: Callable[[Result | PlanResult], object] = field(default=lambda _: None)
-    """Function that is called after the folder of a result is written. It can write the page of the result."""
-
-    def step(self, number: int) -> Places:
-        """Return the executor, storage and callbacks for a step of a plan, counted from 0."""
-        return self if self.out is None else replace(self, out=ResultFolder(self.out).step(number).path)
-
-    @property
-    def folder(self) -> ResultFolder | None:
-        """Folder of the result; None if the result is only kept in memory."""
-        return None if self.out is None else ResultFolder(self.out)
+HEIGHTS = (0.2, 0.5)
+"""Heights of the typical folds with which a robot's reach is checked before the search, in spans."""
 
 
 def learn(
     task: Task,
     options: LearnOptions | None = None,
-    places: Places | None = None,
+    *,
+    out: Path | None = None,
     evaluate: Evaluator | None = None,
     first: Sequence[Parameters] = (),
+    executor: Executor | None = None,
+    database: SharedDatabase | None = None,
+    progress: Callable[[Progress], object] = lambda _: None,
 ) -> Result | PlanResult:
     """Learn a task, or resume a study that was interrupted.
 
-    If `task` is the first of several steps of a plan, all steps are learned. Each step starts from the final state of
-    the previous step. Its search starts with the best folds of the earlier steps. If no hand carries a part of the
-    cloth, an `UncarriedWarning` describes the part.
+    If `task` is the first of several steps of a plan, all steps are learned, each from the final state of the one
+    before. An `UncarriedWarning` describes a part of the cloth that no hand carries.
 
     Args:
-        task: The fold, the garment and the simulator.
+        task: The fold.
         options: Options of the study; None for the defaults.
-        places: The executor, the storage and the callbacks of the study; None for this machine and storage in memory.
-        evaluate: Evaluator of the manipulations; None for the evaluator that follows from the options.
-        first: Parameters of further manipulations with which the search of the first step starts. If the search also
-            uses a coarse mesh, the third trial on the fine mesh is the last of these manipulations.
+        out: Folder of the result; None to keep it in memory.
+        evaluate: Evaluator that is minimised; None for that of the options.
+        first: Parameters with which the search of the first step starts, after the initial curves.
+        executor: Executor of the trials; None for threads on all processors.
+        database: Database of the studies; None for the file `study.db` in each folder.
+        progress: Called when a study is opened, after every trial, and when another stage starts.
 
     Raises:
         InputError: If an option is wrong, or the folder cannot be used.
         UnavailableError: If workers, the database or the disk fail. Finished trials are kept.
         TatamuError: If every trial failed.
-        KeyboardInterrupt: If the user interrupts the study. Finished trials are written first.
+        KeyboardInterrupt: If the user interrupts the study. The best fold so far is written first.
     """
     from tatamu.study.store import load_settings  # this import takes half a second
 
     options = options or LearnOptions()
-    if evaluate is not None:  # an evaluator that the user gives defines its own disturbances
-        options = options.model_copy(update={"disturbances": "none", "quantile": None})
-    places = places or Places()
+    if evaluate is not None:  # it has its own disturbances
+        options = options.model_copy(update={"disturbances": "none"})
     check_pending(options, task.simulator)
-    steps = len(task.plan.steps) - task.number
-    folder = places.folder
+    folder = None if out is None else ResultFolder(out)
+    several = len(task.plan.steps) > 1 and task.number == 0
     if folder is not None:
-        _refuse_other(folder, steps)
+        _refuse_other(folder, several)
     for line in advice(task.garment, task.plan, task.hands):
         warnings.warn(line, UncarriedWarning, stacklevel=3)
-    several = steps > 1 and task.number == 0
-    held = load_settings(folder.step(0) if folder and several else folder, places.database)
-    options = resolve(options, task, held)
-    if isinstance(options.disturbances, Disturbances) and not task.fingers.thickness:
-        task = replace(task, fingers=options.disturbances.fingers)
+    held = load_settings(folder.step(0) if folder and several else folder, database)
+    disturbances = _disturbances(task, options, held)
+    if disturbances is not None and not task.fingers.stated:
+        task = replace(task, fingers=disturbances.fingers)
+    if options.aim is not None or disturbances is not None:
+        aim = aim_for(disturbances, task.fingers) if disturbances and options.aim is None else None
+        task = replace(task, aim=aim or parse_aim(options.aim or "none"))
     if held is None:
         check_reach(task)
-    study = _Learning(options, evaluate, places, tuple(first))
+    parallel = options.parallel or (held.parallel if held else usual_pending(task.simulator))
+    study = _Learning(options, parallel, disturbances, evaluate, executor, database, progress)
     if not several:
-        return study.step(task, places, study.first(task))
+        return study.step(task, folder, [*study.initial(task.fold), *first])
     with locked(folder) if folder else nullcontext():
-        return study.plan(task)
+        return study.plan(task, folder, first)
+
+
+def check_pending(options: LearnOptions, simulator: str) -> None:
+    """Refuse several trials at a time for a simulator that runs one.
+
+    Raises:
+        InputError: If the simulator cannot run several simulations at a time.
+    """
+    if options.parallel is not None and options.parallel > 1 and not capabilities(simulator).parallel:
+        able = ", ".join(name for name in SIMULATORS if capabilities(name).parallel)
+        raise InputError(
+            f"parallel: must be 1, because only {able} runs several trials at a time, given {options.parallel} with "
+            f"{simulator}"
+        )
+
+
+def usual_pending(simulator: str) -> int:
+    """Return the default number of trials that are pending at a time."""
+    return USUAL_PENDING if capabilities(simulator).parallel else 1
+
+
+def check_reach(task: Task) -> None:
+    """Check that the task's robot can carry out a typical fold in every step of the plan.
+
+    Raises:
+        InputError: If all typical folds of a step are out of reach.
+    """
+    if task.reach is None:
+        return
+    folds = ideal_folds(task.garment, task.plan, task.hands)
+    for number in range(task.number, len(folds)):
+        _check_step(task.at(number, folds[number - 1].target if number else None), task.reach)
+
+
+def _check_step(task: Task, reach: Reach) -> None:
+    number, count = task.step
+    name = f"step {number}, {task.title}," if count > 1 else f"the fold {task.title or task.plan.name}"
+    if task.fold.press is not None:
+        raise InputError(f"press: {reach.robot} cannot press {name}; leave press out of the fold plan")
+    refusals = []
+    for parameters in _typical_folds(task.fold):
+        refusal = reach.refusal(task.manipulation(parameters))
+        if refusal is None:
+            return
+        refusals.append(refusal)
+    raise InputError(
+        f"robot: {name} is out of reach of {reach.robot} in all of {len(refusals)} typical folds; of the first, "
+        f"{refusals[0]}"
+    )
+
+
+def _typical_folds(fold: Fold) -> Iterator[dict[str, float]]:
+    last = fold.candidates - 1
+    for grasp in dict.fromkeys((0, last // 2, last)):
+        for height in HEIGHTS:
+            up = height * fold.span
+            yield {"x1": 0.1 * fold.span, "z1": up, "x2": 0.8 * fold.span, "z2": up, "g1": grasp, "g2": grasp}
 
 
 @dataclass(frozen=True)
 class _Learning:
-    """Learns the steps of one task."""
+    """What the steps of a plan share."""
 
     options: LearnOptions
-    """The options, with all defaults replaced by values."""
+    parallel: int
+    disturbances: Disturbances | None
     evaluate: Evaluator | None
-    places: Places
-    """The executor, storage and callbacks of the whole plan."""
-    known: tuple[Parameters, ...] = ()
-    """Parameters of further manipulations with which the search of the first step starts.
+    executor: Executor | None
+    database: SharedDatabase | None
+    progress: Callable[[Progress], object]
 
-    If the search also uses a coarse mesh, the third trial on the fine mesh is the last of these manipulations.
-    """
+    def initial(self, fold: Fold) -> list[Parameters]:
+        """Return the initial curves of a first step. Only the Gaussian process starts from them."""
+        return initial_curves(fold, robust=self.disturbances is not None) if self.options.sampler == "gp" else []
 
-    def first(self, task: Task) -> list[Parameters]:
-        """Return the parameters of the first trials in the search for a plan's first step."""
-        if self.options.sampler != "gp":
-            return list(self.known)
-        given = first_curves if self.options.disturbances == "none" else robust_curves
-        return [*given(task.fold), *self.known]
-
-    def plan(self, task: Task) -> PlanResult:
+    def plan(self, task: Task, folder: ResultFolder | None, first: Sequence[Parameters]) -> PlanResult:
         """Learn every step of a plan."""
         results: list[Result] = []
         try:
             for number in range(len(task.plan.steps)):
                 here = task if number == 0 else task.at(number, results[-1].final)
-                places = self.places.step(number)
-                _delete_outdated_step(here, places.folder, self.places.database)
-                results.append(self.step(here, places, self._first_of_step(here, results)))
+                place = None if folder is None else folder.step(number)
+                _delete_outdated_step(here, place, self.database)
+                curves = [*self.initial(here.fold), *first] if number == 0 else self._later(here, results)
+                results.append(self.step(here, place, curves))
         except KeyboardInterrupt:
-            if self.places.folder is not None:
-                results = [Result.load(step.path) for step in self.places.folder.learned_steps()]
-                if results:
-                    self._whole(task, results)
+            if folder is not None and (learned := [Result.load(step.path) for step in folder.learned_steps()]):
+                self._whole(task, learned, folder)
             raise
-        return self._whole(task, results)
+        return self._whole(task, results, folder)
 
-    def _first_of_step(self, task: Task, results: Sequence[Result]) -> list[Parameters]:
-        """Return the parameters of the first trials in the search for a step of a plan.
-
-        For later steps, they include the best parameters of the earlier steps, adapted to this step.
-        """
-        if not results:
-            return self.first(task)
+    def _later(self, task: Task, results: Sequence[Result]) -> list[Parameters]:
+        """Return the initial curves of a later step: usual ones, and the best of the earlier steps."""
         grasps = self.options.grasps
-        found = [transfer(each.best.parameters, each.task.fold, task.fold, grasps) for each in results]
-        return [*later_curves(task.fold), *found]
+        best = [transfer(each.best.parameters, each.task.fold, task.fold, grasps) for each in results]
+        return [*later_curves(task.fold), *best]
 
-    def _whole(self, task: Task, results: Sequence[Result]) -> PlanResult:
-        """Return the joined result of all steps. Write the files of the whole plan that are missing."""
-        whole = PlanResult.of(task, results, self.places.out)
-        folder = self.places.folder
-        if folder is None:
-            return whole
-        if not (folder.matches(whole.record) and folder.rollout_file.exists() and folder.report_file.exists()):
+    def _whole(self, task: Task, results: Sequence[Result], folder: ResultFolder | None) -> PlanResult:
+        """Return the joined result of all steps, and write the files of the whole plan that are missing."""
+        whole = PlanResult.of(task, results, None if folder is None else folder.path)
+        written = folder and folder.matches(whole.record) and folder.rollout_file.exists()
+        if folder is not None and not (written and folder.report_file.exists()):
             whole.write_whole(folder.path)
-            self.places.written(whole)
+            whole.write_report()
         return whole
 
-    def step(self, task: Task, places: Places, first: Sequence[Parameters]) -> Result:
-        """Learn one step.
-
-        Args:
-            task: The step to learn.
-            places: The executor, storage and callbacks of the step.
-            first: Parameters with which the search starts.
-        """
+    def step(self, task: Task, folder: ResultFolder | None, first: Sequence[Parameters]) -> Result:
+        """Learn one step, from these initial curves."""
         from tatamu.study.store import held_store
 
-        evaluator = make_evaluator(task, self.options) if self.evaluate is None else self.evaluate.on(task)
-        record = make_record(task, self.options, evaluator, first)
-        space = search_space(task.fold, self.options.grasps)
+        options = self.options
+        record = StudyRecord(
+            task=describe_task(task),
+            sampler=options.sampler,
+            grasps=options.grasps,
+            seed=options.seed,
+            parallel=self.parallel,
+            first=[dict(parameters) for parameters in first],
+            disturbances=self.disturbances.describe() if self.disturbances else None,
+            level=options.level if self.disturbances else None,
+            aim=task.aim if any(task.aim.model_dump().values()) else None,
+        )
+        evaluator = self._evaluator(task)
+        space = search_space(task.fold, options.grasps)
         if not evaluator.contains_length:
             space = replace(space, known_part=None)
-        schedule = make_schedule(task, record, self.options, evaluator.fidelities)
-        folder = places.folder
         with (
             locked(folder) if folder else nullcontext(),
-            held_store(folder, places.database, record) as store,
-            executor_of(places.executor, record.parallel) as executor,
+            held_store(folder, self.database, record) as store,
+            executor_of(self.executor, self.parallel) as executor,
         ):
             if task.reach is not None:
                 task.reach.forget()
-            study = Study(evaluator, make_search(record, space, evaluator.fidelities), store, record, executor)
-            done = len(study.trials)
-            if done > schedule.most:
+            search = find_search(record.sampler)(space, record.seed, record.first)
+            study = Study(evaluator, search, store, record, executor)
+            done, most = len(study.trials), max_trials(options.trials)
+            if done > most:
                 where = folder.path if folder else "the study"
-                raise InputError(
-                    f"trials: {where} has {done} trials already, given {schedule.most}; give {done} or more"
-                )
-            if self.places.out is not None:
-                keep_inputs(self.places.out, _sources(task, self.options))
-            return self._run(study, schedule, places)
+                raise InputError(f"trials: must be {done} or more, because {where} has {done} trials, given {most}")
+            if folder is not None:
+                keep_inputs(folder.path, _sources(task, self.disturbances))
+            return self._run(study, folder, most)
 
-    def _run(self, study: Study, schedule: Schedule, places: Places) -> Result:
-        """Run the remaining trials of a study, write its result folder, and return its result."""
-        baselines = self.options.baselines
-        folder = places.folder
-        if study.is_over(schedule) and folder and folder.complete and not (baselines and study.baselines is None):
-            return replace(Result.load(folder.path), made_from=study.evaluator.task)
+    def _evaluator(self, task: Task) -> Evaluator:
+        if self.evaluate is not None:
+            return self.evaluate.on(task)
+        if self.disturbances is None:
+            return Nominal(task)
+        return Scenarios(Nominal(task, mean_world(self.disturbances)), self.disturbances, self.options.level)
+
+    def _run(self, study: Study, folder: ResultFolder | None, most: int) -> Result:
+        """Run the remaining trials of a study, write its folder, and return its result."""
+        options = self.options
+        if study.is_over(options.trials) and folder and folder.complete:
+            if study.baselines is not None or not options.baselines:
+                return replace(Result.load(folder.path), made_from=study.evaluator.task)
         if folder is not None:
             folder.report_file.unlink(missing_ok=True)  # a report shows that the folder is complete
         try:
-            places.progress(study.progress(schedule.most))
-            for stage in study.run(schedule, baselines):
-                places.progress(study.progress(schedule.most, stage))
-            return self._finish(study, schedule, places)
+            self.progress(study.progress(most))
+            self._write_first(study, folder, most)
+            for stage in study.run(options.trials, options.baselines):
+                self.progress(study.progress(most, stage))
+            return self._finish(study, folder, most)
         except KeyboardInterrupt:
-            if study.succeeded and folder is not None:
-                self._finish(study, schedule, places)
+            if study.best() is not None and folder is not None:
+                self._finish(study, folder, most)
             raise
 
-    def _finish(self, study: Study, schedule: Schedule, places: Places) -> Result:
-        """Return the result of a study whose trials have run, and write its result folder."""
-        folder, task = places.folder, study.evaluator.task
-        best = study.best() if study.succeeded else None
-        rollout = None if best is None else study.evaluation(best).rollout
-        judged = None
-        if best is not None and isinstance(self.options.disturbances, Disturbances):
-            places.progress(study.progress(schedule.most, "validation"))
-            judged = study.validate(self.options.disturbances, study.trials[best].parameters)
-        record = ResultRecord(
-            **{name: getattr(study.record, name) for name in StudyRecord.model_fields},
-            tatamu=__version__,
-            until_gain=schedule.until_gain,
-            bounds={name: [each.low, each.high] for name, each in study.space.bounds.items()},
-            judged=judged,
-            asked=task.asked,
-            wall_seconds=round(sum(trial.seconds or 0.0 for trial in study.trials), 3),
-            best=best,
-            crossings=None if rollout is None else Crossings.of(rollout),
-            trials=study.trials,
-            baselines=study.baselines or [],
-        )
+    def _write_first(self, study: Study, folder: ResultFolder | None, most: int) -> None:
+        """Write the result of the first initial curve, so that there is a fold to look at after seconds."""
+        found = None if folder is None else study.simulate_first()
+        if folder is None or found is None or found.failed:
+            return
+        trial = Trial.of(0, Proposal(found.parameters), found)
+        result = self._result(study, folder, [trial], found, None)
+        _write(result, folder)
+        best, score = found.objective, result.best.score
+        now = study.progress(most, "first")
+        self.progress(replace(now, best=best, best_distance=score.mean_vertex_distance if score else None))
+
+    def _finish(self, study: Study, folder: ResultFolder | None, most: int) -> Result:
+        """Return the result of a study whose trials have run, and write its folder."""
+        best = study.best()
+        found = None if best is None else study.evaluation(best)
+        if best is None or found is None or found.rollout is None:
+            where = f"{folder.path}: " if folder else ""
+            trials = study.trials
+            if folder is not None:
+                folder.write_record(self._record(study, trials, None, None, None))
+            raise TatamuError(f"{where}all {len(trials)} trials failed; last error: {trials[-1].error}")
+        success = None
+        if self.disturbances is not None:
+            self.progress(study.progress(most, "success"))
+            success = study.measure_success(
+                self.disturbances,
+                study.trials[best].parameters,
+                lambda done, total: self.progress(study.progress(most, "success", done)),
+            )
+        result = self._result(study, folder, study.trials, found, success)
         if folder is not None:
-            folder.write_record(record)
-        if best is None or rollout is None:
-            raise TatamuError(_all_failed(study, folder))
-        manipulation = task.manipulation(study.trials[best].parameters)
-        shown = replace(rollout, extra={"target": task.fold.target, **study.moments()})
-        given = self.options.disturbances
-        centre = mean_world(given) if isinstance(given, Disturbances) else NOMINAL
-        scene = disturbed_scene(task.fold, manipulation, centre)
-        result = Result(record, manipulation, scene, shown, places.out, task)
-        if folder is not None:
-            places.progress(study.progress(schedule.most, "report"))
-            folder.write_best(result.manipulation, result.scene, result.rollout)
-            places.written(result)
+            self.progress(study.progress(most, "report"))
+            _write(result, folder)
         return result
 
+    def _result(
+        self,
+        study: Study,
+        folder: ResultFolder | None,
+        trials: list[Trial],
+        found: Evaluation,
+        success: Success | None,
+    ) -> Result:
+        rollout, task = found.rollout, study.evaluator.task
+        assert rollout is not None, "the best evaluation has its rollout"
+        best = study.best() or 0
+        manipulation = task.manipulation(trials[best].parameters)
+        shown = replace(rollout, extra={"target": task.fold.target, **study.moments()})
+        centre = NOMINAL if self.disturbances is None else mean_world(self.disturbances)
+        scene = disturbed_scene(task.fold, manipulation, centre)
+        record = self._record(study, trials, best, Crossings.of(rollout), success)
+        return Result(record, manipulation, scene, shown, None if folder is None else folder.path, task)
 
-def _all_failed(study: Study, folder: ResultFolder | None) -> str:
-    fine = [trial for trial in study.trials if trial.proposal(study.record.coarse).fidelity == HIGH]
-    where = "" if len(fine) == len(study.trials) else " on the garment's own mesh"
-    failed = fine or study.trials
-    path = f"{folder.path}: " if folder else ""
-    return f"{path}all {len(failed)} trials{where} failed; last error: {failed[-1].error}"
+    def _record(
+        self,
+        study: Study,
+        trials: list[Trial],
+        best: int | None,
+        crossings: Crossings | None,
+        success: Success | None,
+    ) -> ResultRecord:
+        task = study.evaluator.task
+        return ResultRecord(
+            **{name: getattr(study.record, name) for name in StudyRecord.model_fields},
+            tatamu=__version__,
+            request=_request(task, self.options, self.disturbances, self.parallel),
+            until_gain=MIN_GAIN if self.options.trials == "auto" else None,
+            bounds={name: [each.low, each.high] for name, each in study.space.bounds.items()},
+            success=success,
+            asked=task.asked,
+            wall_seconds=round(sum(trial.seconds or 0.0 for trial in trials), 3),
+            best=best,
+            crossings=crossings,
+            trials=trials,
+            baselines=study.baselines or [],
+        )
 
 
-def _sources(task: Task, options: LearnOptions) -> dict[str, Sources]:
-    """Return the user's files from which a task was made.
+def _write(result: Result, folder: ResultFolder) -> None:
+    folder.write_record(result.record)
+    folder.write_best(result.manipulation, result.scene, result.rollout)
+    result.write_report()
 
-    A plan that was proposed for the user's own garment is included.
-    """
+
+def _request(task: Task, options: LearnOptions, disturbances: Disturbances | None, parallel: int) -> TaskRequest:
+    """Return the options of the command that learns a task."""
+    asked: dict[str, Any] = {"garment": task.garment.name, "fold": task.plan.name, "hands": task.hands}
+    if task.asked is not None:
+        asked = {name: value for name, value in task.asked.model_dump().items() if name in TaskRequest.model_fields}
+    if asked.get("size"):
+        asked["size"] = "x".join(f"{side:g}" for side in asked["size"])
+    robot = asked.get("robot") or (task.reach.robot if task.reach else None)
+    given = {name: getattr(options, name) for name in LearnOptions.model_fields}
+    given["parallel"] = None if parallel == usual_pending(task.simulator) else parallel
+    if disturbances is None:
+        given["disturbances"] = "none"
+    elif disturbances == default_disturbances():
+        given["disturbances"] = None
+    elif not isinstance(given["disturbances"], str):
+        given["disturbances"] = "inputs/disturbances/disturbances.toml"
+    return TaskRequest(**{**asked, "robot": robot, "simulator": task.simulator, **given})
+
+
+def _disturbances(task: Task, options: LearnOptions, held: StudyRecord | None) -> Disturbances | None:
+    """Return the disturbances of a study. A resumed one keeps its own, unless others are given."""
+    if held is not None and options.disturbances is None:
+        return None if held.disturbances is None else Disturbances.model_validate(held.disturbances)
+    found = _given_disturbances(task, options)
+    material = task.asked.material if task.asked else None
+    if found is not None and material is not None and not found.mean:  # means are from measured folds
+        found = with_calibrated(found, Path(material), task.garment.material)
+    return found
+
+
+def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | None:
+    given = options.disturbances
+    if isinstance(given, Disturbances):
+        return given
+    if given is None and task.reach is not None and task.reach.disturbances is not None:
+        return disturbances_in(task.reach.disturbances, "robot")
+    if not isinstance(given, str | Path | None):
+        raise InputError(f"disturbances: must be default, none, a file, or Disturbances, given {given!r}")
+    return load_disturbances("default" if given is None else str(given))
+
+
+def _sources(task: Task, disturbances: Disturbances | None) -> dict[str, Sources]:
+    """Return the user's files from which a task was made, with a plan that was proposed for an own garment."""
     asked = task.asked
     if asked is None:
         return {}
@@ -299,25 +424,21 @@ def _sources(task: Task, options: LearnOptions) -> dict[str, Sources]:
         found["material"] = Sources([Path(asked.material)])
     if task.reach and task.reach.files:
         found["robot"] = Sources(task.reach.files)
-    if isinstance(options.disturbances, Disturbances) and options.disturbances != default_disturbances():
-        text = tomli_w.dumps(options.disturbances.describe())
-        found["disturbances"] = Sources(text=text, name="disturbances.toml")
+    if disturbances is not None and disturbances != default_disturbances():
+        found["disturbances"] = Sources(text=tomli_w.dumps(disturbances.describe()), name="disturbances.toml")
     return found
 
 
-def _refuse_other(folder: ResultFolder, count: int) -> None:
-    """Raise an error if the same folder would contain the study of a single step and a plan with several steps."""
-    if count == 1 and folder.holds_plan:
-        raise InputError(f"{folder.path}: holds a plan of several steps; give another folder")
-    if count > 1 and (folder.study_file.exists() or folder.shared_study_file.exists()):
-        raise InputError(f"{folder.path}: holds the study of a single fold; give another folder")
+def _refuse_other(folder: ResultFolder, several: bool) -> None:
+    """Refuse a folder that would contain the study of a single step and a plan of several."""
+    if not several and folder.holds_plan:
+        raise InputError(f"{folder.path}: contains a plan of several steps; give another folder")
+    if several and (folder.study_file.exists() or folder.shared_study_file.exists()):
+        raise InputError(f"{folder.path}: contains the study of a single fold; give another folder")
 
 
 def _delete_outdated_step(task: Task, folder: ResultFolder | None, database: SharedDatabase | None) -> None:
-    """Delete the study of a step if the previous step now ends in another state.
-
-    This happens if a plan is resumed with more trials. A better first fold then changes the task of the second step.
-    """
+    """Delete the study of a step if the step before now ends in another state, because it got more trials."""
     from tatamu.study.store import load_settings
 
     held = load_settings(folder, database)

@@ -1,6 +1,7 @@
-"""The loop of a study: the search proposes a trial, the trial is evaluated, and the search receives the result.
+"""The loop of a study: it asks, evaluates, records and tells, until all trials are made.
 
-Trials are evaluated on any executor, and recorded in the order of their proposals.
+Trials may end in any order; they are recorded and told in the order in which they were asked. A study therefore does
+not depend on the number of processors, and a resumed one repeats the same calls.
 """
 
 from __future__ import annotations
@@ -15,13 +16,17 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tatamu.base.errors import InputError, WorkerKilledError
-from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Nominal
-from tatamu.evaluation.disturbances import Disturbances, Stream, mean_world, sample_worlds
-from tatamu.evaluation.robustness import FoldOnMesh, Judge, SuccessRate, VerdictCache
+from tatamu.evaluation.disturbances import Disturbances, Stream, sample_worlds
+from tatamu.evaluation.draws import Draws, Subject
+from tatamu.evaluation.draws import Progress as DrawsProgress
+from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
+from tatamu.evaluation.nominal import Nominal, failed, refuse, unsimulated
+from tatamu.evaluation.scenarios import order_scenarios
+from tatamu.evaluation.success import Success
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
-from tatamu.folding.score import Limits
-from tatamu.search import HIGH, Proposal, Schedule, Search, Space
+from tatamu.folding.score import Limits, vertex_distances
+from tatamu.search import Proposal, Search
 from tatamu.study.record import StudyRecord
 from tatamu.study.result import MOMENTS
 from tatamu.study.trial import Baseline, Trial
@@ -29,78 +34,78 @@ from tatamu.study.trial import Baseline, Trial
 if TYPE_CHECKING:
     from tatamu.study.store import StudyStore
 
-Stage = Literal["trials", "baselines", "validation", "report"]
-"""Names of the stages of a study.
-
-The stages are the trials, the fixed trajectories for comparison, the validation of the best fold, and the report."""
-VALIDATION_WORLDS = 36
-"""Number of simulations with random disturbances in which the best fold is validated.
-
-If the fold succeeds in all of them, the 95 % interval of its success rate starts at 90 %."""
+Stage = Literal["trials", "first", "baselines", "success", "report"]
+Trials = int | Literal["auto"]
+MAX_AUTO = 100
+"""Maximum number of trials if their number is not given."""
+MIN_GAIN, IN_A_ROW = 0.001, 3
+"""The search ends when so many proposals in a row expect a smaller gain, as a fraction of the best objective."""
+SUCCESS_SIMULATIONS = 36
+"""How many scenarios the best fold is simulated in that were not used to learn it."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a study. The caller receives it after every trial and when a stage starts."""
+    """How far a study is."""
 
     done: int
+    """How many trials have ended."""
     trials: int
-    """Largest number of trials of the study."""
+    """How many trials there are at most."""
     best: float | None = None
-    """Lowest objective so far.
-
-    If a trial is complete on the fine mesh, only trials on the fine mesh are counted. Otherwise trials on the coarse
-    mesh are counted.
-    """
+    """The lowest value so far; None if no trial succeeded."""
     best_distance: float | None = None
-    """Mean distance between the vertices of the cloth and their targets in the best trial [m]."""
-    coarse: bool = False
-    """Whether the best trial so far ran on the coarse mesh."""
+    """Mean distance of the best fold from its target [m]."""
     stage: Stage = "trials"
     disturbed: bool = False
-    """Whether the objective is a mean or a quantile over simulations with disturbances.
-
-    Otherwise it is C of Eq. (10).
-    """
     step: int = 1
-    """Number of the step in its plan, counted from 1."""
     steps: int = 1
     title: str = ""
-    """Title of the step's fold, in a few words."""
+    simulated: int = 0
+    """How many scenarios of the stage `success` were simulated."""
+    simulations: int = SUCCESS_SIMULATIONS
+    """How many scenarios the stage `success` has."""
 
     def __str__(self) -> str:
+        """Return one line."""
         step = f"step {self.step} of {self.steps}, " if self.steps > 1 else ""
-        mesh = " on the coarse mesh" if self.coarse else ""
-        found = "" if self.best is None else f", best objective{mesh} {self.best:.4f}"
+        found = "" if self.best is None else f", best objective {self.best:.4f}"
         return f"{step}{self.stage}: {self.done}/{self.trials}{found}"
 
 
+def max_trials(trials: Trials) -> int:
+    """Return how many trials there are at most."""
+    return MAX_AUTO if trials == "auto" else trials
+
+
+def is_over(trials: Trials, made: Sequence[Proposal]) -> bool:
+    """Return whether no further trial is to be made."""
+    gains = [each.gain for each in made[-IN_A_ROW:]]
+    converged = len(gains) == IN_A_ROW and all(gain is not None and gain < MIN_GAIN for gain in gains)
+    return len(made) >= max_trials(trials) or (trials == "auto" and converged)
+
+
 class Study:
-    """The trials of one study. Only those rollouts that the result needs are kept in memory."""
+    """A study that runs: an evaluator, a search and a store."""
 
     def __init__(
         self, evaluator: Evaluator, search: Search, store: StudyStore, record: StudyRecord, executor: Executor
     ) -> None:
-        """Open a study.
-
-        Args:
-            evaluator: Evaluator of the proposals.
-            search: Search that proposes the parameters of the trials.
-            store: Storage of the trials.
-            record: Task of the study and settings of its search.
-            executor: Executor that runs the evaluations.
+        """Read the trials that are stored.
 
         Raises:
-            InputError: If the storage cannot be read, or contains another study.
+            InputError: If the store contains another study, or trials outside the bounds of the search.
         """
         self.evaluator = evaluator
         self.record = record
         self.trials = store.open(record)
+        self.space = search.space
         self._stored = len(self.trials)
         self._search = search
         self._store = store
         self._executor = executor
         self._kept: dict[int, Evaluation] = {}
+        self._first: Evaluation | None = None
         for trial in self.trials:
             try:
                 self.space.check(trial.parameters)
@@ -108,48 +113,41 @@ class Study:
                 raise InputError(f"{store.label}: trial {trial.number}: {error}; give another folder") from None
 
     @property
-    def space(self) -> Space:
-        """The search space: the range of each parameter of a trial."""
-        return self._search.space
-
-    @property
     def baselines(self) -> list[Baseline] | None:
-        """The fixed trajectories and their scores; None if they were not scored."""
+        """The fixed trajectories; None if they were not simulated yet."""
         return self._store.baselines
 
-    def is_over(self, schedule: Schedule) -> bool:
-        """Return whether all trials of a schedule (number of trials and their meshes) have run."""
-        return schedule.next_fidelity([trial.proposal(self.record.coarse) for trial in self.trials]) is None
+    def is_over(self, trials: Trials) -> bool:
+        """Return whether all trials are stored."""
+        return is_over(trials, [trial.proposal for trial in self.trials])
 
-    def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
-        """Run the remaining trials, and then the fixed trajectories.
+    def simulate_first(self) -> Evaluation | None:
+        """Simulate the first initial curve without disturbances, before any trial; None if there is none."""
+        if self.trials or not self._search.first:
+            return None
+        parameters = self._search.first[0]
+        self._first = self._result(parameters, self._submit(Ask(parameters), undisturbed=True), "first curve")
+        return self._first
 
-        A proposal uses the results of all earlier trials except the last `parallel` - 1 trials. The results of these
-        last trials are not used even if the trials have ended. Proposals therefore do not depend on the number of
-        processors, and a resumed study repeats the same proposals.
+    def run(self, trials: Trials, baselines: bool) -> Iterator[Stage]:
+        """Make the remaining trials, and yield after each new one.
 
-        There is one exception. The first trials (scouts, see `Evaluator.scouts`) find the hardest disturbances. The
-        first proposal after the scouts uses the results of all scouts.
-
-        Args:
-            schedule: Number of trials and their fidelities.
-            baselines: Whether to score the fixed trajectories too, if they have no scores yet.
-
-        Yields:
-            The name of the current stage, after each new trial, and when only the fixed trajectories remain to be
-            simulated.
+        Raises:
+            InputError: If the search proposes parameters out of bounds, or the evaluator returns no finite number.
         """
         proposals: list[Proposal] = []
         known: list[Evaluation] = []
         running: deque[tuple[Proposal, Future[Evaluation]]] = deque()
         fixed: dict[str, tuple[Manipulation, Future[Evaluation]]] = {}
         try:
-            while (fidelity := self._next_fidelity(schedule, proposals)) is not None:
-                scouted = len(proposals) == self.evaluator.scouts
-                while running and (scouted or len(running) == self.record.parallel):
+            while len(proposals) < self._stored or not is_over(trials, proposals):
+                # until there is a reference fold, trials run one after another: any of them may become it
+                at_once = self.record.parallel if self._has_reference(known) else 1
+                while len(running) >= at_once:
                     if self._finish(known, *running.popleft()):
                         yield "trials"
-                begun = self._replay(len(proposals)) or self._begin(fidelity, known)
+                    at_once = self.record.parallel if self._has_reference(known) else 1
+                begun = self._replay(len(proposals)) or self._begin(known)
                 proposals.append(begun[0])
                 running.append(begun)
             if baselines and self.baselines is None:
@@ -165,137 +163,119 @@ class Study:
                 ]
         finally:
             for future in [*(each for _, each in running), *(each for _, each in fixed.values())]:
-                future.cancel()  # only has an effect after an interruption, on evaluations that have not started
+                future.cancel()  # only has an effect after an interruption
 
-    def _next_fidelity(self, schedule: Schedule, proposals: Sequence[Proposal]) -> int | None:
-        return HIGH if len(proposals) < self._stored else schedule.next_fidelity(proposals)
+    def _has_reference(self, known: Sequence[Evaluation]) -> bool:
+        return not self.evaluator.scenario_count or any(map(_succeeds, known))
 
     def _replay(self, number: int) -> tuple[Proposal, Future[Evaluation]] | None:
-        """Return a trial that is already stored, and add it to the search as pending; None if the trial is not stored.
-
-        Trials are stored already if an interrupted study is resumed.
-        """
+        """Return a stored trial; None if trial `number` is not stored."""
         if number >= self._stored:
             return None
         trial = self.trials[number]
-        proposal = trial.proposal(self.record.coarse)
+        proposal = trial.proposal
         self._search.expect(proposal)
-        self.evaluator.refuse(proposal)  # the robot's later answers depend on its earlier answers
-        known: Future[Evaluation] = Future()
-        known.set_result(trial.evaluation(self.record.coarse))
-        return proposal, known
+        return proposal, _done(trial.evaluation)
 
-    def _begin(self, fidelity: int, known: Sequence[Evaluation]) -> tuple[Proposal, Future[Evaluation]]:
-        """Propose a trial, and submit it to the executor.
-
-        Raises:
-            InputError: If the search proposes parameters outside its space.
-        """
-        proposal = self._search.ask(fidelity)
+    def _begin(self, known: Sequence[Evaluation]) -> tuple[Proposal, Future[Evaluation]]:
+        proposal = self._search.ask()
         try:
             self.space.check(proposal)
         except InputError as error:
             raise InputError(f"sampler: {self.record.sampler} proposed what it must not: {error}") from None
-        beat = self.evaluator.incumbent(known, proposal)
-        keep = self._search.needs_residuals
-        return proposal, self.evaluator.submit(self._executor, proposal, NOTHING if keep else beat, keep=keep)
+        return proposal, self._submit(self._ask(proposal, known))
+
+    def _ask(self, proposal: Proposal, known: Sequence[Evaluation]) -> Ask:
+        """Return what the evaluator is asked: the reference fold is the first that succeeds undisturbed."""
+        parameters = dict(proposal)
+        beat = min((each.objective for each in known if not each.failed), default=np.inf)
+        if not self.evaluator.scenario_count:
+            return Ask(parameters, beat=beat)
+        number = next((number for number, each in enumerate(known) if _succeeds(each)), None)
+        if number is None:
+            return Ask(parameters)
+        others = [*known[:number], *known[number + 1 :]]
+        return Ask(parameters, order_scenarios(known[number], others, self.evaluator.scenario_count), beat)
+
+    def _submit(self, ask: Ask, *, undisturbed: bool = False) -> Future[Evaluation]:
+        """Submit an ask to the executor, unless the robot cannot carry it out. Workers do not need the robot."""
+        if self._first is not None and self._first.parameters == ask.parameters:
+            if self._first.failed or not self.evaluator.scenario_count:
+                return _done(self._first)
+        refused = refuse(self.evaluator.task, ask.parameters)
+        if refused is not None:
+            return _done(refused)
+        return self._executor.submit(_timed, self.evaluator.undisturbed if undisturbed else self.evaluator, ask)
 
     def _finish(self, known: list[Evaluation], proposal: Proposal, future: Future[Evaluation]) -> bool:
-        """Wait for the result of a trial, and report it to the search. Return whether the trial is new.
-
-        A new trial is added to the storage. A trial is not new if it was read from the storage.
-        """
+        """Record a trial and tell it to the search. Return whether it is new."""
         number = len(known)
         found = self._result(proposal, future, f"trial {number}")
         new = number >= self._stored
         if new:
-            if self._search.needs_residuals and not found.failed:
-                found = replace(found, errors=self.evaluator.errors(found))
-            trial = Trial.of(
-                number,
-                proposal,
-                found,
-                disturbed=self.record.disturbances is not None,
-                spacing=self._spacing(proposal),
-            )
-            self._store.add(trial, self._search.space)
+            if not np.isfinite(found.objective):
+                name = getattr(self.evaluator, "name", type(self.evaluator).__name__)
+                raise InputError(
+                    f"evaluate: {name} must return a finite number, given {found.objective} for {dict(proposal)}"
+                )
+            if not self._has_reference(known) and _succeeds(found):
+                # by definition, the reference fold succeeds in all scenarios that count
+                found = replace(found, objective=found.nominal)
+            trial = Trial.of(number, proposal, found)
+            self._store.add(trial, self.space)
             self.trials.append(trial)
             self._keep(number, found)
         self._search.tell(proposal, found)
         known.append(replace(found, rollout=None))
         return new
 
-    def _result(self, proposal: Proposal, future: Future[Evaluation], which: str) -> Evaluation:
-        """Return the result of an evaluation. If the evaluation killed its processes, the result is a failure."""
+    def _result(self, parameters: Mapping[str, int | float], future: Future[Evaluation], which: str) -> Evaluation:
+        """Wait for a result. An evaluation that killed its processes has failed."""
         try:
             return future.result()
         except WorkerKilledError as error:
-            return self.evaluator.fail(proposal, f"{error} (seed {self.record.seed}, {which})")
-
-    def _spacing(self, proposal: Proposal) -> float | None:
-        """Return the spacing of the mesh of a trial [m]; None if the study has only one mesh."""
-        if self.record.coarse is None or proposal.fidelity != HIGH:
-            return self.record.coarse
-        return self.evaluator.task.garment.spacing
+            reason = f"{error} (seed {self.record.seed}, {which})"
+            return unsimulated(self.evaluator.task, parameters, reason)
 
     def _keep(self, number: int, found: Evaluation) -> None:
-        """Keep the rollout of a trial, and delete the rollouts that the result no longer needs."""
+        """Keep an evaluation in memory while its rollout is needed for the result."""
         self._kept[number] = found
         needed = {self.best(), *(self.best(count) for count, _ in MOMENTS.values() if count <= len(self.trials))}
         self._kept = {each: kept for each, kept in self._kept.items() if each in needed}
 
     def best(self, count: int | None = None) -> int | None:
-        """Return the number of the complete trial with the lowest objective; None if all trials failed.
-
-        Args:
-            count: Number of trials to compare, starting with the first trial; None for all trials. Trials on the coarse
-                mesh are compared only if no trial on the fine mesh is complete.
-        """
+        """Return the number of the best trial, or of the best of the first `count`; None if none is complete."""
         complete = [trial for trial in self.trials[:count] if trial.state == "complete"]
-        fine = [trial for trial in complete if trial.proposal(self.record.coarse).fidelity == HIGH]
-        return min(fine or complete, key=lambda each: (each.minimised, each.number)).number if complete else None
-
-    @property
-    def succeeded(self) -> bool:
-        """Whether any trial on the fine mesh is complete."""
-        best = self.best()
-        return best is not None and self.trials[best].proposal(self.record.coarse).fidelity == HIGH
+        return min(complete, key=lambda each: (each.minimised, each.number)).number if complete else None
 
     def evaluation(self, number: int) -> Evaluation:
-        """Return the evaluation of a complete trial with its rollout.
-
-        The trial is simulated again if its rollout was not kept.
-        """
+        """Return the undisturbed evaluation of a trial with its rollout, which is simulated again if need be."""
         if number not in self._kept or self._kept[number].rollout is None:
-            proposal = self.trials[number].proposal(self.record.coarse)
-            nominal = self.evaluator.without_disturbances()
-            future = nominal.submit(self._executor, proposal, NOTHING, keep=True)
-            self._kept[number] = self._result(proposal, future, f"trial {number}")
+            parameters = self.trials[number].parameters
+            future = self._executor.submit(_timed, self.evaluator.undisturbed, Ask(parameters))
+            self._kept[number] = self._result(parameters, future, f"trial {number}")
         return self._kept[number]
 
     def moments(self) -> dict[str, np.ndarray]:
-        """Return the vertex distances e_i, Eq. (12), of the best trial at several moments of the search [m].
-
-        Each moment is a number of finished trials, and the best of these trials is meant. Each array has the shape
-        (n,). The keys are the names in `MOMENTS`, which also contains the numbers of trials.
-        """
+        """Return the distances e_i of Eq. (12) of the best trial at several moments of the search [m], shape (n,)."""
         counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.trials)}
         numbers = {name: self.best(count) for name, count in counts.items()}
+        rollouts = {name: self.evaluation(number).rollout for name, number in numbers.items() if number is not None}
+        target = self.evaluator.task.fold.target
         return {
-            name: self.evaluator.errors(self.evaluation(number))
-            for name, number in numbers.items()
-            if number is not None
+            name: vertex_distances(target, rollout.positions[-1])
+            for name, rollout in rollouts.items()
+            if rollout is not None
         }
 
-    def validate(self, disturbances: Disturbances, parameters: Mapping[str, int | float]) -> SuccessRate:
-        """Return the success rate of a fold under random disturbances that were not used to learn the fold."""
-        low = self.evaluator.low_fidelity(parameters)
-        coarse = None if low is None else FoldOnMesh(*low)
-        worlds = sample_worlds(disturbances, VALIDATION_WORLDS, self.record.seed, Stream.JUDGING)
-        judge = Judge(FoldOnMesh(self.evaluator, parameters), coarse, self._executor, VerdictCache())
-        return SuccessRate.of(
-            self.evaluator.task.fold, judge.judge(worlds, Limits(), nominal=mean_world(disturbances)).worlds, Limits()
-        )
+    def measure_success(
+        self, disturbances: Disturbances, parameters: Mapping[str, int | float], progress: DrawsProgress
+    ) -> Success:
+        """Simulate a fold in scenarios that were not used to learn it."""
+        task = replace(self.evaluator.task, reach=None)
+        scenarios = sample_worlds(disturbances, SUCCESS_SIMULATIONS, self.record.seed, Stream.JUDGING)
+        draws = Draws(Subject(task, parameters), self._executor, progress=progress)
+        return Success.of(task.fold, draws.outcomes(scenarios), Limits())
 
     def _begin_baselines(self) -> dict[str, tuple[Manipulation, Future[Evaluation]]]:
         nominal = Nominal(self.evaluator.task)
@@ -307,10 +287,10 @@ class Study:
             return future.result()
         except WorkerKilledError as error:
             reason = f"{error} (seed {self.record.seed}, baseline {name})"
-            return Nominal(self.evaluator.task).fail_fixed(manipulation, reason)
+            return failed(self.evaluator.task.fold, manipulation.trajectory_length, reason)
 
-    def progress(self, trials: int, stage: Stage = "trials") -> Progress:
-        """Return the progress of the study."""
+    def progress(self, trials: int, stage: Stage = "trials", simulated: int = 0) -> Progress:
+        """Return how far the study is."""
         best = self.best()
         found = None if best is None else self.trials[best]
         task = self.evaluator.task
@@ -319,17 +299,34 @@ class Study:
             trials=trials,
             best=None if found is None else found.minimised,
             best_distance=None if found is None or found.score is None else found.score.mean_vertex_distance,
-            coarse=found is not None and not self.succeeded,
             stage=stage,
             disturbed=self.record.disturbances is not None,
             step=task.step[0],
             steps=task.step[1],
             title=task.title,
+            simulated=simulated,
         )
 
 
+def _succeeds(found: Evaluation) -> bool:
+    return found.score is not None and found.score.succeeds
+
+
+def _done(found: Evaluation) -> Future[Evaluation]:
+    future: Future[Evaluation] = Future()
+    future.set_result(found)
+    return future
+
+
+def _timed(evaluator: Evaluator, ask: Ask) -> Evaluation:
+    """Evaluate, measure the time, and drop the rollout of what cannot be the best."""
+    started = perf_counter()
+    found = evaluator(ask)
+    rollout = found.rollout if found.objective < ask.beat else None
+    return replace(found, rollout=rollout, seconds=perf_counter() - started)
+
+
 def _timed_fixed(nominal: Nominal, manipulation: Manipulation) -> Evaluation:
-    """Evaluate a fixed trajectory without keeping its rollout, and measure the time."""
     started = perf_counter()
     found = nominal.fixed(manipulation)
     return replace(found, rollout=None, seconds=perf_counter() - started)

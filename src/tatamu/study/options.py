@@ -6,12 +6,14 @@ them. The module imports little, so that `tatamu --help` is quick.
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Literal, Self
 
 from pydantic import ConfigDict, Field, StrictBool, StrictInt, ValidationError, model_validator
 
 from tatamu.base.errors import InputError, describe
 from tatamu.base.records import Record
+from tatamu.folding.aim import Aim
 
 MOST_PARALLEL = 16
 """Largest number of pending trials, which run at the same time.
@@ -26,8 +28,11 @@ This number is equal on all machines, because the results of a study depend on i
 With more pending trials, fewer results of earlier trials are known when a new trial starts. The parameters of the new
 trial are then chosen less well. Also, a bad trial is stopped later, because the best known trial is worse.
 """
-USUAL_QUANTILE = 0.975
-"""Default fraction of the simulations with random disturbances in which a fold must succeed."""
+FORMER = {
+    "quantile": "a fold has to succeed in the scenarios of an array, whose size is `level`",
+    "coarse": "there is one mesh, whose size is `spacing`",
+}
+"""Options of version 0.2, and what took their place."""
 
 
 def _metavar(text: str) -> dict[str, Any]:
@@ -94,7 +99,7 @@ class LearnOptions(Options):
         json_schema_extra=_metavar("N|auto"),
     )
     seed: StrictInt = Field(0, description="Random seed of the search.")
-    sampler: str = Field("gp", description="How to search: gp, tpe, cmaes, lm or random.")
+    sampler: str = Field("gp", description="How to search: gp, tpe, cmaes or random.")
     grasps: Literal["integer", "continuous"] = Field(
         "integer", description="Search grasps as integer, or continuous and floored as in the paper."
     )
@@ -105,14 +110,14 @@ class LearnOptions(Options):
         json_schema_extra=_metavar("default|none|FILE.toml"),
     )
     """Name or file as on the command line, or `Disturbances`; None for the default disturbances."""
-    quantile: float | Literal["mean"] | None = Field(
-        None,
-        description="Share of the disturbed simulations in which the fold is to hold, or mean: minimise the mean "
-        f"objective over all; default: {USUAL_QUANTILE}.",
-        json_schema_extra=_metavar("Q|mean"),
+    level: float = Field(
+        1.5, description="Size of the disturbances in the scenarios of the search, in their standard deviations."
     )
-    coarse: StrictBool | None = Field(
-        None, description="Search on a coarser mesh first, and end on the default one (default, if there is one)."
+    aim: str | None = Field(
+        None,
+        description="How much higher and deeper the hands aim, and how far from an edge's end, in metres; default: as "
+        "the disturbances need.",
+        json_schema_extra=_metavar("none|HxIxE"),
     )
     parallel: StrictInt | None = Field(
         None,
@@ -134,22 +139,39 @@ class LearnOptions(Options):
             raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {self.seed}")
         if self.parallel is not None and not 1 <= self.parallel <= MOST_PARALLEL:
             raise InputError(f"parallel: must be from 1 to {MOST_PARALLEL}, given {self.parallel}")
-        if isinstance(self.quantile, float) and not 0.0 < self.quantile < 1.0:
-            raise InputError(f"quantile: must be above 0 and below 1, given {self.quantile:g}")
-        if self.disturbances == "none" and self.quantile is not None:
-            raise InputError("quantile: requires disturbances; omit it with disturbances none")
+        if not 0.0 < self.level <= 4.0:
+            raise InputError(f"level: must be above 0 and at most 4, given {self.level:g}")
+        if self.aim is not None:
+            parse_aim(self.aim)
         return self
 
-    @property
-    def names_disturbances(self) -> bool:
-        """Whether disturbances are given. If they are not, a resumed study keeps its disturbances."""
-        return self.disturbances is not None or self.quantile is not None
+    @model_validator(mode="before")
+    @classmethod
+    def _drop_former(cls, given: Any) -> Any:
+        """Accept the options of version 0.2 that have no effect any more, with a warning."""
+        if not isinstance(given, dict):
+            return given
+        for name in FORMER.keys() & given.keys():
+            if given[name] is not None:
+                warnings.warn(f"{name}: has no effect any more; {FORMER[name]}", FutureWarning, stacklevel=5)
+        return {name: value for name, value in given.items() if name not in FORMER}
 
-    @property
-    def chosen_quantile(self) -> float | None:
-        """The quantile of the objective that is minimised; None if the mean is minimised."""
-        chosen = USUAL_QUANTILE if self.quantile is None else self.quantile
-        return None if chosen == "mean" else chosen
+
+def parse_aim(text: str) -> Aim:
+    """Return the aim that a text such as 0.003x0.003x0.006 or none states.
+
+    Raises:
+        InputError: If the text is no aim.
+    """
+    if text == "none":
+        return Aim()
+    try:
+        height, into, from_end = (float(part) for part in text.split("x"))
+        return Aim(height=height, into=into, from_end=from_end)
+    except ValueError:
+        raise InputError(
+            f"aim: must be none or three lengths from 0 to 0.05 m, such as 0.003x0.003x0.006, given {text!r}"
+        ) from None
 
 
 class TaskRequest(LearnOptions, FoldOptions):

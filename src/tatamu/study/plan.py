@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,8 @@ from tatamu.folding.score import intersection_over_union, top_views, vertex_dist
 from tatamu.folding.task import Task
 from tatamu.simulation.rollout import Rollout
 from tatamu.study.folder import ResultFolder, step_name
-from tatamu.study.plan_record import FromFlat, PlanRecord, StepRecord
-from tatamu.study.record import describe_plan
-from tatamu.study.result import Result
+from tatamu.study.record import FromFlat, PlanRecord, StepRecord, describe_plan
+from tatamu.study.result import PAGES, Result
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +53,26 @@ class PlanResult:
         folder.write_rollout(self.rollout)
         folder.write_record(self.record)
         return folder
+
+    def write_report(self, file: Path | str | None = None) -> Path:
+        """Write the page of the plan, and return its path.
+
+        Args:
+            file: File to write; None for `report.html` in the plan's folder.
+
+        Raises:
+            InputError: If the file cannot be written, or no file is given and the plan has no folder.
+        """
+        return Path(import_module(PAGES).write_plan_report(self, None if file is None else Path(file)))
+
+    def _repr_html_(self) -> str:
+        """Return every step for notebooks, one below another."""
+        return "".join(step._repr_html_() for step in self.steps)
+
+    def __repr__(self) -> str:
+        """Return one line: what, and how good."""
+        away = 1e3 * self.final.mean_vertex_distance
+        return f"PlanResult({self.record.plan.garment}, {self.record.plan.fold}: {away:.1f} mm from the ideal folds)"
 
     @classmethod
     def load(cls, path: Path | str) -> PlanResult:

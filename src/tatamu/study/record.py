@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tatamu.base.records import OpenRecord
-from tatamu.evaluation.robustness import SuccessRate
+from tatamu.evaluation.success import Success
+from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.parameters import Grasps
 from tatamu.folding.score import Score
@@ -19,7 +20,8 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.crossings import crossings_over_time
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Index
-from tatamu.study.trial import Baseline, Trial
+from tatamu.study.options import TaskRequest
+from tatamu.study.trial import Baseline, Scored, Trial
 
 
 class PlanDescription(OpenRecord):
@@ -138,32 +140,25 @@ class SharedStudyRecord(OpenRecord):
 
 
 class StudyRecord(OpenRecord):
-    """The task of a study and the settings of its search.
+    """The task of a study and the settings of its search. A study is resumed only if they are unchanged."""
 
-    A study is resumed only if the task and settings are unchanged.
-    """
-
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "disturbances", "worlds", "quantile"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "disturbances", "level", "aim"})
 
     task: TaskDescription
     sampler: str
-    """Name of the search method, such as "gp" or "random"."""
+    """Name of the search, such as "gp"."""
     grasps: Grasps = "integer"
     seed: int
     parallel: int = 1
-    """Number of trials that may be pending at the same time."""
+    """How many trials may be pending at the same time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the first trials, which were given to the search and not proposed by it.
-
-    If the study has a coarse mesh, the last of these parameters are those of the third trial on the fine mesh."""
-    coarse: float | None = None
-    """Spacing of the coarse mesh on which the search starts [m]; None if all trials run on the fine mesh."""
+    """Parameters of the initial curves, which were given to the search."""
     disturbances: dict[str, Any] | None = None
-    """The disturbances; None if there are no disturbances, and the objective is C of Eq. (10)."""
-    worlds: int | None = None
-    """Number of random draws of the disturbances in which trials are simulated; None if there are no disturbances."""
-    quantile: float | None = None
-    """The quantile of the objective that is minimised; None if the mean is minimised."""
+    """The disturbances; None if there are none, and the objective is C of Eq. (10)."""
+    level: float | None = None
+    """Size of the disturbances in the scenarios, in their deviations; None without disturbances."""
+    aim: Aim | None = None
+    """Room that the hands leave for errors; None for none."""
 
 
 class Crossings(OpenRecord):
@@ -184,33 +179,36 @@ class Crossings(OpenRecord):
 class ResultRecord(StudyRecord):
     """The file `result.json`: a study and its trials."""
 
-    UNSAID: ClassVar[frozenset[str]] = StudyRecord.UNSAID | {"until_gain", "bounds", "judged"}
+    UNSAID: ClassVar[frozenset[str]] = StudyRecord.UNSAID | {"until_gain", "bounds", "success", "request"}
 
     version: Literal[1] = 1
     tatamu: str = ""
     """Version of tatamu that wrote the file."""
+    request: TaskRequest | None = None
+    """The options of `tatamu learn` that give this study; None in files of earlier versions."""
     until_gain: float | None = None
-    """Smallest expected gain at which the search continued, as a fraction of the best objective.
-
-    The gain is the improvement that the search expects of a further trial. None if the number of trials was fixed.
-    """
+    """Expected gain below which the search ends, as a fraction of the best objective; None for a number of trials."""
     bounds: dict[str, list[float]] = Field(default_factory=dict)
-    """Lowest and highest value of each parameter of the search; empty in files of earlier versions."""
-    judged: SuccessRate | None = None
-    """Success rate of the best fold under disturbances that were not used to learn it; None without disturbances."""
+    """Lowest and highest value of each parameter; empty in files of earlier versions."""
+    success: Success | None = None
+    """How often the best fold succeeds in scenarios that were not used to learn it; None without disturbances."""
     asked: TaskOptions | None = None
     """Names and files of the task as the user gave them; None if the task was made from Python objects."""
     wall_seconds: float | None = None
     """Sum of the wall time of all trials [s]."""
     best: Index | None
-    """Number of the best trial, which is complete and has the lowest objective on the fine mesh.
-
-    None if all trials on the fine mesh failed.
-    """
+    """Index of the complete trial with the lowest value; None if all trials failed."""
     crossings: Crossings | None = None
     """Crossings of the cloth with itself in the best trial; None if all trials failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
     baselines: list[Baseline] = Field(default_factory=list)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_former(cls, given: Any) -> Any:
+        """Read the name of version 0.2."""
+        former = isinstance(given, dict) and "success" not in given and "judged" in given
+        return {**given, "success": given["judged"]} if former else given
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -221,22 +219,15 @@ class ResultRecord(StudyRecord):
     def _complete(self) -> list[Trial]:
         return [trial for trial in self.trials if trial.number == self.best and trial.state == "complete"]
 
-    def is_coarse(self, trial: Trial) -> bool:
-        """Return whether a trial ran on the coarse mesh."""
-        return self.coarse is not None and trial.spacing == self.coarse
-
     @property
-    def lowest_objective(self) -> Trial | None:
-        """The complete trial with the lowest C of Eq. (10) on the fine mesh. The paper counts this trial as the best.
-
-        None if all trials on the fine mesh failed.
-        """
-        here = [trial for trial in self.trials if trial.state == "complete" and not self.is_coarse(trial)]
-        return min(here, key=lambda trial: (trial.objective or 0.0, trial.number), default=None)
+    def minimum_objective(self) -> Trial | None:
+        """The complete trial with the lowest C of Eq. (10), which the paper counts as the best; None if all failed."""
+        complete = [trial for trial in self.trials if trial.state == "complete"]
+        return min(complete, key=lambda trial: (trial.objective or 0.0, trial.number), default=None)
 
     @property
     def best_trial(self) -> Trial:
-        """The complete trial with the lowest objective.
+        """The complete trial with the lowest value.
 
         Raises:
             ValueError: If all trials failed.
@@ -246,19 +237,15 @@ class ResultRecord(StudyRecord):
         return self._complete()[0]
 
     @property
-    def best_is_given(self) -> bool:
-        """Whether the best trial is one of the first trials, whose parameters were given to the search."""
+    def best_is_initial(self) -> bool:
+        """Whether the best trial is one of the initial curves."""
         return any(self.best_trial.parameters == each for each in self.first)
 
     @property
-    def best_given(self) -> Trial | None:
-        """The best trial on the fine mesh among the trials whose parameters were given to the search.
-
-        None if no such trial is complete.
-        """
-        given = [trial for trial in self.trials if trial.state == "complete" and trial.parameters in self.first]
-        here = [trial for trial in given if not self.is_coarse(trial)]
-        return min(here, key=lambda trial: (trial.minimised, trial.number), default=None)
+    def best_initial(self) -> Trial | None:
+        """The best of the initial curves; None if none is complete."""
+        initial = [trial for trial in self.trials if trial.state == "complete" and trial.parameters in self.first]
+        return min(initial, key=lambda trial: (trial.minimised, trial.number), default=None)
 
     @property
     def best_score(self) -> Score:
@@ -270,3 +257,57 @@ class ResultRecord(StudyRecord):
         score = self.best_trial.score
         assert score is not None, "the best trial is complete"
         return score
+
+
+class FromFlat(OpenRecord):
+    """Deviation of a folded garment from its ideal shape, which perfect folds in all steps so far would give."""
+
+    mean_vertex_distance: float
+    """Mean distance between the vertices of the folded garment and their ideal positions [m]."""
+    mask_iou: float
+    """Overlap of the folded garment and the ideal, seen from above: intersection over union [-]."""
+    area_error: float
+    """Difference between the area that the folded garment covers and the area of the ideal, relative to the latter [%].
+    """
+
+    @property
+    def moving_vertex_distance(self) -> None:
+        """Return None, because this measure is only defined for a single fold.
+
+        It refers to the part of the cloth that moves. All folds of a plan together move nearly all of the cloth.
+        """
+        return None
+
+
+class StepRecord(Scored):
+    """One step of a plan: the measures of its own fold, and the deviation of the garment after all folds so far."""
+
+    folder: Annotated[str, Field(pattern=r"^step-[1-9][0-9]{0,3}$")]
+    """Name of the step's folder within the plan's folder."""
+    title: str
+    """Title of the step's fold, in a few words."""
+    hands: int
+    """Number of folding hands."""
+    trials: int
+    """Number of trials of the step."""
+    best: Index
+    """Number of the best trial: the complete trial with the lowest objective."""
+    crossings: Crossings
+    whole: FromFlat
+
+
+class PlanRecord(OpenRecord):
+    """A plan whose steps are learned."""
+
+    version: Literal[1] = 1
+    tatamu: str = ""
+    """Version of tatamu that wrote the file."""
+    plan: PlanDescription
+    sampler: str
+    grasps: str
+    seed: int
+    wall_seconds: float
+    """Sum of the wall time of all steps [s]."""
+    steps: Annotated[list[StepRecord], Field(min_length=1)]
+    final: FromFlat
+    """Deviation from the ideal after the last step."""

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation.robustness import SuccessRate
+from tatamu.evaluation.success import Success
+from tatamu.folding.aim import Aim
 from tatamu.folding.manipulation import ArmPath, Manipulation, ManipulationFile
 from tatamu.folding.score import MEASURES, Score, score, vertex_distances
 from tatamu.folding.task import Task, TaskOptions, make_task
+from tatamu.garments import make_garment
 from tatamu.simulation.mesh.topology import facing_down
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Gripper, Scene
@@ -31,6 +35,8 @@ MOMENTS = {
 
 For example, "error_10" belongs to the best of the first 10 trials. Each name is mapped to this number of trials, and to
 a title."""
+PAGES = "tatamu.report"
+"""Room of the pages, which stands above this one and is imported when a page is asked for."""
 SAME = 1e-6
 """Largest difference between two target shapes that count as equal [m].
 
@@ -63,9 +69,15 @@ class Result:
         return self.record.best_trial
 
     @property
-    def held(self) -> SuccessRate | None:
-        """Success rate of the fold under disturbances that were not used to learn it; None without disturbances."""
-        return self.record.judged
+    def success(self) -> Success | None:
+        """How often the fold succeeds in scenarios that were not used to learn it; None without disturbances."""
+        return self.record.success
+
+    @property
+    def held(self) -> Success | None:
+        """Former name of `success`."""
+        warnings.warn("Result.held is now Result.success", FutureWarning, stacklevel=2)
+        return self.success
 
     @property
     def trials(self) -> list[Trial]:
@@ -81,7 +93,7 @@ class Result:
         for name in MEASURES:
             columns[name] = [getattr(trial.score, name, None) for trial in self.trials]
         columns["state"] = [trial.state for trial in self.trials]
-        columns["coarse"] = [self.record.is_coarse(trial) for trial in self.trials]
+        columns["scenarios"] = [trial.scenarios.simulated if trial.scenarios else 0 for trial in self.trials]
         columns["seconds"] = [trial.seconds for trial in self.trials]
         return columns
 
@@ -201,6 +213,27 @@ class Result:
         kept.write_best(self.manipulation, self.scene, self.rollout)
         return kept
 
+    def write_report(self, file: Path | str | None = None) -> Path:
+        """Write the page of the fold, and return its path.
+
+        Args:
+            file: File to write; None for `report.html` in the fold's folder.
+
+        Raises:
+            InputError: If the file cannot be written, or no file is given and the fold has no folder.
+        """
+        return Path(import_module(PAGES).write_report(self, None if file is None else Path(file)))
+
+    def _repr_html_(self) -> str:
+        """Return a picture, the measures and a replay for notebooks."""
+        return str(import_module(PAGES).embedded(self))
+
+    def __repr__(self) -> str:
+        """Return one line: what, how good, how sure."""
+        sure = f", {self.success.headline}" if self.success else ""
+        distance = 1e3 * self.record.best_score.mean_vertex_distance
+        return f"Result({self.name}: {distance:.1f} mm from the target, {len(self.trials)} trials{sure})"
+
     @classmethod
     def load(cls, path: Path | str) -> Result:
         """Read the folder of a learned fold.
@@ -220,25 +253,27 @@ class Result:
 
 
 def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> Task:
-    """Make the task of a learned fold again from its record.
-
-    The copies of its files are read. Files that were not copied are read from their original paths.
-    """
+    """Return the task of a study. A user's own garment and plan are read from the copies in the folder."""
     description, asked = record.task, record.asked
     named: TaskOptions | TaskDescription = asked or description
     kept = {kind: kept_input(folder, kind) if folder else None for kind in ("garment", "fold")}
+    garment, size = str(kept["garment"] or named.garment), (named.size[0], named.size[1]) if named.size else None
+    scale = asked.scale if asked else None
     task = make_task(
-        str(kept["garment"] or named.garment),
-        size=(named.size[0], named.size[1]) if named.size else None,
+        garment,
+        size=size,
         fold=str(kept["fold"] or named.fold),
         material=description.material,
         spacing=named.spacing,
-        scale=asked.scale if asked else None,
+        scale=scale,
         simulator=description.simulator,
         hands=asked.hands if asked else 1 if description.hands == 1 else None,
         fingers=description.fingers,
     )
-    task = replace(task, shift=tuple(description.shift or ()))
+    if description.vertices not in (None, len(task.garment.vertices)):  # version 0.2 ended on the garment's own mesh
+        own = make_garment(garment, size, description.material, named.spacing, scale)
+        task = replace(task, garment=own, softening=1.0)
+    task = replace(task, shift=tuple(description.shift or ()), aim=record.aim or Aim())
     number, _ = description.step or (1, 1)
     return task.at(number - 1, start if number > 1 else None)
 

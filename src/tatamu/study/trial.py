@@ -5,19 +5,16 @@ See docs/reference/result-folder.md.
 
 from __future__ import annotations
 
-from base64 import b64decode, b64encode
 from typing import Any, ClassVar, Literal, Self
-from zlib import compress, decompress
 
-import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from tatamu.base.records import OpenRecord
-from tatamu.evaluation import Evaluation
+from tatamu.evaluation.evaluator import Evaluation
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import MEASURES, Score
-from tatamu.search import HIGH, LOW, Parameters, Proposal
+from tatamu.search import Parameters, Proposal
 from tatamu.simulation.scene import Index, Points
 
 OWN_VALUES = ("objective", "trajectory_length")
@@ -63,107 +60,75 @@ class Scored(OpenRecord):
         return {**plain, **measures, **own}
 
 
-class Trial(Scored):
-    """One trial of the study."""
+class ScenarioCount(OpenRecord):
+    """How many scenarios a trial was simulated in, and in how many of them the fold succeeds."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"spacing", "ended", "expected_gain", "worlds", "expected_objective"})
+    simulated: int
+    succeeded: int
+
+
+class Trial(Scored):
+    """One evaluation of a study, as `result.json` has it."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"expected_gain", "scenarios", "value"})
 
     number: Index
     state: Literal["complete", "failed"]
     error: str | None = None
-    """Reason why the trial failed; None if the trial is complete."""
     parameters: Parameters
     seconds: float | None = None
     """Wall time of the trial [s]."""
-    spacing: float | None = None
-    """Spacing of the mesh on which the trial ran [m]; None if the study has only one mesh.
-
-    The shape distance D is a sum over vertices, so it is smaller on a coarse mesh. To make D comparable, D on a coarse
-    mesh is multiplied by the ratio of the numbers of vertices, fine to coarse.
-    """
-    ended: Literal["arrival"] | None = None
-    """"arrival" if the trial was stopped when the hands arrived, because it could not become the best.
-
-    None if the trial was not stopped early."""
     expected_gain: float | None = None
-    """Improvement that the search expected of the trial, as a fraction of the best objective.
-
-    None if the search does not estimate improvements.
-    """
-    worlds: int | None = None
-    """Number of simulations of the trial, which have different disturbances; None if the study has no disturbances.
-
-    The simulation without disturbances is counted.
-    """
-    expected_objective: float | None = None
-    """The value that the search minimises, if it is not `objective`; None if the search minimises `objective`.
-
-    If the trial was stopped early because it could not improve on the best trial, or only by a little, this field is a
-    bound of the value, and at least the value of the best trial.
-
-    With disturbances, the minimised value is a quantile or the mean over simulations with different disturbances. The
-    quantile equals the objective C if the fold succeeds in most simulations, and is larger otherwise. If the user gave
-    an evaluator, the minimised value comes from this evaluator.
-    """
-    hardest: list[Index] = Field(default_factory=list, exclude=True)
-    """Numbers of the disturbed worlds in which the trial was simulated, hardest first.
-
-    A disturbed world is one random draw of all disturbances. The list is empty if the trial was stopped early because
-    it could not become the best."""
+    """Improvement that the search expected, as a fraction of the best objective; None if it made no estimate."""
+    scenarios: ScenarioCount | None = None
+    """The simulated scenarios; None without any."""
+    value: float | None = None
+    """What the search minimises; None if it is C of Eq. (10), the field `objective`."""
     failed_in: list[Index] = Field(default_factory=list, exclude=True)
-    """Numbers of the simulated disturbed worlds in which the trial failed, although another fold succeeds there."""
-    packed_errors: str | None = Field(None, exclude=True)
-    """Vertex distances e_i of Eq. (12) as text; None if the search does not need them."""
+    """Indices of the scenarios in which the fold fails. Only the database has them."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_former(cls, given: Any) -> Any:
+        """Read the name of version 0.2."""
+        former = isinstance(given, dict) and "value" not in given and "expected_objective" in given
+        return {**given, "value": given["expected_objective"]} if former else given
 
     @property
     def minimised(self) -> float:
-        """The value of the trial that the search minimised: `expected_objective` or, if it is None, `objective`."""
-        value = self.objective if self.expected_objective is None else self.expected_objective
+        """What the search minimises."""
+        value = self.objective if self.value is None else self.value
         assert value is not None, "a trial has an objective"
         return value
 
     @classmethod
-    def of(cls, number: int, proposal: Proposal, found: Evaluation, *, disturbed: bool, spacing: float | None) -> Self:
-        """Return the record of an evaluation.
-
-        Args:
-            number: Number of the trial.
-            proposal: Parameters of the trial.
-            found: Evaluation of the parameters.
-            disturbed: Whether the objective is taken over simulations with random disturbances.
-            spacing: Spacing of the mesh on which the trial ran [m]; None if the study has only one mesh.
-        """
-        other = disturbed or found.objective != found.nominal
+    def of(cls, number: int, proposal: Proposal, found: Evaluation) -> Self:
+        """Return the record of an evaluation."""
+        failures = len(found.failed_in)
+        tried = ScenarioCount(simulated=found.scenarios, succeeded=found.scenarios - failures)
         return cls(
             number=number,
             state="failed" if found.failed else "complete",
             error=found.error,
-            parameters=proposal.parameters,
+            parameters=dict(proposal),
             objective=found.nominal,
             trajectory_length=found.trajectory_length,
             score=found.score,
             seconds=round(found.seconds, 3),
-            spacing=spacing,
-            ended=found.ended,
             expected_gain=proposal.gain,
-            worlds=found.simulations if disturbed else None,
-            expected_objective=found.objective if other else None,
-            hardest=list(found.hardest),
+            scenarios=tried if found.scenarios else None,
+            value=None if found.objective == found.nominal else found.objective,
             failed_in=list(found.failed_in),
-            packed_errors=None if found.errors is None or found.failed else _pack(found.errors),
         )
 
-    def proposal(self, coarse: float | None) -> Proposal:
-        """Return the trial as a proposal of the search.
+    @property
+    def proposal(self) -> Proposal:
+        """The trial as the search proposed it."""
+        return Proposal(self.parameters, self.expected_gain)
 
-        The proposal has the parameters, the fidelity (coarse or fine mesh) and the gain that the search expected.
-        `coarse` is the spacing of the coarse mesh [m], if the study has one.
-        """
-        fidelity = LOW if coarse is not None and self.spacing == coarse else HIGH
-        return Proposal(self.parameters, fidelity, self.expected_gain)
-
-    def evaluation(self, coarse: float | None) -> Evaluation:
-        """Return the evaluation of the trial, without its rollout."""
+    @property
+    def evaluation(self) -> Evaluation:
+        """The evaluation of the trial, without its rollout."""
         assert self.objective is not None and self.trajectory_length is not None, "a trial has an objective"
         return Evaluation(
             parameters=self.parameters,
@@ -172,29 +137,20 @@ class Trial(Scored):
             nominal=self.objective,
             score=self.score,
             error=self.error,
-            simulations=self.worlds or 1,
-            hardest=tuple(self.hardest),
+            scenarios=0 if self.scenarios is None else self.scenarios.simulated,
             failed_in=tuple(self.failed_in),
-            fidelity=self.proposal(coarse).fidelity,
-            ended=self.ended,
             seconds=self.seconds or 0.0,
-            errors=None if self.packed_errors is None else _unpack(self.packed_errors),
         )
 
     def attributes(self) -> dict[str, Any]:
-        """Return the data that a study stores for the trial, in addition to its parameters and the minimised value.
+        """Return what a study stores beside the parameters and the minimised value.
 
-        The number of the trial is included, because a storage may lose trials and renumber the other trials.
+        The number is included, because a storage may lose trials and renumber the others.
         """
         plain = self.model_dump(exclude={"parameters"})
-        if self.expected_objective is None:
+        if self.value is None:
             plain.pop("objective")
-        more = {
-            "hardest": self.hardest or None,
-            "failed_in": self.failed_in or None,
-            "packed_errors": self.packed_errors,
-        }
-        return {**plain, **{name: value for name, value in more.items() if value is not None}}
+        return {**plain, "failed_in": self.failed_in} if self.failed_in else plain
 
 
 class Baseline(Scored):
@@ -228,13 +184,3 @@ class Baseline(Scored):
             seconds=round(found.seconds, 3),
             path=manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)],
         )
-
-
-def _pack(errors: np.ndarray) -> str:
-    """Return the vertex distances e_i [m], shape (n,), as text. They are stored in single precision."""
-    return b64encode(compress(errors.astype("<f4").tobytes())).decode()
-
-
-def _unpack(text: str) -> np.ndarray:
-    """Return the vertex distances e_i [m], shape (n,), from a text that `_pack` made."""
-    return np.frombuffer(decompress(b64decode(text)), "<f4").astype(float)

@@ -17,8 +17,7 @@ from tatamu.base.files import read_json, validated, write_json
 from tatamu.base.records import OpenRecord
 from tatamu.base.version import __version__
 from tatamu.study.folder import ResultFolder
-from tatamu.study.plan_record import PlanRecord
-from tatamu.study.record import ResultRecord
+from tatamu.study.record import PlanRecord, ResultRecord
 
 NAME = r"^[A-Za-z0-9][\w.-]{0,99}$"
 """Names that a task's folder may have."""

@@ -121,7 +121,7 @@ def corrected(learned: Result, correction: Correction, disturbances: Disturbance
     manipulation = task.manipulation(learned.best.parameters)
     description = learned.record.task.model_copy(update={"shift": list(task.shift) or None})
     record = learned.record.model_copy(
-        update={"task": description, "disturbances": disturbances.describe(), "judged": None}
+        update={"task": description, "disturbances": disturbances.describe(), "success": None}
     )
     scene = disturbed_scene(task.fold, manipulation, mean_world(disturbances))
     return Result(record, manipulation, scene, learned.rollout, None, task)

@@ -16,7 +16,7 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Split, World
-from tatamu.evaluation.robustness import Verdict
+from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.marks import MARKS
 
 RIDGE = 1.0
@@ -59,13 +59,12 @@ class Emulator:
         return np.asarray(np.sqrt(self.distance[0] + marks**2 @ self.distance[1:]))
 
 
-def fit(parts: Split, scenarios: Sequence[tuple[World, Verdict]], correction: np.ndarray) -> Emulator:
+def fit(parts: Split, scenarios: Sequence[tuple[World, Outcome]]) -> Emulator:
     """Fit an emulator to simulated scenarios.
 
     Args:
         parts: The disturbances.
-        scenarios: Scenarios with their results. Results without marks are left out.
-        correction: Marks on the fine mesh minus marks on the mesh of the scenarios [m], shape (m,).
+        scenarios: Scenarios with their outcomes. Outcomes without marks are left out.
 
     Raises:
         InputError: If too few scenarios have marks.
@@ -82,7 +81,7 @@ def fit(parts: Split, scenarios: Sequence[tuple[World, Verdict]], correction: np
     y = np.array([[marks[name] for name in MARKS] for _, marks, _ in usable])
     base, slopes, residual, weights = _regression(x, y)
     distance = _distance_of(y, np.array([d for *_, d in usable]), weights)
-    return Emulator(parts.names, parts.mean, base + correction, slopes.T / scale, residual, distance)
+    return Emulator(parts.names, parts.mean, base, slopes.T / scale, residual, distance)
 
 
 def _regression(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -9,13 +9,14 @@ from functools import cached_property
 from pathlib import Path
 
 from tatamu.after.feedback.correction import Correction, as_disturbances, find_correction
-from tatamu.after.feedback.draws import Draws, Progress, draw
+from tatamu.after.feedback.draws import Simulated, simulate_scenarios
 from tatamu.after.feedback.emulator import Emulator, fit
 from tatamu.after.feedback.folder import FeedbackFolder, write_measured
 from tatamu.after.feedback.measured import MeasuredFold
 from tatamu.after.feedback.posterior import IMPLAUSIBLE, Fold, Posterior, posterior
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, default_disturbances, split
+from tatamu.evaluation.draws import Progress
 from tatamu.folding.shift import HandShift
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
@@ -30,7 +31,7 @@ class Feedback:
     folds: list[Fold]
     """The measured folds in order."""
     emulator: Emulator
-    draws: Draws
+    simulated: Simulated
     files: list[Path] = field(default_factory=list)
     """The file of each measured fold; empty if the learned fold has no folder."""
     newest: int = -1
@@ -131,10 +132,10 @@ def feedback_of(
     `base` is the fold as it was learned; `folder` is None if it is only in memory.
     """
     disturbances = disturbances_of(base)
-    draws = draw(
+    simulated = simulate_scenarios(
         base, disturbances, None if folder is None else ResultFolder(folder.path).margins_folder, executor, progress
     )
-    found = Feedback(base, [], fit(split(disturbances), draws.worlds, draws.difference), draws)
+    found = Feedback(base, [], fit(split(disturbances), simulated.scenarios), simulated)
     known = [] if folder is None else folder.measured()
     folds = [found.fold(_shift_of(path, base), measured) for path, measured in known]
     return replace(found, folds=folds, files=[] if folder is None else folder.files())

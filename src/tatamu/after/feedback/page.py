@@ -234,7 +234,7 @@ def _views(found: Feedback) -> list[TopView]:
     corrections = [("As explained", "the cloth after the last measured fold", found.folds[found.newest].correction)]
     if not found.correction.is_none:
         corrections.append(("Next", "the cloth as expected after the correction", found.correction.change))
-    cloth = _Cloth(found.draws.mesh.evaluator.task.fold)
+    cloth = _Cloth(found.simulated.subject.task.fold)
     ends = [(name, note, simulated(found, change)) for name, note, change in corrections]
     finals = [(name, note, final) for name, note, final in ends if final is not None]
     area = extent(cloth.fold.target, *(final for *_, final in finals), wide=WIDE)

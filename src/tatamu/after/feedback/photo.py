@@ -19,6 +19,7 @@ from tatamu.cameras.pose import Pose
 from tatamu.cameras.reading import FoldReading, view_fold
 from tatamu.cameras.shape import silhouette
 from tatamu.evaluation.disturbances import World
+from tatamu.evaluation.nominal import Nominal
 from tatamu.study.result import Result
 
 MAX_SIZE = 256 * MIB
@@ -70,11 +71,11 @@ def simulated(found: Feedback, correction: np.ndarray) -> np.ndarray | None:
 
     `correction` is a change of the disturbances, shape (k,).
     """
-    posterior, mesh = found.posterior, found.draws.mesh
+    posterior, subject = found.posterior, found.simulated.subject
     values = (posterior.mean + correction).tolist()
     world = World(dict(zip(posterior.names, values, strict=True)))
     try:
-        rollout = mesh.evaluator.in_world(mesh.parameters, world).rollout
+        rollout = Nominal(subject.task).simulate(subject.parameters, world).rollout
     except SimulationError:
         return None
     return None if rollout is None else rollout.positions[-1]
@@ -85,5 +86,5 @@ def draw_explained(found: Feedback, reading: FoldReading) -> Image.Image:
     final = simulated(found, found.folds[found.newest].correction) if found.posterior.used else None
     if final is None:
         return draw_reading(reading)
-    faces = found.draws.mesh.evaluator.task.fold.garment.faces
+    faces = found.simulated.subject.task.garment.faces
     return draw_reading(reading, np.array(silhouette(reading.pixels_of(final), faces).exterior.coords))

@@ -69,7 +69,7 @@ def again(found: Feedback) -> str | None:
 def posterior_lines(found: Feedback) -> Iterator[str]:
     """Yield lines for the terminal: what was inferred from measured folds."""
     posterior, count = found.posterior, len(found.folds)
-    yield f"{count} measured fold{'s' if count > 1 else ''}, {found.draws.simulated} new simulations"
+    yield f"{count} measured fold{'s' if count > 1 else ''}"
     for place in found.implausible:
         yield f"warning: measured fold {place} is {BEYOND}"
     if not posterior.used:
@@ -102,8 +102,8 @@ def next_lines(found: Result) -> Iterator[str]:
     """Yield lines on a fold that was learned after measured folds: its correction and its expected outcome."""
     for hand, shift in zip(HANDS, found.task.shift, strict=False):
         yield f"{hand} hand, of every trial: {shift_text(shift)}"
-    if found.held is not None:
-        spread = found.held.mean_vertex_distance
+    if found.success is not None:
+        spread = found.success.mean_vertex_distance
         yield f"expected: median distance {1e3 * spread.median:.1f} mm (90 % within {1e3 * spread.q90:.1f} mm)"
 
 

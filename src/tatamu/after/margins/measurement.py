@@ -1,11 +1,8 @@
-"""Measurement of the margins of a learned fold: the disturbances that it tolerates.
-
-Each disturbance is tried alone. In addition, all disturbances are applied together in many random draws.
-"""
+"""Margins of a learned fold: how often it succeeds with all disturbances at once, and the range of each alone."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,68 +10,58 @@ from pathlib import Path
 from tatamu.after.margins.alone import FARTHEST, Side
 from tatamu.base.errors import InputError
 from tatamu.base.version import __version__
-from tatamu.evaluation import CoarseMesh, Nominal, coarser_task, on_coarser_mesh
-from tatamu.evaluation.disturbances import CHANNELS, Disturbances, Stream, World, deviations, mean_world, sample_worlds
-from tatamu.evaluation.robustness import (
-    AloneMargin,
-    FoldOnMesh,
-    Judge,
-    MarginsResult,
-    MeshUsed,
-    MeshVerdict,
-    Progress,
-    Spread,
-    SuccessRate,
-    Verdict,
-    VerdictCache,
-    distances_of,
-    failures_of,
+from tatamu.evaluation.disturbances import (
+    CHANNELS,
+    Disturbances,
+    Stream,
+    World,
+    deviations,
+    mean_world,
+    sample_worlds,
 )
-from tatamu.folding.fold import Fold
+from tatamu.evaluation.draws import Draws, Progress, Subject
+from tatamu.evaluation.outcome import Outcome
+from tatamu.evaluation.success import AloneMargin, MarginsRecord, Spread, Success, distances_of
 from tatamu.folding.score import Limits
-from tatamu.folding.task import Task
 from tatamu.simulation.side_by_side import executor_of, processors
 from tatamu.simulation.simulators import capabilities
 from tatamu.study.result import Result
 
 DRAWS = 200
-"""Default number of joint draws, in which all disturbances have random values."""
 KEPT = "simulated.jsonl"
-"""Name of the file in which the results of simulations are kept, next to `margins.json`."""
+"""Name of the file in which outcomes are kept."""
 
 
 @dataclass(frozen=True)
 class Draw:
-    """One joint draw: a random value of every disturbance, and the result of the fold."""
+    """One scenario in which all disturbances are random."""
 
     number: int
-    world: World
-    verdict: Verdict
-    """Result of the fold on the finest mesh on which the draw was simulated."""
+    scenario: World
+    outcome: Outcome
     distance: float
-    """Mean distance of the fine mesh's vertices from their targets [m].
-
-    If only the coarse mesh was simulated, the distance is estimated. The estimate uses draws that were simulated on
-    both meshes. If the simulation failed, the distance is twice the distance of untouched cloth."""
-    own: bool
-    """Whether the draw was simulated on the fine mesh."""
+    """Mean distance from the target [m]; twice that of untouched cloth if the simulation failed."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The measured margins of a fold (the disturbances that it tolerates), and more data for the page."""
+    """The margins of a learned fold."""
 
     learned: Result
-    subject: FoldOnMesh
-    """The fold on the fine mesh."""
-    result: MarginsResult
+    subject: Subject
+    result: MarginsRecord
     draws: list[Draw]
-    """Joint draws of all disturbances, from the worst to the best."""
+    """Random scenarios, the worst first."""
+
+    @property
+    def success(self) -> Success:
+        """How often the fold succeeds."""
+        return self.result.together
 
     @property
     def share(self) -> float:
-        """Fraction of joint draws in which the fold succeeded."""
-        return self.result.joint.share
+        """Former name of `success.rate`."""
+        return self.success.rate
 
 
 def measure(
@@ -86,25 +73,25 @@ def measure(
     seed: int = 0,
     limits: Limits | None = None,
     simulator: str | None = None,
-    fine: bool = False,
     alone: bool = True,
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
+    together: Callable[[Success], object] = lambda success: None,
 ) -> Measured:
-    """Measure which disturbances a learned fold tolerates, or resume an interrupted measurement.
+    """Measure the margins of a fold.
 
     Args:
-        learned: The fold to measure.
-        disturbances: Standard deviations of the disturbances.
-        out: Folder in which the results of simulations are kept; None if they are not kept.
-        draws: Number of joint draws, in which all disturbances have random values.
-        seed: Random seed of the draws.
-        limits: Limits of a successful fold; None for the limits that are usual in the field.
-        simulator: Name of the simulator; None for the simulator in which the fold was learned.
-        fine: Whether to simulate only the fine mesh, even if a coarser mesh exists.
-        alone: Whether to also measure the range of each disturbance alone.
-        executor: Executor of the simulations. None for threads on all processors, if the simulator supports threads.
-        progress: Function that is called after every simulation.
+        learned: The fold.
+        disturbances: Standard deviations, and means, of the disturbances.
+        out: Folder in which outcomes are kept; None to keep them in memory.
+        draws: How many scenarios have all disturbances at random.
+        seed: Seed of these scenarios.
+        limits: Limits of a successful fold; None for the usual ones.
+        simulator: Name of the simulator; None for that of the fold.
+        alone: Whether to find the range of each disturbance, too.
+        executor: Executor of the simulations; None for threads on all processors.
+        progress: Called after every simulation.
+        together: Called with the success rate, before the ranges are found.
 
     Raises:
         InputError: If an argument is out of range.
@@ -114,57 +101,70 @@ def measure(
     if not deviations(disturbances):
         raise InputError("disturbances: must have a deviation above 0, given none")
     task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
-    own = FoldOnMesh(Nominal(task), learned.best.parameters)
-    coarser = None if fine or simulator not in (None, learned.simulator) else coarser_fold(own)
+    subject = Subject(task, learned.best.parameters)
     threads = processors() if capabilities(task.simulator).parallel else 1
-    worlds = sample_worlds(disturbances, draws, seed, Stream.MARGINS)
-    sides = _sides(disturbances) if alone else []
-    cache = VerdictCache(None if out is None else out / KEPT)
-    centre = mean_world(disturbances)
+    scenarios = sample_worlds(disturbances, draws, seed, Stream.MARGINS)
     with executor_of(executor, threads) as workers:
-        judge = Judge(own, coarser, workers, cache, progress)
-        found = judge.judge(worlds, limits, lambda: [side.search(limits) for side in sides], centre)
-    nominal = found.nominal.verdict
+        simulated = Draws(subject, workers, None if out is None else out / KEPT, progress)
+        nominal, *found = simulated.outcomes([mean_world(disturbances), *scenarios])
+        success = Success.of(task.fold, found, limits)
+        together(success)
+        sides = _sides(disturbances) if alone else []
+        ends = _bisect_all(sides, simulated, limits) if limits.hold(nominal) else [0.0] * len(sides)
+    distances = distances_of(task.fold, found)
+    ranked = [
+        Draw(number, scenario, outcome, distance)
+        for number, (scenario, outcome, distance) in enumerate(zip(scenarios, found, distances, strict=True))
+    ]
     return Measured(
         learned,
-        own,
-        MarginsResult(
+        subject,
+        MarginsRecord(
             tatamu=__version__,
             simulator=task.simulator,
             seed=seed,
             limits=limits,
             undisturbed=nominal.mean_vertex_distance,
-            alone=_alone(sides, found.findings if limits.hold(nominal) else [0.0] * len(sides)),
-            joint=SuccessRate.of(task.fold, found.worlds, limits),
-            moving_vertex_distance=Spread.of(distances_of(task.fold, found.worlds, limits, moving=True)),
-            failures=failures_of(found.worlds),
-            mesh=_mesh(own, coarser, judge, found.seen, limits),
-            simulations=judge.simulations,
+            alone=_alone(sides, ends),
+            together=success,
+            moving_vertex_distance=Spread.of(distances_of(task.fold, found, moving=True)),
+            simulations=simulated.simulations,
+            spacing=task.garment.spacing,
             disturbances=disturbances.describe(),
         ),
-        _ranked(task.fold, worlds, found.worlds, limits),
+        sorted(ranked, key=lambda draw: (-draw.distance, draw.number)),
     )
 
 
-def coarser_fold(own: FoldOnMesh) -> FoldOnMesh | None:
-    """Return the fold on a coarser mesh; None if the garment has no coarser mesh."""
-    task: Task = own.evaluator.task
-    coarse = coarser_task(task, CoarseMesh())
-    if coarse is None:
-        return None
-    return FoldOnMesh(Nominal(coarse), on_coarser_mesh(task, coarse, own.parameters))
-
-
 def check_draws(draws: int, seed: int) -> None:
-    """Check that the number of random draws and their seed are within the allowed ranges."""
+    """Check the number of scenarios and their seed.
+
+    Raises:
+        InputError: If one of them is out of range.
+    """
     if not 1 <= draws <= 100_000:
         raise InputError(f"draws: must be from 1 to 100000, given {draws}")
     if not 0 <= seed < 2**32:
         raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
 
 
+def _bisect_all(sides: Sequence[Side], draws: Draws, limits: Limits) -> list[float | None]:
+    """Bisect all sides at the same time, so that their simulations run side by side."""
+    searches = [side.bisect(limits) for side in sides]
+    ends: list[float | None] = [None] * len(sides)
+    wanted = {index: next(search) for index, search in enumerate(searches)}
+    while wanted:
+        outcomes = draws.outcomes(list(wanted.values()))
+        indices, wanted = list(wanted), {}
+        for index, outcome in zip(indices, outcomes, strict=True):
+            try:
+                wanted[index] = searches[index].send(outcome)
+            except StopIteration as stop:
+                ends[index] = stop.value
+    return ends
+
+
 def _sides(disturbances: Disturbances) -> list[Side]:
-    """Return two searches for every disturbance: first below its mean, then above its mean."""
     known = deviations(disturbances)
     channels = [channel for channel in CHANNELS if channel.name in known]
     centre = mean_world(disturbances)
@@ -185,35 +185,3 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
         )
         for below, above, low, high in pairs
     ]
-
-
-def _ranked(fold: Fold, worlds: Sequence[World], judged: Sequence[MeshVerdict], limits: Limits) -> list[Draw]:
-    """Return the joint draws from the worst to the best."""
-    distances = distances_of(fold, judged, limits)
-    draws = [
-        Draw(number, world, one.verdict, distance, one.fine)
-        for number, (world, one, distance) in enumerate(zip(worlds, judged, distances, strict=True))
-    ]
-    return sorted(draws, key=lambda draw: (-draw.distance, draw.number))
-
-
-def _mesh(
-    own: FoldOnMesh, coarse: FoldOnMesh | None, judge: Judge, seen: Sequence[MeshVerdict], limits: Limits
-) -> MeshUsed:
-    both = [one.pair for one in seen if one.pair is not None]
-    apart = [
-        abs(fine.mean_vertex_distance - rough.mean_vertex_distance)
-        for fine, rough in both
-        if fine.mean_vertex_distance is not None and rough.mean_vertex_distance is not None
-    ]
-    fold = (coarse or own).evaluator.task.fold
-    return MeshUsed(
-        spacing=fold.garment.spacing,
-        vertices=len(fold.start),
-        coarser=coarse is not None,
-        own_spacing=own.evaluator.task.garment.spacing,
-        own_simulations=judge.fine_simulations,
-        checked=len(both),
-        same=sum(limits.hold(fine) == limits.hold(rough) for fine, rough in both),
-        apart=max(apart, default=0.0),
-    )

@@ -18,7 +18,9 @@ from tatamu.after.margins.texts import TITLES, amount, reach, simulated
 from tatamu.base.errors import SimulationError
 from tatamu.base.files import write_text
 from tatamu.evaluation.disturbances import World, disturbed_scene
-from tatamu.evaluation.robustness import AloneMargin, FoldOnMesh, MarginsResult
+from tatamu.evaluation.draws import Subject
+from tatamu.evaluation.outcome import HELP
+from tatamu.evaluation.success import AloneMargin, MarginsRecord
 from tatamu.folding.manipulation import HANDS
 from tatamu.report.errormap import largest
 from tatamu.report.headline import title
@@ -66,13 +68,14 @@ def page(measured: Measured) -> str:
         events=_events(shown),
         title=title(measured.learned),
         result=result,
-        tone=result.joint.tone,
+        tone=result.together.tone,
         rows=[
             (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m)) for m in _sorted(result)
         ],
         worst=[_described(measured, draw) for draw in measured.draws[: 2 * REPLAYED]],
         fold=measured.learned,
         simulated=simulated(result),
+        help=HELP,
     )
 
 
@@ -91,11 +94,11 @@ def _deviations(margin: AloneMargin, end: float | None) -> float:
     return float(abs(value - margin.mean) / margin.deviation)
 
 
-def _sorted(result: MarginsResult) -> list[AloneMargin]:
+def _sorted(result: MarginsRecord) -> list[AloneMargin]:
     return sorted(result.alone, key=sureness)
 
 
-def _tornado(result: MarginsResult) -> Plot:
+def _tornado(result: MarginsRecord) -> Plot:
     """Return a chart with one bar for each disturbance.
 
     The bar goes from the lowest to the highest value at which the fold succeeds, in standard deviations.
@@ -135,7 +138,7 @@ def _bars(rows: Sequence[AloneMargin], names: list[str], sign: float, most: floa
         "textfont": {"size": 11},
         "constraintext": "none",
         "marker": {"color": ["@line" if end is None else "@plot" for end in ends]},
-        "hovertemplate": "%{y}: holds to %{text}<extra></extra>",
+        "hovertemplate": "%{y}: succeeds to %{text}<extra></extra>",
     }
 
 
@@ -159,13 +162,16 @@ def _histogram(measured: Measured) -> Chart:
 def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
     """Return a draw's number, a description of its result, and its largest disturbances, for the page."""
     known = {margin.name: margin for margin in measured.result.alone}
-    ranked = sorted(known.values(), key=lambda margin: -abs(draw.world[margin.name] - margin.mean) / margin.deviation)
+    off = {name: abs(draw.scenario[name] - margin.mean) / margin.deviation for name, margin in known.items()}
+    ranked = sorted(known.values(), key=lambda margin: -off[margin.name])
     chief = [
-        f"{TITLES.get(margin.name, margin.name)}: {amount(_value(margin, draw.world), margin.unit)}"
+        f"{TITLES.get(margin.name, margin.name)}: {amount(_value(margin, draw.scenario), margin.unit)}"
         for margin in ranked[:NAMED]
     ]
-    about = "" if draw.own else "about "
-    end = draw.verdict.error or f"{about}{1e3 * draw.distance:.1f} mm, IoU {about}{draw.verdict.mask_iou:.2f}"
+    end = draw.outcome.error or f"{1e3 * draw.distance:.1f} mm, IoU {draw.outcome.mask_iou:.2f}"
+    cause = draw.outcome.cause(measured.result.limits)
+    if cause is not None and draw.outcome.error is None:
+        end = f"{cause}: {end}"
     return draw.number, end, "; ".join(chief)
 
 
@@ -180,20 +186,20 @@ def _replayed(measured: Measured) -> list[Replayed]:
     Draws whose simulation failed are omitted.
     """
     subject = measured.subject
-    worst = [draw for draw in measured.draws if draw.verdict.error is None][:REPLAYED]
-    with executor_of(None, REPLAYED if capabilities(subject.evaluator.task.simulator).parallel else 1) as workers:
+    worst = [draw for draw in measured.draws if draw.outcome.error is None][:REPLAYED]
+    with executor_of(None, REPLAYED if capabilities(subject.task.simulator).parallel else 1) as workers:
         found = list(workers.map(lambda draw: _simulated(subject, draw), worst))
     return [each for each in found if each is not None]
 
 
-def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
+def _simulated(subject: Subject, draw: Draw) -> Replayed | None:
     """Simulate a draw of the disturbances again on the fine mesh.
 
     Return None if this simulation fails, which can happen if the draw was only simulated on the coarse mesh before.
     """
     try:
-        task = subject.evaluator.task
-        scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.world)
+        task = subject.task
+        scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.scenario)
         return Replayed(draw, scene, simulate(scene, task.simulator))
     except SimulationError:
         return None
@@ -201,7 +207,7 @@ def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
 
 def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:
     """Return the data for the viewer, which replays the worst draws of the disturbances one after another."""
-    goal = measured.subject.evaluator.task.fold.target
+    goal = measured.subject.task.fold.target
     scale = largest(np.linalg.norm(shown[0].rollout.positions[-1] - goal, axis=1))
     return replay_data(_joined(measured, shown), shown[0].scene, _hands(shown), scale)
 
@@ -211,7 +217,7 @@ def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
     starts = _starts(shown)
     times = [each.rollout.times + start for each, start in zip(shown, starts, strict=True)]
     positions = np.concatenate([each.rollout.positions for each in shown])
-    target = {"target": measured.subject.evaluator.task.fold.target}
+    target = {"target": measured.subject.task.fold.target}
     return Rollout(np.concatenate(times), positions, shown[0].rollout.faces, shown[0].rollout.info, target)
 
 

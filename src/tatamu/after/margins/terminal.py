@@ -6,10 +6,11 @@ from rich.table import Table
 
 from tatamu.after.margins.page import sureness
 from tatamu.after.margins.texts import TITLES, amount, reach, simulated
-from tatamu.evaluation.robustness import MarginsResult, Spread
+from tatamu.evaluation.outcome import HELP
+from tatamu.evaluation.success import MarginsRecord, Spread
 
 
-def table(margins: MarginsResult) -> Table:
+def table(margins: MarginsRecord) -> Table:
     """Return a table with the range of each disturbance alone.
 
     The smallest range, in standard deviations, comes first.
@@ -25,16 +26,13 @@ def table(margins: MarginsResult) -> Table:
     return out
 
 
-def summary(margins: MarginsResult) -> str:
-    """Return a summary in lines: the result of the joint draws, reasons of failures, and the simulated meshes.
-
-    In a joint draw, all disturbances have random values.
-    """
-    lines = [f"{margins.joint.headline}: mean distance {_spread(margins.joint.mean_vertex_distance)}"]
+def summary(margins: MarginsRecord) -> str:
+    """Return lines: how often the fold succeeds, why not and what helps, and what was simulated."""
+    together = margins.together
+    lines = [f"{together.headline}: mean distance {_spread(together.mean_vertex_distance)}"]
     if margins.moving_vertex_distance is not None:
         lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
-    if margins.failures:
-        lines.append(f"no fold: {margins.reasons}")
+    lines += [f"{count} of {together.simulations} {cause}: {HELP[cause]}" for cause, count in together.causes.items()]
     return "\n".join([*lines, simulated(margins)])
 
 

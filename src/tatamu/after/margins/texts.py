@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tatamu.evaluation.robustness import AloneMargin, MarginsResult
+from tatamu.evaluation.success import AloneMargin, MarginsRecord
 
 TITLES = {
     "hands.offset.along": "both hands too far along the fold",
@@ -68,14 +68,7 @@ def _side(end: float | None, tried: float, unit: str) -> str:
     return f"beyond {amount(tried, unit)}" if end is None else amount(end, unit)
 
 
-def simulated(margins: MarginsResult) -> str:
-    """Return the number of simulations on each mesh, as text."""
-    mesh = margins.mesh
-    whole = f"{margins.simulations} simulations in {margins.simulator}"
-    if not mesh.coarser or mesh.own_spacing is None or mesh.own_simulations is None:
-        return f"{whole} on a mesh of {1e3 * mesh.spacing:.3g} mm, {mesh.vertices} vertices"
-    return (
-        f"{whole}: {margins.simulations - mesh.own_simulations} on a mesh of {1e3 * mesh.spacing:.3g} mm, and "
-        f"{mesh.own_simulations} of the same worlds on the fold's own of {1e3 * mesh.own_spacing:.3g} mm, among them "
-        f"all whose verdict the mesh could change; {mesh.same} of {mesh.checked} have the same verdict on both"
-    )
+def simulated(margins: MarginsRecord) -> str:
+    """Return how many simulations were made, and on which mesh."""
+    mesh = "" if margins.spacing is None else f" on a mesh of {1e3 * margins.spacing:.3g} mm"
+    return f"{margins.simulations} simulations in {margins.simulator}{mesh}"

@@ -21,7 +21,6 @@ from tatamu.evaluation.disturbances.world import (
     World,
     deviations,
     mean_world,
-    sample_sobol,
     sample_worlds,
 )
 
@@ -43,7 +42,6 @@ __all__ = [
     "load_disturbances",
     "mean_world",
     "read_disturbances",
-    "sample_sobol",
     "sample_worlds",
     "split",
     "with_calibrated",

@@ -35,7 +35,7 @@ PRESSES = 0.25
 
 A finger that presses into layers drags them along.
 """
-LEAST_HELD = 0.2
+MIN_HELD = 0.2
 """Least fraction of the planned cloth area that must be under a hand's pad, the surface that holds the cloth [-].
 
 With less cloth, the hand holds nothing."""
@@ -63,7 +63,7 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
     hands = [_hand(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
     held = [hand.carry for hand in hands if hand.carry is not None]
     slower = manipulation.timing.opens + manipulation.move_seconds * (1.0 / world.factor("hands.speed") - 1.0)
-    ends = max([slower, *(carry.opens for carry in held)]) + manipulation.settle
+    ends = round(max([slower, *(carry.opens for carry in held)]) + manipulation.settle, 9)
     try:
         return scene_with(fold, held, ends, _material(fold.garment.material, world))
     except ValidationError:
@@ -242,7 +242,7 @@ def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) 
     held = place + aim[:2] + _in_scene(fold, np.array([*wrong, 0.0]))[:2] + turned - lies
     chosen = _nearest(fold, vertex, held)
     rest = float((fold.start[chosen, :2] - held) @ fold.normal)
-    misses = _covered(fold, held) < LEAST_HELD * _covered(fold, place)
+    misses = _covered(fold, held) < MIN_HELD * _covered(fold, place)
     return _Grasp(chosen, held, wrong, rest, misses)
 
 

@@ -1,8 +1,4 @@
-"""A world: one random draw of all disturbances.
-
-The nominal world has no disturbances. Folds that are compared are simulated in the same worlds, drawn with the same
-seed.
-"""
+"""Scenarios: a value of every disturbance. Folds that are compared are simulated in the same scenarios."""
 
 from __future__ import annotations
 
@@ -11,28 +7,16 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from scipy.special import ndtri
 
 from tatamu.evaluation.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
 from tatamu.evaluation.disturbances.description import Disturbances, LengthOfHands
 
-DIMENSIONS = 64
-"""Number of dimensions of the Sobol sequence. It must be at least the number of disturbances.
-
-Another number would change all worlds (random draws of the disturbances)."""
-
 
 class Stream(IntEnum):
-    """Purposes of worlds (random draws of the disturbances).
+    """What random scenarios are for. Each purpose has its own random numbers."""
 
-    Each purpose has its own random numbers. Therefore the worlds of validation differ from the worlds of learning.
-    """
-
-    LEARNING = 0
     JUDGING = 1
-    """Validation of the best fold at the end of a study.
-
-    The fold was not learned in these worlds."""
+    """The success of the best fold of a study."""
     MARGINS = 2
     OBSERVATION = 3
 
@@ -53,7 +37,7 @@ class World:
 
     @property
     def is_nominal(self) -> bool:
-        """Whether the world has no disturbances."""
+        """Whether all disturbances are zero."""
         return not any(self.values.values())
 
     def vector(self, prefix: str) -> np.ndarray:
@@ -69,7 +53,7 @@ class World:
 
 
 NOMINAL = World({})
-"""The world without disturbances."""
+"""No disturbances."""
 
 
 def deviations(disturbances: Disturbances) -> dict[str, float]:
@@ -122,21 +106,6 @@ def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Str
         for number in range(count)
     ]
     return worlds_of(disturbances, rows)
-
-
-def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
-    """Draw worlds, which are values of all disturbances, from a scrambled Sobol sequence.
-
-    The sequence is more even than random numbers. Therefore fewer worlds suffice for a mean or a quantile.
-
-    The first worlds stay the same for a larger `count`. The arguments are explained in `sample_worlds`.
-    """
-    from scipy.stats import qmc  # this import takes half a second
-
-    generator = np.random.default_rng(np.random.SeedSequence([seed, stream]))
-    engine = qmc.Sobol(DIMENSIONS, scramble=True, rng=generator)
-    even = engine.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count, : len(CHANNELS)]
-    return worlds_of(disturbances, ndtri(np.clip(even, 1e-9, 1.0 - 1e-9)))
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:

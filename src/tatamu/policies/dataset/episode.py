@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError, SimulationError
-from tatamu.evaluation import Nominal
 from tatamu.evaluation.disturbances import CHANNELS, NOMINAL, Disturbances, Stream, World, sample_worlds
 from tatamu.evaluation.disturbances.world import worlds_of
+from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.score import score
 from tatamu.folding.task import Task
@@ -238,7 +238,7 @@ def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env:
         record = record.with_share(*prepared.drawn.known)
     elif outcome.worlds and recorder.disturbances and record.episode % recorder.specification.per_fold == 0:
         worlds = sample_worlds(recorder.disturbances, outcome.worlds, recorder.specification.seed, Stream.MARGINS)
-        found = [Nominal(prepared.task).in_world(prepared.parameters, world).score for world in worlds]
+        found = [Nominal(prepared.task).simulate(prepared.parameters, world).score for world in worlds]
         record = record.with_share(sum(each is not None and each.succeeds for each in found), len(found), "worlds")
     if outcome.simulator is None:
         return record

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
-from tatamu.evaluation.robustness.record import interval_of
+from tatamu.evaluation.success import interval_of
 from tatamu.folding.score import Limits, judged_distance
 from tatamu.policies.dataset.folder import DatasetRecord
 from tatamu.policies.dataset.record import EpisodeRecord

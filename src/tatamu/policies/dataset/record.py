@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tatamu.evaluation.disturbances import World
-from tatamu.evaluation.robustness.record import interval_of
+from tatamu.evaluation.success import interval_of
 from tatamu.folding.score import Score
 from tatamu.policies.dataset.subject import Subject
 

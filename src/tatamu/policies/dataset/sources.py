@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation.robustness import SuccessRate
+from tatamu.evaluation.success import Success
 from tatamu.policies.dataset.distribution import choose, draw
 from tatamu.policies.dataset.specification import DatasetSpecification
 from tatamu.policies.dataset.subject import Subject, fields_of
@@ -185,6 +185,6 @@ def _learned(path: Path) -> LearnedFold:
 
 def _known(folder: ResultFolder, result: Result) -> tuple[int, int, str] | None:
     margins = folder.margins
-    rates: list[tuple[SuccessRate | None, str]] = [(margins.joint if margins else None, "margins")]
-    rates += [(result.held, "study")]
-    return next(((rate.held, rate.draws, name) for rate, name in rates if rate is not None), None)
+    rates: list[tuple[Success | None, str]] = [(margins.together if margins else None, "margins")]
+    rates += [(result.success, "study")]
+    return next(((rate.succeeded, rate.simulations, name) for rate, name in rates if rate is not None), None)

@@ -14,8 +14,8 @@ import numpy as np
 from gymnasium import spaces
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation import Nominal
 from tatamu.evaluation.disturbances import NOMINAL, Disturbances
+from tatamu.evaluation.nominal import Nominal
 from tatamu.garments import Garment
 from tatamu.policies.envs.episodes import make_episodes
 from tatamu.policies.envs.observation import Observation, Observer, View
@@ -97,7 +97,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
             InputError: If the action does not have this shape, or is not finite.
         """
         parameters = self.parameters(action)
-        found = Nominal(self.task).in_world(parameters, self._world)
+        found = Nominal(self.task).simulate(parameters, self._world)
         if found.rollout is not None:
             self._positions = found.rollout.positions[-1]
         info = {

@@ -1,0 +1,148 @@
+"""Simulates a fold in many scenarios, side by side. What was simulated is kept, so an interrupted run goes on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from tatamu.base.errors import WorkerKilledError
+from tatamu.base.files import read_text, unwritable
+from tatamu.evaluation.disturbances import NOMINAL, World, disturbed_scene
+from tatamu.evaluation.nominal import Nominal
+from tatamu.evaluation.outcome import Outcome
+from tatamu.folding.task import Task
+from tatamu.simulation.source import source_digest
+
+VERSION = 3
+"""Version of the kept outcomes. Outcomes of other versions are simulated again."""
+Progress = Callable[[int, int], object]
+"""Is called with how many simulations have ended, and how many are known to be needed."""
+_LINE = TypeAdapter(Outcome)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A manipulation of a task, which is simulated in scenarios."""
+
+    task: Task
+    parameters: Mapping[str, int | float]
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of the undisturbed scene and of the simulator's code."""
+        scene = disturbed_scene(self.task.fold, self.task.manipulation(self.parameters), NOMINAL)
+        known = f"{VERSION} {self.task.simulator} {source_digest()} {scene.model_dump_json()}"
+        return sha256(known.encode()).hexdigest()[:16]
+
+    def key(self, scenario: World) -> str:
+        """Return the key under which the outcome in a scenario is kept."""
+        values = sorted((name, value.hex()) for name, value in scenario.values.items() if value)
+        return sha256(json.dumps([self.digest, values]).encode()).hexdigest()[:24]
+
+
+class Draws:
+    """Outcomes of a subject, each simulated once."""
+
+    def __init__(
+        self,
+        subject: Subject,
+        workers: Executor,
+        file: Path | None = None,
+        progress: Progress = lambda done, total: None,
+    ) -> None:
+        """Read the outcomes that are kept in a file, one a line. An incomplete line is skipped.
+
+        Raises:
+            InputError: If the file cannot be read, or its folder cannot be made.
+        """
+        self.subject = subject
+        self._workers = workers
+        self._file = file
+        self._progress = progress
+        self._known = {} if file is None else read_outcomes(file)
+        self._asked: set[str] = set()
+        if file is None:
+            return
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise unwritable(file.parent, error) from None
+
+    @property
+    def simulations(self) -> int:
+        """How many outcomes were asked for, those that were kept included."""
+        return len(self._asked)
+
+    def outcomes(self, scenarios: Sequence[World]) -> list[Outcome]:
+        """Return the outcomes in scenarios, in their order.
+
+        Raises:
+            InputError: If the file cannot be written.
+        """
+        keys = [self.subject.key(each) for each in scenarios]
+        self._asked.update(keys)
+        missing = {key: each for key, each in zip(keys, scenarios, strict=True) if key not in self._known}
+        futures = {
+            self._workers.submit(simulate_outcome, self.subject.task, self.subject.parameters, each): key
+            for key, each in missing.items()
+        }
+        try:
+            for left, future in zip(range(len(futures) - 1, -1, -1), as_completed(futures), strict=True):
+                self._keep(futures[future], _result(future))
+                self._progress(self.simulations - left, self.simulations)
+        finally:
+            for future in futures:
+                future.cancel()  # only has an effect after an interruption
+        return [self._known[key] for key in keys]
+
+    def _keep(self, key: str, outcome: Outcome) -> None:
+        self._known[key] = outcome
+        if self._file is None:
+            return
+        try:
+            with self._file.open("a") as file:
+                start = "" if _ends_with_line(self._file) else "\n"
+                file.write(start + json.dumps({"key": key, **_LINE.dump_python(outcome)}) + "\n")
+        except OSError as error:
+            raise unwritable(self._file, error) from None
+
+
+def read_outcomes(file: Path) -> dict[str, Outcome]:
+    """Return the outcomes that a file keeps, by their keys. What is no outcome is passed over."""
+    found = {}
+    for line in read_text(file).splitlines() if file.exists() else ():
+        try:
+            value = json.loads(line)
+            key = value.pop("key")
+            found[key] = _LINE.validate_json(json.dumps(value), strict=True)
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError, ValidationError):
+            continue
+    return found
+
+
+def simulate_outcome(task: Task, parameters: Mapping[str, int | float], scenario: World) -> Outcome:
+    """Simulate a manipulation in a scenario."""
+    return Outcome.of(Nominal(task).simulate(parameters, scenario), task.fold)
+
+
+def _result(future: Future[Outcome]) -> Outcome:
+    """Return an outcome. A simulation that killed its processes is a failed one."""
+    try:
+        return future.result()
+    except WorkerKilledError as error:
+        return Outcome(None, None, str(error))
+
+
+def _ends_with_line(path: Path) -> bool:
+    with path.open("rb") as file:
+        if not file.seek(0, 2):
+            return True
+        file.seek(-1, 2)
+        return file.read(1) == b"\n"

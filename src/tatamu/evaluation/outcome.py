@@ -1,0 +1,77 @@
+"""The outcome of a fold in one scenario, kept for margins and feedback, and why it fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import FiniteFloat
+
+from tatamu.evaluation.evaluator import Evaluation
+from tatamu.folding.fold import Fold
+from tatamu.folding.marks import marks
+from tatamu.folding.score import Limits
+
+TABLE, BESIDE_CLOTH, BESIDE_TARGET = "a hand meets the table", "a hand misses the cloth", "put down beside the target"
+SLIPPED, UNDONE, CRUSHED, UNSIMULATED = "slipped", "came undone", "crushed", "could not be simulated"
+HELP = {
+    TABLE: "aim higher (--aim), or measure the table's height better",
+    BESIDE_CLOTH: "aim deeper (--aim), or see the cloth's edge better",
+    BESIDE_TARGET: "no path helps; a better camera does, or `tatamu observe` and `tatamu correct` after one fold",
+    SLIPPED: "a table with more friction, or a slower fold",
+    UNDONE: "a press, or a limper cloth",
+    CRUSHED: "a higher path: more trials, or a larger --level",
+    UNSIMULATED: "see the reason of the failed simulation",
+}
+"""What helps against each cause of failure."""
+UNDONE_SHARE = 0.25
+"""Share of the moved part that lies on the wrong side of the fold line, above which a fold counts as come undone."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The measures that decide whether a fold succeeds, and those that say why it does not."""
+
+    mean_vertex_distance: FiniteFloat | None
+    mask_iou: FiniteFloat | None
+    error: str | None = None
+    moving_vertex_distance: FiniteFloat | None = None
+    marks: dict[str, FiniteFloat] | None = None
+    aligned_distance: FiniteFloat | None = None
+    """Mean distance of the moved part from its target, without the part's mean horizontal offset [m]."""
+    slip: FiniteFloat | None = None
+    undone: FiniteFloat | None = None
+    """Share of the moved part that lies on the wrong side of the fold line."""
+
+    @classmethod
+    def of(cls, found: Evaluation, fold: Fold) -> Outcome:
+        """Return the outcome of an evaluation that has its rollout, or failed."""
+        score = found.score
+        if score is None or found.rollout is None:
+            return cls(None, None, found.error)
+        final = found.rollout.positions[-1]
+        moved = ~fold.still()
+        off = (final - fold.target)[moved]
+        off[:, :2] -= off[:, :2].mean(axis=0)
+        return cls(
+            score.mean_vertex_distance,
+            score.mask_iou,
+            moving_vertex_distance=score.moving_vertex_distance,
+            marks=marks(fold, final),
+            aligned_distance=float(np.linalg.norm(off, axis=1).mean()),
+            slip=score.slip,
+            undone=float((fold.crease.split(final[moved])[0] < 0.0).mean()),
+        )
+
+    def cause(self, limits: Limits) -> str | None:
+        """Return why the fold fails, a key of `HELP`; None if it succeeds."""
+        if limits.hold(self):
+            return None
+        if self.error is not None or self.aligned_distance is None:
+            error = self.error or ""
+            return TABLE if "meets the table" in error else BESIDE_CLOTH if "beside the cloth" in error else UNSIMULATED
+        if (self.undone or 0.0) > UNDONE_SHARE:
+            return UNDONE
+        if self.aligned_distance <= limits.mean_vertex_distance and (self.slip or 0.0) <= limits.mean_vertex_distance:
+            return BESIDE_TARGET
+        return SLIPPED if (self.slip or 0.0) > limits.mean_vertex_distance else CRUSHED

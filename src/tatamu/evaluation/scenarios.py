@@ -1,0 +1,146 @@
+"""Folds that succeed under disturbances: the evaluator over the scenarios of an orthogonal array.
+
+Each scenario has every disturbance at plus or minus a number of deviations (Taguchi's outer array). A fold is simulated
+undisturbed first. Only if it would be the best, it is simulated in the scenarios of the ask, in their order, until one
+fails. With n vertices and the limit d of the mean distance, its value is
+
+    C                                               if it succeeds in all of them, or cannot be the best
+    max(C, beat) + alpha n d (1 + failed share)     otherwise
+
+so that the value falls with the number of scenarios passed, and no fold that fails beats one that succeeds.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from tatamu.base.errors import InputError
+from tatamu.evaluation.array import orthogonal_array
+from tatamu.evaluation.disturbances import Disturbances, World
+from tatamu.evaluation.disturbances.channels import CHANNELS
+from tatamu.evaluation.disturbances.world import deviations, worlds_of
+from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
+from tatamu.evaluation.nominal import Nominal
+from tatamu.folding.score import ALPHA, Limits
+from tatamu.folding.task import Task
+from tatamu.simulation.side_by_side import processors
+from tatamu.simulation.simulators import capabilities
+
+MAX_AHEAD = 4
+"""Maximum number of scenarios that are simulated at a time once there is something to beat."""
+
+
+def array_scenarios(disturbances: Disturbances, level: float = 1.5) -> list[World]:
+    """Return the scenarios of an orthogonal array, with every disturbance at plus or minus `level` deviations.
+
+    Correlated disturbances are drawn in the space of independent normal variables.
+
+    Raises:
+        InputError: If no disturbance has a deviation above zero.
+    """
+    names = list(deviations(disturbances))
+    if not names:
+        raise InputError("disturbances: must have a deviation above 0, given none")
+    columns = [index for index, channel in enumerate(CHANNELS) if channel.name in names]
+    signs = orthogonal_array(len(columns))
+    rows = np.zeros((len(signs), len(CHANNELS)))
+    rows[:, columns] = level * signs
+    return worlds_of(disturbances, rows)
+
+
+def order_scenarios(reference: Evaluation, others: Sequence[Evaluation], count: int) -> tuple[int, ...]:
+    """Return the scenarios in which the reference fold succeeds, those in which most other folds failed first."""
+    failures = Counter(index for each in others for index in each.failed_in)
+    able = [index for index in range(count) if index not in reference.failed_in]
+    return tuple(sorted(able, key=lambda index: (-failures[index], index)))
+
+
+@dataclass(frozen=True)
+class Scenarios(Evaluator):
+    """Scores a fold over scenarios."""
+
+    inner: Nominal
+    disturbances: Disturbances
+    level: float = 1.5
+    """Size of every disturbance, in its deviations."""
+    limits: Limits = field(default_factory=Limits)
+
+    contains_length = True
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.level <= 4.0:
+            raise InputError(f"level: must be above 0 and at most 4, given {self.level:g}")
+
+    @cached_property
+    def sample(self) -> list[World]:
+        """The scenarios, by their index."""
+        return array_scenarios(self.disturbances, self.level)
+
+    @property
+    def task(self) -> Task:  # type: ignore[override]
+        return self.inner.task
+
+    @property
+    def scenario_count(self) -> int:  # type: ignore[override]
+        return len(self.sample)
+
+    @property
+    def undisturbed(self) -> Evaluator:
+        return self.inner
+
+    def on(self, task: Task) -> Scenarios:
+        return replace(self, inner=self.inner.on(task))
+
+    def __call__(self, ask: Ask | Mapping[str, int | float]) -> Evaluation:
+        ask = Ask.of(ask)
+        found = self.inner(ask)
+        if found.failed or found.objective >= ask.beat:
+            return found
+        indices = range(len(self.sample)) if ask.scenarios is None else ask.scenarios
+        if not self._succeeds(found):
+            return self._penalise(found, ask, 1.0)
+        tried, failures = 0, []
+        for index, outcome in zip(indices, self._outcomes(ask, indices), strict=False):
+            tried += 1
+            if not self._succeeds(outcome):
+                failures.append(index)
+                if ask.beat < np.inf:
+                    break
+        found = replace(found, scenarios=tried, failed_in=tuple(failures))
+        if not failures:
+            return found
+        passed = tried - len(failures)
+        return self._penalise(found, ask, 1.0 - passed / len(indices))
+
+    def _penalise(self, found: Evaluation, ask: Ask, failed_share: float) -> Evaluation:
+        base = found.nominal if np.isinf(ask.beat) else max(found.nominal, ask.beat)
+        limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
+        return replace(found, objective=base + limit * (1.0 + failed_share))
+
+    def _succeeds(self, found: Evaluation) -> bool:
+        return found.score is not None and self.limits.hold(found.score)
+
+    def _outcomes(self, ask: Ask, indices: Sequence[int]) -> Iterator[Evaluation]:
+        """Yield the outcomes in the scenarios in order, while some of the next ones are simulated already.
+
+        An ask with something to beat leaves half of the processors to other trials.
+        """
+
+        def simulate(index: int) -> Evaluation:
+            return replace(self.inner.simulate(ask.parameters, self.sample[index]), rollout=None)
+
+        count = processors() if np.isinf(ask.beat) else min(MAX_AHEAD, processors() // 2)
+        if count <= 1 or not capabilities(self.task.simulator).parallel:
+            yield from map(simulate, indices)
+            return
+        threads = ThreadPoolExecutor(count)
+        try:
+            yield from threads.map(simulate, indices)
+        finally:
+            threads.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,171 @@
+"""How often a fold succeeds under disturbances, and the file `margins.json`. See docs/reference/result-folder.md."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+
+from tatamu.base.files import read_json, validated
+from tatamu.base.records import OpenRecord
+from tatamu.evaluation.outcome import Outcome
+from tatamu.folding.fold import Fold
+from tatamu.folding.score import Limits, vertex_distances
+
+CONFIDENCE = 0.95
+SURE, LIKELY = 0.9, 0.8
+"""Success rates for which the pages' colours change."""
+
+
+class Spread(OpenRecord):
+    """Median, 90 % quantile and maximum of distances [m]."""
+
+    median: float
+    q90: float
+    worst: float
+
+    @classmethod
+    def of(cls, distances: Sequence[float]) -> Spread:
+        """Return the spread of at least one distance."""
+        median, q90 = np.quantile(distances, [0.5, 0.9])
+        return cls(median=float(median), q90=float(q90), worst=float(max(distances)))
+
+
+class Success(OpenRecord):
+    """In how many simulated scenarios a fold succeeds. All scenarios count."""
+
+    simulations: int
+    succeeded: int
+    rate: float
+    interval: tuple[float, float]
+    """Bounds of the rate's 95 % confidence interval (Clopper and Pearson 1934)."""
+    causes: dict[str, int] = Field(default_factory=dict)
+    """How many scenarios failed by each cause, most frequent first."""
+    mean_vertex_distance: Spread
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_former(cls, value: Any) -> Any:
+        """Read the names of version 0.2."""
+        if not isinstance(value, dict) or "simulations" in value or "held" not in value:
+            return value
+        return {**value, "simulations": value.get("draws"), "succeeded": value["held"], "rate": value.get("share")}
+
+    @model_serializer(mode="wrap")
+    def _with_former(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Write the names of version 0.2 beside, for one version."""
+        return {**standard(self), "draws": self.simulations, "held": self.succeeded, "share": self.rate}
+
+    @classmethod
+    def of(cls, fold: Fold, outcomes: Sequence[Outcome], limits: Limits) -> Self:
+        """Count the outcomes of a fold."""
+        causes = Counter(cause for each in outcomes if (cause := each.cause(limits)) is not None)
+        succeeded = len(outcomes) - causes.total()
+        return cls(
+            simulations=len(outcomes),
+            succeeded=succeeded,
+            rate=succeeded / len(outcomes),
+            interval=interval_of(succeeded, len(outcomes)),
+            causes=dict(causes.most_common()),
+            mean_vertex_distance=Spread.of(distances_of(fold, outcomes)),
+        )
+
+    @property
+    def headline(self) -> str:
+        """One sentence for readers."""
+        low, high = self.interval
+        return (
+            f"succeeds in {self.succeeded} of {self.simulations} simulations "
+            f"({100 * self.rate:.0f} %, 95 % interval {100 * low:.0f} to {100 * high:.0f} %)"
+        )
+
+    @property
+    def reasons(self) -> str:
+        """The causes of failures with their counts, for readers; empty if the fold always succeeds."""
+        return ", ".join(f"{cause}: {count}" for cause, count in self.causes.items())
+
+    @property
+    def tone(self) -> str:
+        """Name of the colour in which pages show the rate."""
+        return "near-perfect" if self.interval[0] >= SURE else "fair" if self.rate >= LIKELY else "failed"
+
+    def __repr__(self) -> str:
+        """Return the headline."""
+        return f"Success({self.headline})"
+
+
+def interval_of(succeeded: int, simulations: int) -> tuple[float, float]:
+    """Return the 95 % confidence interval of a success rate."""
+    from scipy.stats import binomtest  # this import takes half a second
+
+    found = binomtest(succeeded, simulations).proportion_ci(CONFIDENCE, method="exact")
+    return float(found.low), float(found.high)
+
+
+def distances_of(fold: Fold, outcomes: Sequence[Outcome], *, moving: bool = False) -> list[float]:
+    """Return the mean distance in each outcome [m]; twice that of untouched cloth for a simulation that failed."""
+    untouched = vertex_distances(fold.target, fold.start)
+    failed = 2.0 * float((untouched[~fold.still()] if moving else untouched).mean())
+    found = [each.moving_vertex_distance if moving else each.mean_vertex_distance for each in outcomes]
+    return [failed if distance is None else distance for distance in found]
+
+
+class AloneMargin(OpenRecord):
+    """The range of one disturbance in which a fold succeeds, while all others are at their means."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"mean"})
+
+    name: str
+    unit: str
+    low: float | None
+    """Lowest value at which the fold succeeds; None if it succeeds as far as was tried."""
+    high: float | None
+    deviation: float
+    tried: tuple[float, float]
+    mean: float = 0.0
+
+
+class MarginsRecord(OpenRecord):
+    """The file `margins.json`: how large errors may be, and how often the fold succeeds with all of them at once."""
+
+    version: Literal[1] = 1
+    tatamu: str = ""
+    simulator: str
+    seed: int
+    limits: Limits
+    undisturbed: float | None
+    """Mean distance without disturbances [m]; None if that simulation failed."""
+    alone: list[AloneMargin]
+    together: Success
+    moving_vertex_distance: Spread | None = None
+    simulations: Annotated[int, Field(ge=0)]
+    """How many simulations were made."""
+    spacing: float | None = None
+    """Distance between neighbouring vertices of the mesh [m]."""
+    disturbances: dict[str, Any]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_former(cls, value: Any) -> Any:
+        """Read the names of version 0.2."""
+        former = isinstance(value, dict) and "together" not in value and "joint" in value
+        return {**value, "together": value["joint"]} if former else value
+
+    @model_serializer(mode="wrap")
+    def _with_former(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Write the names of version 0.2 beside, for one version."""
+        plain = OpenRecord._plain(self, standard)
+        return {**plain, "joint": plain["together"]}
+
+    @classmethod
+    def load(cls, path: Path) -> MarginsRecord:
+        """Read a file.
+
+        Raises:
+            InputError: If the file cannot be read, or a field is wrong.
+        """
+        return validated(cls, read_json(path), path)

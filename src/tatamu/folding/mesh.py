@@ -1,0 +1,51 @@
+"""The mesh on which folds are learned: coarser than a garment's own, which resolves every crease.
+
+Large triangles lock: where cloth curves in two directions, they must stretch instead of bend, and the cloth seems too
+stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B. On a
+mesh whose spacing is k times the garment's own, scenes therefore have the stretch stiffness Y / k^2.
+
+The ratios are the largest for which a fold succeeds on this mesh whenever it does on a mesh of half the spacing, in at
+least 95 of 100 scenarios (`make meshes`, docs/notes/learning.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tatamu.base.errors import InputError
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.plan import Plan
+from tatamu.garments import Garment, make_garment
+from tatamu.simulation.material import ORTHOTROPIC_MEMBRANE, Material
+
+ONE_LAYER, TWO_LAYERS, SEVERAL_STEPS = 2.0, 1.7, 1.5
+"""Ratio k for a garment of one layer and of two layers, and for plans of several steps, whose loops spring open."""
+MIN_VERTICES = 250
+"""Minimum number of vertices of a coarser mesh. A smaller garment keeps its own."""
+
+
+def learning_mesh(garment: Garment, plan: Plan, hands: int | None) -> tuple[Garment, float]:
+    """Return a garment on the mesh on which it is folded, and the divisor k^2 of its stretch stiffness.
+
+    A garment whose spacing was given, or that was not made by `make_garment`, keeps its mesh.
+    """
+    source = garment.source
+    if source is None or garment.spacing_given:
+        return garment, 1.0
+    ratio = SEVERAL_STEPS if len(plan.steps) > 1 else ONE_LAYER if garment.layers == 1 else TWO_LAYERS
+    try:
+        made = make_garment(source.name, source.size, garment.material, ratio * garment.spacing, source.scale)
+        ideal_folds(made, plan, hands)
+    except InputError:
+        return garment, 1.0
+    if not MIN_VERTICES <= len(made.vertices) < len(garment.vertices):
+        return garment, 1.0
+    return replace(made, source=source), ratio**2
+
+
+def softened(material: Material, divisor: float) -> Material:
+    """Return a material whose stretch and shear stiffnesses are divided."""
+    if divisor == 1.0:
+        return material
+    known = {name: getattr(material, name) for name in ("stretch_stiffness", *ORTHOTROPIC_MEMBRANE)}
+    return material.model_copy(update={name: value / divisor for name, value in known.items() if value is not None})
