@@ -14,6 +14,7 @@ def test_a_cantilever_sags_right_on_every_layout(layout: str) -> None:
     assert statics.tip(LAYOUTS[layout], 0.005) == pytest.approx(1.0, abs=0.004)
 
 
+@pytest.mark.slow
 def test_meshes_that_no_check_has_are_right_on_average() -> None:
     for layouts in statics.OTHERS.values():
         tips = [statics.tip(layout, 0.005) for layout in layouts]

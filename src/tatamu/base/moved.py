@@ -23,6 +23,12 @@ MOVED = {
 }
 """Former name of a module to the room in which it is now, under the same name."""
 RENAMED = {
+    "calibration.edges": "calibration.elongation",
+    "calibration.entry": "calibration.readings",
+    "calibration.fit": "calibration.estimate",
+    "calibration.options": "calibration.laboratory",
+    "calibration.quantity": "calibration.readings",
+    "calibration.target": "calibration.test",
     "crosscheck": "after.second_opinion",
     "margins": "after.margins",
     "observation": "after.feedback",
