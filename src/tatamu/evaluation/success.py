@@ -93,9 +93,9 @@ class Success(OpenRecord):
         """Name of the colour in which pages show the rate."""
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.rate >= LIKELY else "failed"
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         """Return the headline."""
-        return f"Success({self.headline})"
+        return self.headline
 
 
 def interval_of(succeeded: int, simulations: int) -> tuple[float, float]:

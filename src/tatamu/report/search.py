@@ -27,9 +27,7 @@ def objective(result: ResultRecord) -> Plot:
             _star(result.best_trial.number, least, "C = %{y:.4f}"),
         ],
         xaxis=_trials(result),
-        yaxis=axis(
-            "objective C" if result.disturbances is None else "objective C, with penalties for failed scenarios"
-        ),
+        yaxis=axis("objective C" if result.disturbances is None else "C, with penalties"),
         hovermode="closest",
     )
 
