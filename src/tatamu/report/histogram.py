@@ -51,9 +51,10 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
     }
     top = float(counts.max()) * 1.12
     marks = [line("x", mean), line("x", beyond)]
+    side = "right" if beyond > 750.0 * last * width else "left"  # a phone has no space to the right of the plot
     words = [
         note(mean, 1, "μ", yref="paper", yanchor="bottom", xanchor="right"),
-        note(beyond, 1, "μ+1.28σ", yref="paper", yanchor="bottom", xanchor="left"),
+        note(beyond, 1, "μ+1.28σ", yref="paper", yanchor="bottom", xanchor=side),
     ]
     return traces(
         [bars],
