@@ -34,6 +34,9 @@ WIDE: Any = np.float32(0.4)
 
 For smaller cosines, a formula without this divisor is used."""
 
+PART = BLOCK // 3
+"""Number of hinges whose edges are kept in the nearest cache."""
+
 
 class Bending(NamedTuple):
     """Constants of bending, in the order in which forces are computed.
@@ -77,6 +80,8 @@ class HingeMeasures(NamedTuple):
     Rows 0 to 5 contain the derivatives of the dihedral angle theta with respect to the positions of both opposite
     vertices [1/m]: rows 0 to 2 for the vertex c, rows 3 to 5 for the vertex d. Rows 6 and 7 contain the feet of these
     vertices, as fractions of the edge."""
+    edges: np.ndarray
+    """Rows of PART numbers with the edges of some hinges [m], shape (9 PART,)."""
     g: np.ndarray
     """Measure g = 4 tan(theta / 4) of the dihedral angle theta of each hinge [-]."""
     slope: np.ndarray
@@ -103,6 +108,7 @@ def scratch(
         slip = hysteresis.unslipped(hysteresis.none(real), np.zeros(0), np.zeros((0, 5), dtype=np.int64))
     return HingeMeasures(
         gradients=np.zeros((blocks(hinges), 8 * BLOCK), dtype=real),
+        edges=np.zeros(9 * PART, dtype=real),
         g=np.zeros(places + copies, dtype=real),
         slope=np.zeros(places, dtype=real),
         moment=np.zeros(places + copies, dtype=real),
@@ -150,31 +156,35 @@ def _tan_of_quarter(cosine, sine):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _measure(
-    X: np.ndarray,
-    a: int,
-    b: int,
-    c: int,
-    d: int,
-    n: int,
-    gradients: np.ndarray,
-    g: np.ndarray,
-    slope: np.ndarray,
-) -> None:
-    """Measure the dihedral angles of n hinges, a block of `HingeMeasures`.
-
-    Hinge j has the vertices a + j, b + j, c + j and d + j. X contains the positions [m]. The function fills
-    `gradients`, `g` and `slope`.
-    """
+def _set_edges(X: np.ndarray, a: int, b: int, c: int, d: int, n: int, out: np.ndarray) -> None:
+    """Set nine rows of `out` to the vectors from vertex a + j to b + j, c + j and d + j of n hinges [m]."""
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
     xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
     xd, yd, zd = X[0, d : d + n], X[1, d : d + n], X[2, d : d + n]
-    real = gradients.dtype.type
+    real = out.dtype.type
     for j in range(n):
-        ex, ey, ez = real(xb[j] - xa[j]), real(yb[j] - ya[j]), real(zb[j] - za[j])
-        ux, uy, uz = real(xc[j] - xa[j]), real(yc[j] - ya[j]), real(zc[j] - za[j])
-        wx, wy, wz = real(xd[j] - xa[j]), real(yd[j] - ya[j]), real(zd[j] - za[j])
+        out[j] = real(xb[j] - xa[j])
+        out[j + PART] = real(yb[j] - ya[j])
+        out[j + 2 * PART] = real(zb[j] - za[j])
+        out[j + 3 * PART] = real(xc[j] - xa[j])
+        out[j + 4 * PART] = real(yc[j] - ya[j])
+        out[j + 5 * PART] = real(zc[j] - za[j])
+        out[j + 6 * PART] = real(xd[j] - xa[j])
+        out[j + 7 * PART] = real(yd[j] - ya[j])
+        out[j + 8 * PART] = real(zd[j] - za[j])
+
+
+@kernel
+def _measure(m: np.ndarray, n: int, gradients: np.ndarray, g: np.ndarray, slope: np.ndarray) -> None:
+    """Measure the dihedral angles of n hinges from the rows m of `_set_edges`: fill `gradients`, `g` and `slope`.
+
+    This loop has no numbers in double precision, because the compiler would then use half of each vector register.
+    """
+    for j in range(n):
+        ex, ey, ez = m[j], m[j + PART], m[j + 2 * PART]
+        ux, uy, uz = m[j + 3 * PART], m[j + 4 * PART], m[j + 5 * PART]
+        wx, wy, wz = m[j + 6 * PART], m[j + 7 * PART], m[j + 8 * PART]
         square = ex * ex + ey * ey + ez * ez + TINY
         px, py, pz = ey * uz - ez * uy, ez * ux - ex * uz, ex * uy - ey * ux
         qx, qy, qz = ez * wy - ey * wz, ex * wz - ez * wx, ey * wx - ex * wy
@@ -293,8 +303,12 @@ def measure(X: np.ndarray, hinges: np.ndarray, measures: HingeMeasures) -> None:
             b = hinges[r, 3] + done
             c = hinges[r, 4] + done
             d = hinges[r, 5] + done
-            rows = measures.gradients[block]
-            _measure(X, a, b, c, d, n, rows, measures.g[e : e + n], measures.slope[e : e + n])
+            for first in range(0, n, PART):
+                k = min(n - first, PART)
+                i = e + first
+                _set_edges(X, a + first, b + first, c + first, d + first, k, measures.edges)
+                rows = measures.gradients[block, first:]
+                _measure(measures.edges, k, rows, measures.g[i : i + k], measures.slope[i : i + k])
             block += 1
 
 
