@@ -63,16 +63,15 @@ class Air(NamedTuple):
 class AirSurface(NamedTuple):
     """The surface of the cloth, on which the air acts.
 
-    A slot is the memory position of a vertex. All arrays are empty if `Air.directional` is false.
+    All arrays are empty if `Air.directional` is false.
     """
 
     normals: np.ndarray
-    """Unit normal of the surface at each slot (memory position of a vertex), from the last update, shape (3, slots)."""
+    """Unit normal of the surface at each slot, from the last update, shape (3, slots)."""
     carried: np.ndarray
     """Ratio alpha of the carried mass of air to the mass of cloth and carried air [-], shape (slots,).
 
-    The array has one number per slot (memory position of a vertex). The ratio is 0 for cloth that is held or in
-    contact."""
+    The array has one number per slot. The ratio is 0 for cloth that is held or in contact."""
     along: np.ndarray
     """Temporary memory: decrease of the velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray
@@ -108,7 +107,7 @@ EVERY = 2
 
 
 def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
-    """Return the arrays of a surface for given numbers of slots (memory positions) and vertices."""
+    """Return the arrays of a surface for given numbers of slots and vertices."""
     room = slots if air.directional else 0
     sums = np.zeros((vertices if air.directional else 0, 3))
     return AirSurface(np.zeros((3, room)), np.zeros(room), np.zeros(room), np.zeros(room), sums)
@@ -136,7 +135,7 @@ def _quadratic(path: np.ndarray, s: int, un: float, air: Air, step: float) -> fl
     Args:
         path: Path along the normal of each slot since its last change of direction [m]. The path of this slot is
             updated.
-        s: Slot (memory position) of the vertex.
+        s: Slot of the vertex.
         un: Velocity along the normal [m/s].
         air: Constants of air.
         step: Time for which the velocity acts [s].
@@ -202,7 +201,7 @@ def meet(
     velocity at which drag balances a constant force is exact.
 
     Args:
-        V: Velocities by slot (memory position of a vertex) [m/s], shape (3, slots).
+        V: Velocities by slot [m/s], shape (3, slots).
         surface: Surface of the cloth. Its normals and its carried air are updated.
         air: Constants of air.
         positions: Positions of the vertices. A vertex that contact has moved counts as touching a surface, so it
@@ -246,7 +245,7 @@ def resist(
     The velocity changes come from forces, gravity and isotropic drag.
 
     Args:
-        V: Velocities by slot (memory position of a vertex) [m/s], shape (3, slots).
+        V: Velocities by slot [m/s], shape (3, slots).
         F: Forces [N], shape (3, width). The first columns belong to the slots. The other columns are not used.
         inverse_mass: Inverse mass of the cloth without air, by slot [1/kg].
         surface: Normals of the surface, and the air that it carries.

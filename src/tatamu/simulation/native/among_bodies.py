@@ -22,7 +22,7 @@ def _longest_way(V: np.ndarray, seconds: float) -> float:
 
 @kernel
 def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
-    """Copy the positions of the vertices near rigid bodies from slots (memory positions).
+    """Copy the positions of the vertices near rigid bodies from slots.
 
     If `to_start` is true, the positions are stored as positions at the start of a membrane step, otherwise at its end.
     """
@@ -40,7 +40,7 @@ def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool
 
 @kernel
 def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
-    """Copy the corrected positions of the vertices near rigid bodies back to slots (memory positions).
+    """Copy the corrected positions of the vertices near rigid bodies back to slots.
 
     Also add the corrections to the velocities, and update Y, the positions in the time `ahead` [s].
     """

@@ -55,7 +55,7 @@ def _parts(steps: int) -> np.ndarray:
 class Grippers:
     """All grippers of a scene, by number.
 
-    Time is counted in outer steps (the longest time steps) and not in seconds.
+    Time is counted in outer steps and not in seconds.
     """
 
     def __init__(self, scene: Scene, outer_step: float, steps: int) -> None:

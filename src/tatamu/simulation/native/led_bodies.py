@@ -42,7 +42,7 @@ class BodyPose:
 class LedBodies:
     """All rigid bodies of a scene, by number.
 
-    Time is counted in outer steps (the longest time steps) and not in seconds.
+    Time is counted in outer steps and not in seconds.
     """
 
     def __init__(self, scene: Scene, bodies: Bodies, outer_step: float) -> None:

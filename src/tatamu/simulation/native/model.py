@@ -45,13 +45,11 @@ class Model:
     """All data about a cloth and its material that do not depend on other parts of the scene."""
 
     slot: np.ndarray
-    """Slot (memory position) of each vertex, shape (n,)."""
+    """Slot of each vertex, shape (n,)."""
     slots: int
-    """Number of slots (memory positions of vertices), including fillers.
-
-    Copies of vertices are stored after these slots."""
+    """Number of slots, including fillers."""
     width: int
-    """Number of slots (memory positions of vertices) and of copies of slots together."""
+    """Number of slots and of copies of slots together."""
     mass: np.ndarray
     """Lumped mass of each vertex [kg], shape (n,): a third of the mass of each triangle around the vertex."""
     elastic: ElasticModel
@@ -85,7 +83,7 @@ class Model:
 _kept: dict[bytes, Model] = {}
 _keeping = Lock()  # because simulate_many runs scenes in threads
 _MOST_KEPT = 48
-"""Largest number of models, which are cloths prepared for the simulator, that are kept in memory.
+"""Largest number of models that are kept in memory.
 
 A study simulates about 20 random draws of the disturbances, each with its own material, on two meshes."""
 

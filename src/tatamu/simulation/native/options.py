@@ -74,8 +74,8 @@ class ContactOptions(NamedTuple):
     margin_thicknesses: float = 3.0
     """Margin of the search for contact [thicknesses of the cloth].
 
-    Candidates (pairs that may touch) are searched within one thickness plus this margin. The options `margin_edges` and
-    `margin_limit` can increase the margin."""
+    Candidates are searched within one thickness plus this margin. The options `margin_edges` and `margin_limit` can
+    increase the margin."""
     margin_edges: float = 0.75
     """Least margin of the search for contact, as a fraction of the longest edge of the mesh [-].
 
@@ -86,8 +86,8 @@ class ContactOptions(NamedTuple):
     margin_wear: float = 0.8
     """Fraction of the search margin that motion may use up [-].
 
-    The search for candidates (pairs that may touch) is repeated when two vertices may have approached each other by
-    this fraction of the margin."""
+    The search for candidates is repeated when two vertices may have approached each other by this fraction of the
+    margin."""
     crease_cosine: float = 0.5
     """Smallest cosine between the normals of cloth that does not count as folded [-].
 
@@ -115,7 +115,7 @@ class ContactOptions(NamedTuple):
 
     If layers are closer, not only their vertices but also their edges are kept away from each other."""
     pressed_searches: int = 4
-    """Number of searches for candidates (pairs that may touch) for which a vertex counts as pressed.
+    """Number of searches for candidates for which a vertex counts as pressed.
 
     The number is counted from the last time at which the layers at the vertex were pressed together."""
     pairs_per_edge: int = 24
@@ -174,7 +174,7 @@ class ContactOptions(NamedTuple):
     After a larger correction, a vertex counts as restless. Only restless vertices are tested for passing through cloth.
     """
     restless_steps: int = 3
-    """Number of outer steps for which a vertex stays restless, that is, in danger of passing through cloth."""
+    """Number of outer steps for which a vertex stays restless."""
     zone_passes: int = 30
     """Largest number of passes in which impact zones can grow in a round of contact.
 

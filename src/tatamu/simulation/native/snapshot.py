@@ -25,11 +25,11 @@ class SimulationState:
     digest: str
     """Digest of the scene, the options and the source of the simulator."""
     number: int
-    """Number of outer steps (the longest time steps of the simulator) that have been simulated."""
+    """Number of outer steps that have been simulated."""
     requested: float
     """Total time that calls of `Simulation.advance` have requested so far [s]."""
     untangle_at: int
-    """Number of the outer (longest) time step in which the simulator tries again to separate crossed layers.
+    """Number of the outer time step in which the simulator tries again to separate crossed layers.
 
     It is -1 if no attempt is planned."""
     rest: Rest

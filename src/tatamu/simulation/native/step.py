@@ -29,7 +29,7 @@ from tatamu.simulation.native.system import Hands, Span, State, System
 
 @kernel
 def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
-    """Copy the values of the slots (memory positions) `copied` to the places behind the last slot."""
+    """Copy the values of the slots `copied` to the places behind the last slot."""
     for k in range(3):
         x = X[k]
         for i in range(copied.shape[0]):
@@ -38,7 +38,7 @@ def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
 
 @kernel
 def _add_back(F: np.ndarray, copied: np.ndarray, slots: int) -> None:
-    """Add the forces on copies of slots (memory positions) to the forces on the slots, and clear the copies."""
+    """Add the forces on copies of slots to the forces on the slots, and clear the copies."""
     for k in range(3):
         f = F[k]
         for i in range(copied.shape[0]):
@@ -128,7 +128,7 @@ def _lead(state: State, hands: Hands, number: int, outer_step: float) -> None:
 
 @kernel
 def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarray) -> float:
-    """Copy positions from slots (memory positions of vertices) to `x` and to `predicted`.
+    """Copy positions from slots to `x` and to `predicted`.
 
     The function returns the sum of the squares of all coordinates [m^2].
     """
@@ -149,7 +149,7 @@ def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarra
 
 @kernel
 def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarray, V: np.ndarray, rate: float) -> None:
-    """Copy corrected positions back to slots (memory positions of vertices).
+    """Copy corrected positions back to slots.
 
     The corrections times `rate` [1/s] are added to the velocities.
     """
@@ -219,7 +219,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
 
 @unlocked
 def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tuple[int, float]:
-    """Make outer steps, the longest time steps of the simulator.
+    """Make outer steps.
 
     Args:
         system: The running scene. Its state is changed in place.

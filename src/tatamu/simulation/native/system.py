@@ -20,31 +20,29 @@ from tatamu.simulation.native.options import ContactOptions, LimitOptions
 class State(NamedTuple):
     """Positions and velocities of the cloth, and temporary memory.
 
-    Elastic forces use the arrays by slot (the memory position of a vertex), and contact uses them by vertex.
+    Elastic forces use the arrays by slot, and contact uses them by vertex.
     """
 
     X: np.ndarray
-    """Positions in slots (memory positions of vertices) and copies of slots [m], shape (3, width).
-
-    The width is the number of slots and copies."""
+    """Positions in slots and copies of slots [m], shape (3, width)."""
     V: np.ndarray
-    """Velocities in slots (memory positions of vertices) [m/s], shape (3, slots)."""
+    """Velocities in slots [m/s], shape (3, slots)."""
     Y: np.ndarray
-    """Positions at which forces are computed, in slots (memory positions) and copies of slots [m], shape (3, width)."""
+    """Positions at which forces are computed, in slots and copies of slots [m], shape (3, width)."""
     F: np.ndarray
-    """Forces in slots (memory positions of vertices) and copies of slots [N], in single precision, shape (3, width).
+    """Forces in slots and copies of slots [N], in single precision, shape (3, width).
 
     Between substeps they are zero."""
     inverse_mass: np.ndarray
-    """Inverse mass of the vertex in each slot (memory position) [1/kg], shape (slots,).
+    """Inverse mass of the vertex in each slot [1/kg], shape (slots,).
 
     It is 0 for held vertices and for slots without a vertex."""
     free: np.ndarray
-    """Whether gravity and drag move the vertex in each slot (memory position), shape (slots,).
+    """Whether gravity and drag move the vertex in each slot, shape (slots,).
 
     It is 0 for held vertices and for slots without a vertex, and 1 for all other slots."""
     slot: np.ndarray
-    """Slot (memory position) of each vertex, shape (n,)."""
+    """Slot of each vertex, shape (n,)."""
     positions: Positions
     """Positions by vertex, for contact. Their fields `start` and `predicted` refer to one round of contact."""
     triangle_forces: np.ndarray

@@ -26,10 +26,7 @@ margin before the next search."""
 
 @allocating
 def order_by_height(x: np.ndarray, contact: ContactState) -> None:
-    """Order the vertices with partners from the highest down, as `vertex_face.sweep` needs them.
-
-    The partners of a vertex are the triangles from which contact keeps the vertex apart.
-    """
+    """Order the vertices with partners from the highest down, as `vertex_face.sweep` needs them."""
     triangle = contact.vertex_face.triangle
     near = np.flatnonzero((triangle[:, 0] >= 0) | (triangle[:, 1] >= 0) | (triangle[:, 2] >= 0))
     contact.vertex_face.order[: near.shape[0]] = near[np.argsort(-x[near, 2])]
@@ -42,9 +39,8 @@ def search(
 ) -> None:
     """Find the partners of every vertex, and the pairs of guarded edges.
 
-    The partners of a vertex are the triangles from which contact keeps the vertex apart. A guarded edge is an edge that
-    contact keeps apart from other edges. The array x contains the positions of the n vertices [m], shape (n, 3). In
-    these positions every vertex is on the correct side of all layers.
+    The array x contains the positions of the n vertices [m], shape (n, 3). In these positions every vertex is on the
+    correct side of all layers.
     """
     pressed = contact.activity.pressed
     call(kernels.search_partners, None, (x, mesh, contact.vertex_face, options))

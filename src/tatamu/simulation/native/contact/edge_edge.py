@@ -138,10 +138,7 @@ def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[in
 
 @kernel
 def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float) -> None:
-    """Let pairs of edges whose distance exceeds `kept` [m] sleep, and list all other pairs as awake.
-
-    A pair that sleeps is not tested until its edges may have come too near to each other.
-    """
+    """Let pairs of edges whose distance exceeds `kept` [m] sleep, and list all other pairs as awake."""
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets

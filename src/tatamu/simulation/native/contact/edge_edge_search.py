@@ -32,10 +32,7 @@ Two edges whose distance is less than this sum are paired."""
 def _newly_guarded(
     mesh: ContactMesh, guarded: np.ndarray, pressed: np.ndarray, face_normal: np.ndarray, ridge: float
 ) -> np.ndarray:
-    """Return which of the e edges need to be guarded and are not guarded yet, shape (e,).
-
-    A guarded edge is an edge that contact keeps apart from other edges.
-    """
+    """Return which of the e edges need to be guarded and are not guarded yet, shape (e,)."""
     edges = mesh.edges
     newly = np.zeros(edges.shape[0], dtype=np.bool_)
     for e in range(edges.shape[0]):
@@ -77,8 +74,6 @@ def search(
     options: ContactOptions,
 ) -> None:
     """Pair each newly guarded edge with the edges near it, except its neighbours in the same flat cloth.
-
-    A guarded edge is an edge that contact keeps apart from other edges.
 
     Args:
         x: Positions of the n vertices, which are on the correct sides of all layers [m], shape (n, 3).

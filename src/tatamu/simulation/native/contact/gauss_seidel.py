@@ -126,7 +126,7 @@ def resolve(
 
 @kernel
 def rounds_of_next_step(rounds: int, longest: float, thickness: float, most: int, options: ContactOptions) -> int:
-    """Return the number of rounds of contact in the next outer step, the longest time step of the simulation.
+    """Return the number of rounds of contact in the next outer step.
 
     The number is doubled if contact moved a vertex far in the present outer step, and halved if contact hardly moved
     any vertex.

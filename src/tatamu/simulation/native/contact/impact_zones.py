@@ -42,7 +42,7 @@ def _join(zone: np.ndarray, a: int, b: int) -> None:
 
 @kernel
 def _join_four(zone: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
-    """Put four vertices into one zone (a group that moves together), and return whether this changed any zone."""
+    """Put four vertices into one zone, and return whether this changed any zone."""
     if zone[a] >= 0 and zone[b] >= 0 and zone[c] >= 0 and zone[d] >= 0:
         root = _root(zone, a)
         if _root(zone, b) == root and _root(zone, c) == root and _root(zone, d) == root:
@@ -92,10 +92,7 @@ def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tol
 
 @kernel
 def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: ContactState, zone: np.ndarray) -> bool:
-    """Put edges that have passed through each other into the same zone, and return whether any zone grew.
-
-    A zone is a group of vertices that move together.
-    """
+    """Put edges that have passed through each other into the same zone, and return whether any zone grew."""
     grew = False
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs
@@ -124,10 +121,7 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
 def _join_passed_vertices(
     x: np.ndarray, mesh: ContactMesh, contact: ContactState, zone: np.ndarray, tolerance: float
 ) -> bool:
-    """Put each vertex and the triangle that it has passed through into the same zone; return whether any zone grew.
-
-    A zone is a group of vertices that move together.
-    """
+    """Put each vertex and the triangle that it has passed through into the same zone; return whether any zone grew."""
     grew = False
     faces = mesh.faces
     inverse_mass = mesh.inverse_mass
@@ -159,8 +153,6 @@ def _join_passed_vertices(
 @allocating
 def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarray) -> None:
     """Move every zone as a whole, from its positions at the start of the step, by its mean motion.
-
-    A zone is a group of vertices that move together, because cloth in the group has passed through other cloth.
 
     If a hand holds vertices of the zone, the zone moves by the mean motion of these vertices.
     """

@@ -33,9 +33,7 @@ class ContactMesh(NamedTuple):
     near_start: np.ndarray
     """Start of each vertex's entries in `near`, shape (n + 1,)."""
     near: np.ndarray
-    """Numbers of the triangles near each vertex, for all vertices one after another.
-
-    These triangles contain the vertex or one of its neighbours."""
+    """Numbers of the triangles near each vertex, for all vertices one after another."""
     edges: np.ndarray
     """Numbers of the two vertices of every edge, shape (e, 2)."""
     edge_faces: np.ndarray
@@ -99,8 +97,7 @@ class VertexFace(NamedTuple):
 class EdgeEdge(NamedTuple):
     """The p pairs of edges that contact keeps apart.
 
-    The broad phase finds the pairs. The first sweep of each round puts distant pairs to sleep, that is, they are not
-    tested.
+    The broad phase finds the pairs. The first sweep of each round puts distant pairs to sleep.
     """
 
     pairs: np.ndarray
@@ -122,9 +119,7 @@ class EdgeEdge(NamedTuple):
 
     The first `counters.pairs_awake` entries are in use."""
     guarded: np.ndarray
-    """Whether each of the e edges of the mesh is guarded and has been paired, shape (e,).
-
-    A guarded edge is an edge that contact keeps apart from other edges."""
+    """Whether each of the e edges of the mesh is guarded and has been paired, shape (e,)."""
 
 
 class VertexMotion(NamedTuple):
@@ -157,7 +152,7 @@ class Activity(NamedTuple):
     restless: np.ndarray
     """Number of the last outer step in which the vertex is tested for passing through cloth."""
     pressed: np.ndarray
-    """Number of further searches for which all edges at the vertex are guarded (kept apart from other edges)."""
+    """Number of further searches for which all edges at the vertex are guarded."""
 
 
 COUNTERS = np.dtype(

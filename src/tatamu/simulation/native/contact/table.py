@@ -52,8 +52,7 @@ def sweep(
     Args:
         positions: Positions to correct, and the positions at the start of the step.
         inverse_mass: Inverse masses of the vertices [1/kg].
-        contact: State of contact. Vertices that are pushed hard are marked as restless, that is, in danger of passing
-            through cloth.
+        contact: State of contact. Vertices that are pushed hard are marked as restless.
         plane: The table.
         options: Limits of the corrections.
         step: Time since the start of the step [s].

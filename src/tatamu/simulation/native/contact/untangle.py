@@ -26,8 +26,6 @@ from tatamu.simulation.native.options import UntangleOptions
 def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions) -> tuple[np.ndarray, int]:
     """Separate layers of cloth that pass through one another. A cloth without crossings is not moved.
 
-    A crossing is an edge that passes through a triangle.
-
     Args:
         x: Positions of the n vertices [m], shape (n, 3).
         mesh: The mesh. Held vertices stay where they are.

@@ -32,13 +32,11 @@ from tatamu.simulation.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulation.native.options import ContactOptions
 
 MOST_TRIANGLES = 4
-"""Largest number of moves of a partner to a neighbouring triangle in one sweep.
-
-A partner of a vertex is a triangle from which contact keeps the vertex apart."""
+"""Largest number of moves of a partner to a neighbouring triangle in one sweep."""
 AWAKE = 1.1
 """Largest distance of a vertex and a triangle that are tested in every sweep, in thicknesses of the cloth.
 
-Pairs that are farther apart sleep, that is, they are not tested for some time."""
+Pairs that are farther apart sleep."""
 SLEEP = 0.8
 """Fraction that determines how long a distant pair sleeps, that is, is not tested [-].
 
@@ -141,8 +139,6 @@ def sweep(
     restored: float,
 ) -> float:
     """Make one Gauss-Seidel sweep over all vertices that have partners.
-
-    The partners of a vertex are the triangles from which contact keeps the vertex apart.
 
     Vertices are visited from the highest down, so that each layer of a stack passes all of its weight to the next
     layer. The function is long because this makes it fast. Another version had separate functions for narrow phase and

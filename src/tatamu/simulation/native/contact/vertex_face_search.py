@@ -128,11 +128,10 @@ def _keep_what_would_be_lost(
 ) -> None:
     """Make the nearest triangles partners, and keep one earlier partner that the vertex touches.
 
-    The partners of a vertex are the triangles from which contact keeps the vertex apart. A vertex has at most three
-    partners, so new partners replace earlier partners. In a crumple of three sheets, the third sheet would be
-    forgotten, and could pass through the cloth. Therefore an earlier partner can be kept. It is not kept if it lies in
-    the same direction as a new partner, because it then belongs to the same sheet or lies behind this sheet. A kept
-    partner keeps its side.
+    A vertex has at most three partners, so new partners replace earlier partners. In a crumple of three sheets, the
+    third sheet would be forgotten, and could pass through the cloth. Therefore an earlier partner can be kept. It is
+    not kept if it lies in the same direction as a new partner, because it then belongs to the same sheet or lies behind
+    this sheet. A kept partner keeps its side.
     """
     faces = mesh.faces
     partners = vertex_face.triangle

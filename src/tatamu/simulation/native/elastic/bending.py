@@ -42,22 +42,20 @@ class Bending(NamedTuple):
     """Constants of bending, in the order in which forces are computed.
 
     A hinge is an inner edge with its two triangles: the vertices a and b of the edge, and the opposite vertices c and
-    d. A slot is the memory position of a vertex. A band is a run of hinges or triangles that are neighbours in memory.
-    A place is a position in a band. Places without a hinge or a triangle contain zeros.
+    d. A band is a run of hinges or triangles that are neighbours in memory. Places without a hinge or a triangle
+    contain zeros.
     """
 
     hinges: np.ndarray
-    """Table of the bands (runs in memory) of hinges, with the slots (memory positions) of their vertices."""
+    """Table of the bands of hinges, with the slots of their vertices."""
     copies: np.ndarray
-    """Slots (memory positions of vertices) that some hinges need as copies.
-
-    The copies are stored behind the last slot."""
+    """Slots that some hinges need as copies."""
     rest_moment: np.ndarray
     """Moment K g0 of each hinge in the unstrained shape, in the order of memory [N m], shape (hinge places,).
 
     K is the stiffness of bending, and g0 are the measures of the dihedral angles. The moments have single precision."""
     couplings: np.ndarray
-    """Table of the bands (runs in memory) of triangles, with the memory positions of each triangle's hinges."""
+    """Table of the bands of triangles, with the memory positions of each triangle's hinges."""
     coupling_copies: np.ndarray
     """Memory positions of hinges that some triangles need as copies. The copies are stored behind the last hinge."""
     friction: Friction
@@ -99,7 +97,7 @@ def scratch(
 
     Args:
         hinges: Table of the bands of hinges.
-        places: Number of places (memory positions of hinges) in the bands.
+        places: Number of places in the bands.
         copies: Number of places that are copied behind the last place.
         real: Precision in which forces are computed.
         slip: State of the friction of bending; None for cloth without friction.
@@ -127,7 +125,7 @@ def in_bands(
     """Return the constants of bending in the order in which forces are computed.
 
     Args:
-        hinges: Bands of hinges, with slots (memory positions) of vertices.
+        hinges: Bands of hinges, with slots of vertices.
         curved: Hinges of each triangle, and the matrices from their angles to its curvatures.
         K: Stiffness K_T of each of the t triangles from `curvature.stiffness` [N m], shape (t, 3, 3).
         rest_moment: Moment of each of the h hinges in the unstrained shape [N m], shape (h,).
@@ -290,7 +288,7 @@ def measure(X: np.ndarray, hinges: np.ndarray, measures: HingeMeasures) -> None:
     """Measure the dihedral angles of all hinges. Moments are not computed.
 
     Args:
-        X: Positions in slots (memory positions) and copies [m], shape (3, width).
+        X: Positions in slots and copies [m], shape (3, width).
         hinges: Table of the bands of hinges.
         measures: Arrays that are filled.
     """
@@ -317,7 +315,7 @@ def add_force(X: np.ndarray, F: np.ndarray, bending: Bending, measures: HingeMea
     """Add the bending force at the positions X to F.
 
     Args:
-        X: Positions in slots (memory positions) and copies [m], shape (3, width).
+        X: Positions in slots and copies [m], shape (3, width).
         F: Forces in slots and copies [N], shape (3, width).
         bending: Constants of bending.
         measures: Temporary arrays.

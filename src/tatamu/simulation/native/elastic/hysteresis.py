@@ -74,7 +74,7 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
     """Return the constants of friction in the order in which forces are computed.
 
     Args:
-        couplings: Bands (runs in memory) of triangles, with the memory positions of their hinges.
+        couplings: Bands of triangles, with the memory positions of their hinges.
         curved: Curvature maps of the mesh.
         material: Material of the cloth.
         real: Precision in which forces are computed.
@@ -95,7 +95,7 @@ def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip
         friction: Constants of the friction.
         g0: Measures g of the hinges' dihedral angles in the unstrained shape, in the order of memory [-]. Copies are
             included.
-        triangles: Table of the bands (runs in memory) of triangles, with the memory positions of their hinges.
+        triangles: Table of the bands of triangles, with the memory positions of their hinges.
     """
     places = friction.area.shape[0]
     real = friction.Q.dtype
@@ -186,7 +186,7 @@ def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.nda
         g: Measures g of the hinges' dihedral angles, in the order of memory [-]. Copies are included.
         friction: Constants of the friction.
         slip: State of the elements of friction, which is updated.
-        triangles: Table of the bands (runs in memory) of triangles, with the memory positions of their hinges.
+        triangles: Table of the bands of triangles, with the memory positions of their hinges.
         moment: Moments of the hinges in the order of memory [N m]. Copies are included.
     """
     _curvatures(g, friction.Q, triangles, slip.curvature)

@@ -36,15 +36,13 @@ class Membrane(NamedTuple):
     """Constants of the membrane, in the order in which forces are computed.
 
     A band is a group of triangles that are stored one after another in memory. Places in a band without a triangle
-    contain zeros. A slot is the memory position of a vertex.
+    contain zeros.
     """
 
     bands: np.ndarray
-    """Table of the bands (runs in memory) of triangles, with the slots (memory positions) of their vertices."""
+    """Table of the bands of triangles, with the slots of their vertices."""
     copies: np.ndarray
-    """Slots (memory positions of vertices) that some triangles need as copies.
-
-    The copies are stored behind the last slot."""
+    """Slots that some triangles need as copies."""
     S: np.ndarray
     """Twice the stiffness S of each triangle, in the order of memory [N/m^3], shape (6, places).
 
@@ -294,7 +292,7 @@ def add_force(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndar
     """Add the membrane force at the positions X to F.
 
     Args:
-        X: Positions in slots (memory positions) and copies [m], shape (3, width).
+        X: Positions in slots and copies [m], shape (3, width).
         F: Forces in slots and copies [N], shape (3, width).
         membrane: Constants of the membrane.
         scratch: Temporary memory for the forces of a block of triangles on their corners, shape (9 BLOCK,).
@@ -334,7 +332,7 @@ def add_force_of_wrinkled(X: np.ndarray, F: np.ndarray, membrane: Membrane, scra
 def largest_stretch(X: np.ndarray, membrane: Membrane) -> float:
     """Return the largest ratio of an edge's length to its rest length. It is NaN if any number is not finite.
 
-    X contains the positions in slots (memory positions) and copies [m], shape (3, width).
+    X contains the positions in slots and copies [m], shape (3, width).
     """
     table = membrane.bands
     L2 = membrane.L2

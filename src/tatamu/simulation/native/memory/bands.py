@@ -25,18 +25,18 @@ BLOCK = 528
 The number is not a power of two, because rows whose distance is a power of two would use the same cache lines.
 """
 SHORTEST_BAND = 24
-"""Smallest number of elements (triangles or hinges) that form a band, a run of neighbours in memory.
+"""Smallest number of elements (triangles or hinges) that form a band.
 
 From each element of a band to the next, the memory positions of all vertices increase by one."""
 FULLEST = 2.0
-"""Largest ratio of slots (memory positions of vertices) to vertices [-].
+"""Largest ratio of slots to vertices [-].
 
 If rows would need more slots, because many slots would be empty, vertices are not arranged in rows."""
 
 
 @dataclass(frozen=True)
 class Bands:
-    """Elements with k vertices each, ordered by band (run of elements that are neighbours in memory)."""
+    """Elements with k vertices each, ordered by band."""
 
     table: np.ndarray
     """Table with one row for each of the b bands, shape (b, 2 + k).
@@ -74,7 +74,7 @@ class Bands:
 
 
 def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the slot (memory position) of each of the n vertices, shape (n,), and the number of slots.
+    """Return the slot of each of the n vertices, shape (n,), and the number of slots.
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
@@ -99,7 +99,7 @@ def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
-    """Return triangles whose corners begin with the corner in the lowest slot (memory position).
+    """Return triangles whose corners begin with the corner in the lowest slot.
 
     The order around a triangle stays the same. As a result, triangles whose slots differ by a constant number form one
     band.
@@ -109,22 +109,21 @@ def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
 
 
 def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
-    """Return hinges whose first vertex has a lower slot (memory position) than their second vertex.
+    """Return hinges whose first vertex has a lower slot than their second vertex.
 
-    A hinge consists of two triangles with a shared edge. The first two of its four vertices are the ends of this edge,
-    and the last two are the opposite corners of the triangles. If the first end has the higher slot, the two ends are
-    swapped, and the two corners as well. As a result, hinges whose slots differ by a constant number form one band (run
-    of neighbours in memory).
+    The first two of its four vertices are the ends of this edge, and the last two are the opposite corners of the
+    triangles. If the first end has the higher slot, the two ends are swapped, and the two corners as well. As a result,
+    hinges whose slots differ by a constant number form one band.
     """
     back = slot[hinges[:, 0]] > slot[hinges[:, 1]]
     return np.where(back[:, None], hinges[:, [1, 0, 3, 2]], hinges)
 
 
 def bands(elements: np.ndarray, total: int) -> Bands:
-    """Arrange e elements in bands (runs of elements that are neighbours in memory).
+    """Arrange e elements in bands.
 
-    `elements` contains the slots (memory positions) of the k vertices of each element, shape (e, k). Copies of vertices
-    are placed behind the last of the `total` slots.
+    `elements` contains the slots of the k vertices of each element, shape (e, k). Copies of vertices are placed behind
+    the last of the `total` slots.
     """
     count, width = elements.shape
     if not count:  # a single triangle has no hinge

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 SMALLEST_PATCH = 40
-"""Smallest number of vertices in a patch, a piece of a triangular lattice.
+"""Smallest number of vertices in a patch.
 
 Smaller patches are not worth a separate band in memory."""
 SKEW = 0.35

@@ -57,9 +57,8 @@ class Rule(NamedTuple):
     recovery: float
     """Largest increase of a point's gap in one round that also changes the velocity of the cloth [m].
 
-    In a round, all contacts are corrected. A point of the cloth that was too close to the body at the start of the
-    round is pushed away from the body. The gap may increase by more than this length. Then the rest of the increase
-    changes only the position of the point."""
+    A point of the cloth that was too close to the body at the start of the round is pushed away from the body. The gap
+    may increase by more than this length. Then the rest of the increase changes only the position of the point."""
     friction: float
     """Coulomb coefficient of cloth on the body [-]."""
     noticeable: float
@@ -72,9 +71,7 @@ class Rule(NamedTuple):
     sweep: int
     """Number of this Gauss-Seidel sweep of contact."""
     restless_until: int
-    """Number of the last outer step in which vertices that are pushed hard now are restless.
-
-    Restless vertices are tested for passing through cloth. An outer step is the longest time step."""
+    """Number of the last outer step in which vertices that are pushed hard now are restless."""
     passing: float
     """Largest possible depth of a point that has passed through the body [m]. It is 0 if no point can have passed.
 
