@@ -311,7 +311,9 @@ def test_a_small_glb_that_unpacks_to_anything_is_refused(tmp_path: Path) -> None
     many = [{"componentType": 5126, "count": 10**10, "type": "VEC3"}] * 2
     shown = [{"mesh": 0}] * 9_000
     heavy = [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}] * 1_000}]
-    for changes in ({"accessors": many}, {"nodes": shown, "meshes": heavy}, {"nodes": [{"mesh": 0}] * 20_000}):
+    scenes = [{"nodes": list(range(len(shown)))}]
+    heavy_scene = {"nodes": shown, "meshes": heavy, "scenes": scenes}
+    for changes in ({"accessors": many}, heavy_scene, {"nodes": [{"mesh": 0}] * 20_000}):
         path.write_bytes(glb(**changes))
         assert "must have at most" in refusal(lambda: read_mesh(path))
     path.write_bytes(glb(meshes=[]))
@@ -325,7 +327,7 @@ def test_meshes_without_triangles_or_with_none_that_has_an_area_are_one_line(tmp
         ("points.stl", head + struct.pack("<I12fH", 1, *[0.0] * 12, 0), "must have triangles with an area"),
         ("nan.stl", head + struct.pack("<I12fH", 1, *[np.nan] * 12, 0), "must be finite"),
         ("far.obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nf 1 2 3\n", "must be finite and lie within"),
-        ("one.obj", b"v 0 0 0\nf 1 1 1\n", "is 0 m wide"),
+        ("one.obj", b"v 0 0 0\nf 1 1 1\n", "must be from 0.05 to 5 m on each side"),
         ("line.obj", b"f" + b" 1" * 60_000, "is no OBJ"),
         ("crossed.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 3 0\nf 1 2 3 4 5\n", "touches or crosses itself"),
     ):

@@ -42,7 +42,8 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # users cannot act on warnings of libraries; `python -W` shows them
     try:
-        code = app(_without_former(name, sys.argv[1:]), standalone_mode=False)
+        sys.argv[1:] = _without_former(name, sys.argv[1:])
+        code = app(standalone_mode=False)
         sys.stdout.flush()
     except InputError as error:
         _stop(name, str(error), 2)
@@ -81,7 +82,7 @@ def _without_former(name: str, words: list[str]) -> list[str]:
     following = iter(words)
     for word in following:
         option, _, value = word.partition("=")
-        if name != "tatamu" or words[0] not in ("learn", "margins") or option not in FORMER:
+        if words[0] not in ("learn", "margins") or option not in FORMER:
             left.append(word)
             continue
         if FORMER[option] and not value:
