@@ -22,7 +22,7 @@ from tatamu.folding.marks import MARKS
 RIDGE = 1.0
 """Penalty on each coefficient: the weight of this number of scenarios without an effect."""
 TAILS = 3.0
-"""Degrees of freedom of the errors while the coefficients are fitted."""
+"""Degrees of freedom of the errors."""
 ROUNDS = 30
 """Rounds of reweighting. More rounds do not change the result."""
 MIN_SCENARIOS = 40

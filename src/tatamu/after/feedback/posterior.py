@@ -5,8 +5,9 @@ In fold n of a set-up, these marks were measured:
     y_n = b + A (s + r_n + c_n - mean) + e_n
 
 The systematic errors s are the same in every fold, r_n are the random errors of fold n, and c_n is its correction. e_n
-are the errors of ruler and emulator. All are normal, so the posterior is that of a Kalman filter. The stated deviations
-of s are multiplied by the factor with which the measured folds are most plausible.
+are the errors of ruler and emulator. The posterior is that of a Kalman filter, with two changes: the gain is computed
+for larger systematic errors than stated, because stated deviations are guesses; and a fold whose numbers no systematic
+error explains has less weight, because its errors are Student t variables.
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from tatamu.after.feedback.emulator import Emulator
+from tatamu.after.feedback.emulator import ROUNDS, TAILS, Emulator
 from tatamu.after.feedback.measured import MeasuredFold
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, Split, World, join, split
 from tatamu.folding.marks import MARKS
 
-FACTORS = np.geomspace(1.0, 4.0, 13)
-"""Factors of the stated deviations that are tried."""
-WIDTH = 0.5
-"""Standard deviation of the logarithm of this factor."""
+WIDER = 2.0
+"""Factor of the systematic variances for which the gain is computed. The notes compare values."""
+EXTREME = 4.0
+"""Factor of the systematic deviations in a set-up that is worse than any should be."""
 IMPLAUSIBLE = 1e-3
-"""Chance below which a measured fold is left out, for a set-up with the largest of `FACTORS`."""
+"""Chance below which a measured fold is left out, in such a set-up."""
 MEMBERS = 4000
 """Number of next folds that are drawn for intervals."""
 
@@ -68,10 +69,10 @@ class Fold:
         return np.asarray(self.slopes * random @ self.slopes.T + own + np.diag(ruler))
 
     def chance(self, prior: Split) -> float:
-        """Return the chance of at least as large a deviation in a set-up with the largest of `FACTORS`."""
+        """Return the chance of at least as large a deviation in a set-up that is `EXTREME`."""
         if not self.places:
             return 1.0
-        wide = FACTORS[-1] ** 2 * self.slopes @ prior.systematic @ self.slopes.T + 4.0 * self.noise(prior.random)
+        wide = EXTREME**2 * self.slopes @ prior.systematic @ self.slopes.T + 4.0 * self.noise(prior.random)
         apart = self.apart(prior.mean)
         return float(chi2.sf(apart @ np.linalg.solve(wide, apart), len(apart)))
 
@@ -94,8 +95,6 @@ class Posterior:
     """Means, shape (k,)."""
     covariance: np.ndarray
     """Covariance, shape (k, k)."""
-    factor: float
-    """Factor of the stated deviations of systematic errors."""
     chances: tuple[float, ...]
     """Chance of each measured fold, see `Fold.chance`. Folds with less than `IMPLAUSIBLE` were left out."""
     used: int
@@ -122,8 +121,7 @@ class Posterior:
     def deviations(self) -> list[tuple[str, float, float]]:
         """Name, prior deviation and posterior deviation of each systematic error."""
         before, after = (
-            np.sqrt(np.clip(np.diag(each), 0.0, None))
-            for each in (self.factor**2 * self.prior.systematic, self.covariance)
+            np.sqrt(np.clip(np.diag(each), 0.0, None)) for each in (self.prior.systematic, self.covariance)
         )
         return [(name, float(b), float(a)) for name, b, a in zip(self.names, before, after, strict=True) if b]
 
@@ -164,19 +162,21 @@ def posterior(disturbances: Disturbances, folds: Sequence[Fold]) -> Posterior:
         raise InputError("systematic: must leave a part of some disturbance that is the same in every fold, given none")
     chances = tuple(fold.chance(prior) for fold in folds)
     used = [fold for fold, chance in zip(folds, chances, strict=True) if chance >= IMPLAUSIBLE and fold.places]
-    found = [(*_update(prior, used, factor), factor) for factor in (FACTORS if used else FACTORS[:1])]
-    _, mean, covariance, factor = max(found, key=lambda each: each[0])
-    return Posterior(prior, mean, covariance, float(factor), chances, len(used), disturbances)
+    mean, wide, covariance = prior.mean, WIDER * prior.systematic, prior.systematic
+    for fold in used:
+        gain, noise = _gain(fold, mean, wide, prior.random)
+        mean = mean + gain @ fold.apart(mean)
+        kept = np.eye(len(mean)) - gain @ fold.slopes
+        wide, covariance = (kept @ each @ kept.T + gain @ noise @ gain.T for each in (wide, covariance))
+    return Posterior(prior, mean, covariance, chances, len(used), disturbances)
 
 
-def _update(prior: Split, folds: Sequence[Fold], factor: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return the logarithm of a factor's plausibility, and the mean and covariance of s with it."""
-    mean, covariance = prior.mean, factor**2 * prior.systematic
-    plausible = -0.5 * (np.log(factor) / WIDTH) ** 2
-    for fold in folds:
-        spread = fold.slopes @ covariance @ fold.slopes.T + fold.noise(prior.random)
-        apart = fold.apart(mean)
-        plausible -= 0.5 * (apart @ np.linalg.solve(spread, apart) + np.linalg.slogdet(spread)[1])
+def _gain(fold: Fold, mean: np.ndarray, covariance: np.ndarray, random: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the gain of a fold, shape (k, numbers), and the covariance of its errors, divided by its weight."""
+    apart, noise, weight = fold.apart(mean), fold.noise(random), 1.0
+    for _ in range(ROUNDS):
+        spread = fold.slopes @ covariance @ fold.slopes.T + noise / weight
         gain = np.linalg.solve(spread, fold.slopes @ covariance).T
-        mean, covariance = mean + gain @ apart, covariance - gain @ fold.slopes @ covariance
-    return float(plausible), mean, 0.5 * (covariance + covariance.T)
+        left = apart - fold.slopes @ gain @ apart
+        weight = min(1.0, (TAILS + len(left)) / (TAILS + left @ np.linalg.solve(noise, left)))
+    return gain, noise / weight
