@@ -113,7 +113,7 @@ def _headline(found: Feedback) -> str:
     if correction.is_none:
         return "nothing to correct"
     before, after = (1e3 * each.distance for each in (correction.before, correction.after))
-    return f"{before:.1f} mm expected, {after:.1f} mm after the correction"
+    return f"{before:.1f} mm, corrected {after:.1f} mm"
 
 
 def _predicted(found: Feedback, fold: Fold) -> np.ndarray:
