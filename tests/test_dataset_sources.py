@@ -75,7 +75,7 @@ def test_worlds_and_a_second_simulator_judge_each_fold(tmp_path: Path) -> None:
 
 def test_arms_fold_in_joint_space(tmp_path: Path) -> None:
     from tatamu import robots
-    from tatamu.robots.keys import state_names
+    from tatamu.robots.model import state_names
 
     robot = "fr3-pair"
     made = make(tmp_path / "folds", robot={"name": robot}, disturbances="none")

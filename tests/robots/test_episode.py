@@ -23,7 +23,7 @@ from tatamu.lerobot import LeRobotReader
 from tatamu.robots import RobotPlan
 from tatamu.robots.episode import ACTION, FPS, STATE, add_plan, episode_writer, state
 from tatamu.robots.interfaces import LeRobotNames
-from tatamu.robots.keys import state_names
+from tatamu.robots.model import state_names
 
 LEROBOT = Path(os.environ.get("TATAMU_LEROBOT", Path(__file__).parents[2] / ".venv-lerobot/bin/python"))
 """The Python that has LeRobot."""

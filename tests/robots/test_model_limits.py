@@ -19,6 +19,7 @@ from tatamu.base.errors import InputError  # noqa: E402
 from tatamu.robots import Robot, load, plan_fold, save  # noqa: E402
 from tatamu.robots.planned import Planned  # noqa: E402
 from tatamu.robots.rehearsal import rehearse  # noqa: E402
+from tatamu.robots.stage import load_stage  # noqa: E402
 
 PLACE = (0.36, -0.16, np.radians(50))
 INERTIA = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
@@ -352,3 +353,22 @@ def test_pictures_are_never_opened(tmp_path: Path) -> None:
     assert (robot.model.ntex, robot.model.nmat) == (0, 2)
     save(plan_fold(folder(tmp_path / "fold", span=0.24, width=0.18), robot, place=PLACE), tmp_path / "plan")
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "plan" / "robot.xml")).ntex == 0
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ('<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>', "height field: must be"),
+        ("<size>" * 100_000 + "</size>" * 100_000, "nested more than 256 deep"),
+    ],
+)
+def test_the_model_of_a_foreign_plan_has_the_same_limits(tmp_path: Path, more: str, said: str) -> None:
+    (tmp_path / "robot.xml").write_text(mjcf(more=more))
+    with pytest.raises(InputError, match=said):
+        load_stage(tmp_path)
+
+
+def test_the_pictures_of_a_foreign_plan_are_never_opened(tmp_path: Path) -> None:
+    (tmp_path / "wood.png").write_bytes(png(50_000))
+    (tmp_path / "robot.xml").write_text(mjcf(more='<asset><texture name="w" type="2d" file="wood.png"/></asset>'))
+    assert load_stage(tmp_path).compile().ntex == 0

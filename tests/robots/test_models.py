@@ -124,8 +124,8 @@ def test_a_whole_robot_says_where_its_joints_stand_once(tmp_path: Path) -> None:
     [
         ("", "standing = { left = 0.2 }", "standing: larm_left must be from 0.021 to 0.057, given 0.2"),
         ("", "standing = { thumb = 0.2 }", "standing: the model has no joint 'larm_thumb'"),
-        ("", "standing = { pan = 0.2 }", "standing: larm_pan is one of an arm's joints"),
-        ("standing = { larm_left = 0.03 }", "", "standing must stand in each arm's own table"),
+        ("", "standing = { pan = 0.2 }", "standing: larm_pan must be outside the arms"),
+        ("standing = { larm_left = 0.03 }", "", "standing must be in each arm's own table"),
     ],
 )
 def test_a_wrong_place_to_stand_is_named(tmp_path: Path, top: str, arm: str, named: str) -> None:
@@ -222,7 +222,7 @@ def test_a_speed_that_no_model_bounds_must_be_one_of_a_robot(tmp_path: Path) -> 
     (tmp_path / "arm.xml").write_text(mjcf())
     path = pair_of(tmp_path, "arm.xml")
     path.write_text(path.read_text().replace("speed = [2.0", "speed = [120.0"))
-    assert "larm.speed: pan must be at most 20 rad/s, as the model states no limit, given 120" in refused(path)
+    assert "larm.speed: pan must be at most 20 rad/s, because the model states no limit, given 120" in refused(path)
 
 
 def test_a_speed_limit_of_zero_is_none(tmp_path: Path) -> None:

@@ -203,7 +203,7 @@ def test_a_table_above_the_initial_pose_needs_the_higher_pose(fold: Path) -> Non
 
 def test_a_table_too_high_for_every_pose_is_refused_with_the_highest(fold: Path) -> None:
     robot = load("hironx")
-    with pytest.raises(InputError, match=r"the table top must be below (0.\d+) m: at its pose 'factory'") as error:
+    with pytest.raises(InputError, match=r"must be below (0.\d+) m, because at its pose 'factory'") as error:
         plan_fold(fold, robot, table_height=0.1)
     highest = float(str(error.value).split("below ")[1].split(" m")[0])
     assert table_heights(robot.starting(robot.poses[1]), highest - 0.001) is not None
@@ -234,7 +234,7 @@ def test_a_wrong_command_line_is_one_line_and_leaves_nothing(arguments: tuple[st
 def test_a_folder_of_somebody_else_is_left_alone(plan_folder: Path, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="is no plan"):
+    with pytest.raises(InputError, match="is not a plan"):
         check_out(tmp_path / "mine")
     check_out(plan_folder)
     check_out(tmp_path / "new")

@@ -66,3 +66,20 @@ def test_a_robot_of_ones_own_goes_with_the_fold(
     assert described(folder / "inputs" / "robot" / "pair.toml").name == "pair"
     said(monkeypatch, capsys, str(folder), "--out", str(tmp_path / "plan"))
     assert asked == ["pair"]
+
+
+def test_several_robots_say_who_can(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], asked: list[str]
+) -> None:
+    (tmp_path / "a, b").mkdir()
+    own = pair(tmp_path / "a, b")
+    error = said(
+        monkeypatch, capsys, str(folder), "--out", str(tmp_path / "plans"), "--robot", "hironx, openarm,hironx"
+    )
+    assert asked == ["hironx", "openarm"] and "no placement" in error
+    said(monkeypatch, capsys, str(folder), "--out", str(tmp_path / "plans"), "--robot", str(own))
+    assert asked[2:] == ["pair"], "a comma in the name of a file is no list"
+    assert "--lerobot: must be given with one robot" in said(
+        monkeypatch, capsys, str(folder), "--out", "p", "--robot", "hironx,openarm", "--lerobot", str(tmp_path / "d")
+    )
+    assert not (tmp_path / "plans").exists()

@@ -22,7 +22,7 @@ from tatamu.robots.catalog import NAMES as BUILT_IN  # noqa: E402
 from tatamu.robots.chain import Chain  # noqa: E402
 from tatamu.robots.clearance import FAR, Clearance  # noqa: E402
 from tatamu.robots.constraint import ReachConstraint  # noqa: E402
-from tatamu.robots.keys import state_names  # noqa: E402
+from tatamu.robots.model import state_names  # noqa: E402
 from tatamu.robots.modelfile import give, read_model  # noqa: E402
 from tests.robots.folds import exact  # noqa: E402
 

@@ -21,9 +21,8 @@ from tatamu.robots.film import HEIGHT, WIDTH, framed, save_film
 from tatamu.robots.links import CORNERS, FACES, link_boxes
 from tatamu.robots.page import page
 from tatamu.robots.planned import Planned
-from tatamu.robots.refold import Refold, halvings_for, refold
+from tatamu.robots.refold import Refold, halvings_for, refold, rehearsed_scene
 from tatamu.robots.rehearsal import Rehearsal, _inertia, rehearse
-from tatamu.robots.rehearsed_scene import rehearsed_scene
 from tatamu.robots.report import save, summary
 from tatamu.simulation.body import Body
 from tatamu.simulation.material import Material
@@ -303,7 +302,7 @@ def test_a_broken_plan_is_named(
         (-1, 0, "1e9", "time: must increase from row to row, from 0 to at most 3600 s"),
         (1, 0, "-1", "time: must increase from row to row, from 0"),
         (9, 0, "0", "time: must increase from row to row, from 0"),
-        (5, 3, "9" * 200_000, "is no table of numbers"),
+        (5, 3, "9" * 200_000, "must be a table of numbers"),
         (5, 3, "1,1", "a number in every field"),
     ],
 )
@@ -340,7 +339,7 @@ def test_a_table_that_ends_before_the_hands_open_is_refused(plan_folder: Path, t
 
 
 def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:
-    with pytest.raises(InputError, match=r"fold: must be the folder of a plan, and has no plan.json"):
+    with pytest.raises(InputError, match=r"fold: must be the folder of a plan, but has no plan.json"):
         Planned.load(fold)
 
 

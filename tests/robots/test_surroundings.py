@@ -148,9 +148,9 @@ def test_the_second_opinion_finds_what_a_wrong_broad_phase_leaves_out(
 def test_contacts_are_asked_of_every_sample(tmp_path: Path) -> None:
     robot = robot_in(tmp_path, PLANE.format(name="wall", pos="0.8 0 0", axis="-1 0 0"))
     still = np.tile(robot.initial, (9, 1))
-    assert touches(robot, 0.0, still, {"to obstacles": 0.005, "to the table": 0.002}) == {}
+    assert touches(robot, 0.0, still) == {}
     still[5, [robot.columns[f"larm_{name}"] for name in ("lift", "elbow", "bend")]] = [1.5, 0.0, 0.0]  # 0.83 m long
-    found = touches(robot, 0.0, still, {"to obstacles": 0.005, "to the table": 0.002})
+    found = touches(robot, 0.0, still)
     assert found["to obstacles"].row == 5 and found["to obstacles"].pair[1] == "larm_wall"
 
 

@@ -1,9 +1,6 @@
 """The motion of one arm along the path of one hand, for many placements and holds.
 
-A placement is a pose of the fold in front of the robot. A hold is an orientation in which the hand grasps the cloth.
-
-The inverse kinematics is solved from point to point by damped least squares. The solution for a point starts from the
-joint angles of the previous point. A path that would need a jump of the joints therefore counts as unreachable.
+Each point is solved from the joint angles of the point before, so a path that needs a jump counts as unreachable.
 """
 
 from __future__ import annotations
@@ -18,43 +15,28 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import ASIDE, SHALLOW, Hold, Placement, tool_paths
 
 GOOD_MARGIN = 0.2
-"""Sufficient distance of an arm from its joint limits [rad].
-
-A larger distance does not improve the quality of a motion.
-"""
+"""Distance from joint limits above which the quality of a motion does not improve [rad]."""
 GOOD_SINGULARITY = 0.2
-"""Sufficient distance of an arm from singularities, as computed by `Chain.singularity`.
-
-A larger distance does not improve the quality of a motion.
-"""
+"""Value of `Chain.singularity` above which the quality of a motion does not improve."""
 HOPELESS = -1.0
-"""Lower limit for the quality of an arm's motion. Only motions above this limit are considered further."""
+"""Quality of a motion that is not considered further."""
 CLEAR = 3
-"""Largest number of holds that are kept for each arm and placement: those with the best quality.
-
-A hold is an orientation of the hand at the grasp.
-"""
+"""Maximum number of holds that are kept for each arm and placement."""
 
 
 @dataclass(frozen=True)
 class ArmReach:
-    """The motion of one arm along the path of one hand, for every placement and hold.
-
-    A placement is a pose of the fold in front of the robot. A hold is an orientation of the hand at the grasp.
-    """
+    """The motion of one arm along the path of one hand, for every placement and hold."""
 
     quality: np.ndarray
-    """Quality of the motion for each placement and hold, shape (placements, holds).
-
-    The quality is 1 if the motion is comfortable, 0 if it is just possible, and negative if it is impossible.
-    """
+    """1 if the motion is comfortable, 0 if just possible, negative if impossible, shape (placements, holds)."""
     reached: np.ndarray
     """Number of path points that the arm reaches before the first failure, shape (placements, holds)."""
     angles: np.ndarray
     """Joint angles [rad], shape (placements, holds, points, k) for k joints."""
 
     def best(self, placement: int) -> np.ndarray:
-        """Return the indices of the best holds at a placement, in the order of their quality, the best first."""
+        """Return the indices of the best holds at a placement, the best first."""
         order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
         return order[self.quality[placement][order] > HOPELESS]
 
@@ -68,16 +50,15 @@ def follow(
     path: np.ndarray,
     steps: np.ndarray,
 ) -> ArmReach:
-    """Follow one hand's path from every placement.
+    """Follow one hand's path from every placement with every hold.
 
     Args:
         robot: The robot.
         arm: The arm that follows the path.
-        placements: Candidate poses of the fold in front of the robot.
-        holds: Candidate orientations of the hand at the grasp.
-        trunk: The trunk's angle [rad] for each placement and point, shape (placements, n + 2). The two additional
-            points are the approach before the path and the retreat after it.
-        path: The n points of the hand's path in the frame F of the fold [m], shape (n, 3).
+        placements: Candidate placements.
+        holds: Candidate orientations.
+        trunk: The trunk's angles from approach to retreat [rad], shape (placements, n + 2).
+        path: The hand's path in F [m], shape (n, 3).
         steps: Times from point to point [s], shape (n - 1,).
     """
     chain = Chain.of(robot, arm)
@@ -95,11 +76,7 @@ def follow(
 
 
 def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the joint angles along each motion, and the number of points that the arm reaches in the motion.
-
-    `targets` has the poses of n motions with m points each, shape (n, m, 4, 4). The joint angles have the shape (n, m,
-    k) for k joints, and the numbers have the shape (n,). Only points before the first failure count as reached.
-    """
+    """Return the joint angles along each motion, and the number of points that the arm reaches in the motion."""
     count, points = targets.shape[:2]
     angles = np.full((count, points, len(start)), np.nan)
     reached = np.zeros(count, dtype=np.int64)
@@ -114,15 +91,7 @@ def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.nda
 
 
 def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the quality of each of n motions of an arm, shape (n,).
-
-    `angles` are the joint angles of each motion at m points for k joints, shape (n, m, k).
-
-    The smallest distance from joint limits is divided by GOOD_MARGIN, and the smallest distance from singularities is
-    divided by GOOD_SINGULARITY. The smaller of these two ratios, or 1 if both are above 1, is then divided by the
-    square root of `slowing`. The result is the quality. Motions that the arm must slow down therefore have a lower
-    quality.
-    """
+    """Return the quality of each of n motions of an arm, shape (n,)."""
     count, points, width = angles.shape
     margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
     some = angles[:, ::2]
@@ -131,10 +100,9 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
 
 
 def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Estimate by which factor each of n motions must be slowed down to respect the arm's limits, shape (n,).
+    """Estimate by which factor, at least 1, each of n motions must be slowed down, shape (n,).
 
-    The factor is at least 1. `angles` [rad] are the angles of k joints at the m points of each motion, shape (n, m, k).
-    `steps` [s] are the times from point to point, shape (m - 1,).
+    `angles` [rad] have the shape (n, m, k), and `steps` [s], from point to point, the shape (m - 1,).
     """
     speed = np.diff(angles, axis=1) / steps[:, None]
     rate = np.diff(speed, axis=1) / ((steps[1:] + steps[:-1]) / 2)[:, None]

@@ -30,7 +30,7 @@ DATA = Path(__file__).parent / "data"
 KAWADA = ("hironx", "nextage")
 NAMES = (*KAWADA, "fr3-pair", "panda-pair", "ur5e-pair", "xarm7-pair", "so101-pair", "aloha2", "openarm")
 """Names of the robots of this package."""
-FASTEST = 20.0
+MAX_SPEED = 20.0
 """Speed limit for joints without a limit in the robot's model [rad/s].
 
 Most speeds that were typed in degrees instead of radians exceed this limit.
@@ -156,7 +156,7 @@ def _untested(path: Path, robot: Robot) -> list[str]:
     found = [" and ".join(names) for names in Clearance(robot).untested]
     if not found:
         return []
-    return [f"{path}: taken to stand on each other, as they touch at the start, so not held apart: {', '.join(found)}"]
+    return [f"{path}: not compared, because they touch at the start and so stand on each other: {', '.join(found)}"]
 
 
 def _standing(description: Description, prefixes: dict[str, str]) -> dict[str, float]:
@@ -185,19 +185,14 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
 def _within_model(
     path: Path, name: str, arm: ArmDescription, file: ModelFile, above: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest speeds and the largest accelerations of the arm's k joints in plans, two arrays of shape (k,).
-
-    A speed above the model's own limit is lowered to that limit, and the joint's name is appended to the list `above`.
-    The joint's acceleration is lowered by the same factor, so the joint reaches its speed in the same time. Without
-    this reduction, an acceleration that was typed in degrees instead of radians would stay 57 times too high.
-    """
+    """Return the maximum speeds and accelerations of the k joints in plans, within the model, shape (k,) each."""
     limits = []
     for joint, speed in zip(arm.joints, arm.speed, strict=True):
         own = file.speeds.get(joint)
-        if own is None and speed > FASTEST and joint not in arm.faster_than_model:
+        if own is None and speed > MAX_SPEED and joint not in arm.faster_than_model:
             raise InputError(
-                f"{path}: {name}.speed: {joint} must be at most {FASTEST:g} rad/s, as the model states no limit, "
-                f"given {speed:g}; write radians, or name the joint in faster_than_model"
+                f"{path}: {name}.speed: {joint} must be at most {MAX_SPEED:g} rad/s, because the model states no "
+                f"limit, given {speed:g}; write radians, or name the joint in faster_than_model"
             )
         lowered = own is not None and speed > own * (1 + 1e-6) and joint not in arm.faster_than_model
         limits.append(own if lowered and own is not None else speed)
@@ -211,8 +206,8 @@ def _notes(path: Path, above: list[str]) -> tuple[str, ...]:
     if not above:
         return ()
     return (
-        f"{path}: speed: above the model's own limit [rad/s], which plans keep to, "
-        f"with accelerations lowered likewise: {', '.join(above)}; to keep yours, name the joints in faster_than_model",
+        f"{path}: speed: above the model's own limit [rad/s], to which plans keep, "
+        f"with accelerations lowered likewise: {', '.join(above)}; to use yours, name the joints in faster_than_model",
     )
 
 
@@ -254,10 +249,7 @@ def _whole(file: ModelFile) -> object:
 
 
 def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> object:
-    """Join two single arms in one model.
-
-    The names of the left arm's parts get the prefix `larm_`. The names of the right arm's parts get the prefix `rarm_`.
-    """
+    """Join two single arms in one model."""
     spec = needed("mujoco").MjSpec()
     spec.compiler.degree = False
     contents: dict[str, bytes] = {}

@@ -7,9 +7,37 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.robots import demand
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.pose import inverse, pose, rotation_vector
+
+MIN_JOINTS = 5
+"""Minimum number of joints with which an arm can be used."""
+FULL_JOINTS = 6
+"""Minimum number of joints with which an arm can keep its tool's whole orientation."""
+OPENING = 1
+"""Index of the axis of the tool T along which the jaw opens: y."""
+
+
+def turns_freely(joints: int) -> bool:
+    """Return whether an arm has too few joints to control the rotation of its tool about the jaw's opening axis."""
+    return joints < FULL_JOINTS
+
+
+def turn_weights(joints: int) -> np.ndarray:
+    """Return 1 for each axis of T whose rotation an arm with this number of joints controls, otherwise 0."""
+    counted = np.ones(3)
+    if turns_freely(joints):
+        counted[OPENING] = 0.0
+    return counted
+
+
+def too_few_joints(joints: int) -> str:
+    """Return a message that explains why an arm with this number of joints cannot fold."""
+    return (
+        f"joints must be at least {MIN_JOINTS}, given {joints}: three move the hand and two keep the jaw across the "
+        "hem at its tilt; an arm with fewer cannot"
+    )
+
 
 LENGTH = 0.25
 """Characteristic length that converts rotations to distances [m per rad]: about the distance from wrist to elbow."""
@@ -19,32 +47,23 @@ LENGTH = 0.25
 class Chain:
     """The chain of one arm with k joints from the base B to the tool T, as a product of exponentials.
 
-    The arm is at rest when its joint angles are r. The axis of joint i then goes through the point o_i in the direction
-    w_i, and the pose of the tool is X_BT(r). The axes, the points and the pose are given in the base B. With the joint
-    angles q, the pose of the tool is
-
         X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(r)
 
-    where exp(w, o, a) is the rotation by the angle a about the axis w through the point o.
+    exp(w, o, a) is the rotation by the angle a about the axis w through the point o, and r are the angles at rest. All
+    are read from MuJoCo's kinematics, so fixed bodies, sliding joints at rest and `ref` of a joint are included.
 
-    All these quantities are read from MuJoCo's own kinematics. They therefore include everything between two joints:
-    fixed bodies, sliding joints that do not move, and the attribute `ref` of a joint.
+    An arm with five joints keeps the position of T and the direction of the axis along which the jaws open, but not the
+    rotation about this axis. The jaws then stay across the edge of the cloth at their tilt.
     """
 
     offsets: np.ndarray
-    """Offset from the previous joint to each of the k joints at rest, in the base B [m], shape (k, 3).
-
-    The first offset starts at the origin of the base B.
-    """
+    """Offset of each joint from the one before, of the first from the origin of B, at rest [m], shape (k, 3)."""
     axes: np.ndarray
-    """Unit vectors of the joint axes at rest, in the base B, shape (k, 3)."""
+    """Unit vectors of the joint axes at rest in B, shape (k, 3)."""
     rest: np.ndarray
-    """Angles r of the k joints at rest [rad], shape (k,)."""
+    """Angles r [rad], shape (k,)."""
     X_LT: np.ndarray
-    """Pose of the tool T in frame L, shape (4, 4).
-
-    L is at the last joint's origin. When the arm is at rest, L is parallel to the base B.
-    """
+    """Pose of T in a frame at the last joint that is parallel to B at rest, shape (4, 4)."""
     limits: np.ndarray
     """Lower and upper limit of each of the k joints [rad], shape (k, 2)."""
     trunk_origin: np.ndarray
@@ -76,34 +95,21 @@ class Chain:
         return [(K, K @ K) for K in skews]
 
     def trunk_pose(self, trunk: np.ndarray) -> np.ndarray:
-        """Return the pose X_BC of frame C in the base B for each trunk angle [rad], shape (.., 4, 4).
-
-        C is B rotated by the trunk about the trunk's axis.
-        """
+        """Return the pose of the base as turned by the trunk, for each trunk angle [rad], shape (.., 4, 4)."""
         cosine, sine, zero = np.cos(trunk), np.sin(trunk), np.zeros_like(trunk)
         R = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1], axis=-1)
         R = R.reshape(*np.shape(trunk), 3, 3)
         return pose(R, self.trunk_origin - R @ self.trunk_origin)
 
     def before_trunk(self, X_BT: np.ndarray, trunk: np.ndarray) -> np.ndarray:
-        """Return the poses that the tool would have if the trunk were not turned, shape (.., 4, 4).
-
-        These poses are the targets of `solve`.
-        """
+        """Return the poses that the tool would have if the trunk were not turned: the targets of `solve`."""
         X_BC = self.trunk_pose(trunk)
         R = np.swapaxes(X_BC[..., :3, :3], -1, -2)
         p = (R @ (X_BT[..., :3, 3] - X_BC[..., :3, 3])[..., None])[..., 0]
         return pose(R @ X_BT[..., :3, :3], p)
 
     def tool(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the tool poses in the base B, shape (n, 4, 4), and the Jacobians, shape (n, 6, k).
-
-        The first three rows of a Jacobian describe the translation of the tool [m per rad]. The last three rows
-        describe the tool's rotation [rad per rad].
-
-        Args:
-            angles: Angles of the arm's k joints in n configurations [rad], shape (n, k).
-        """
+        """Return the poses X_BT, shape (n, 4, 4), and the Jacobians [m and rad per rad], shape (n, 6, k)."""
         count = len(angles)
         R, p = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
         turned = angles - self.rest
@@ -133,16 +139,14 @@ class Chain:
         """Solve for joint angles by damped least squares from `start`, inside the joint limits (Wampler 1986).
 
         Args:
-            targets: The n target poses X_BT of the tool T in the base B, shape (n, 4, 4).
-            start: Initial angles of the k joints for each target [rad], shape (n, k).
+            targets: Poses X_BT, shape (n, 4, 4).
+            start: Initial angles for each target [rad], shape (n, k).
             steps: Number of iterations.
-            tolerance: Largest error of a reached target [m]. Rotation errors [rad] are converted to metres by the
-                factor LENGTH [m per rad].
+            tolerance: Maximum error of a reached target [m], rotations multiplied by LENGTH.
             damping: Damping of the least squares [m^2]. Less damping is more accurate, and slower near singular poses.
 
         Returns:
-            The joint angles of each solution [rad], shape (n, k), and whether the solution reaches its target, shape
-            (n,).
+            The joint angles [rad], shape (n, k), and whether they reach their target, shape (n,).
         """
         angles = np.clip(start, *self.limits.T)
         reached = np.zeros(len(angles), dtype=bool)
@@ -156,18 +160,15 @@ class Chain:
             step = _least_squares(jacobian, error, damping)
             low, high = self.limits.T
             blocked = ((angles[todo] <= low) & (step < 0)) | ((angles[todo] >= high) & (step > 0))
-            if blocked.any():  # the other joints make the motion
-                step = _least_squares(np.where(blocked[:, None], 0.0, jacobian), error, damping)
+            rows = blocked.any(axis=1)  # the other joints make the motion
+            free = np.where(blocked[rows, None], 0.0, jacobian[rows])
+            step[rows] = _least_squares(free, error[rows], damping)
             step /= np.maximum(1.0, np.abs(step).max(axis=1, keepdims=True) / 0.4)
             angles[todo] = np.clip(angles[todo] + step, *self.limits.T)
         return angles, reached
 
     def error(self, angles: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the six errors of each tool pose [m], shape (n, 6), and the Jacobians in the same units.
-
-        Three errors are of the position, and three are of the rotation. Rotation errors [rad] are converted to metres
-        by the factor LENGTH [m per rad].
-        """
+        """Return the errors of position and rotation [m, m per LENGTH], shape (n, 6), and the Jacobians alike."""
         X_BT, jacobian = self.tool(angles)
         turn = rotation_vector(targets[:, :3, :3] @ X_BT[:, :3, :3].transpose(0, 2, 1))
         error = np.concatenate([targets[:, :3, 3] - X_BT[:, :3, 3], LENGTH * turn], axis=1)
@@ -181,15 +182,15 @@ class Chain:
     @property
     def turns_freely(self) -> bool:
         """Whether the arm has too few joints to control the rotation of the tool about the jaw's opening axis."""
-        return demand.turns_freely(len(self.axes))
+        return turns_freely(len(self.axes))
 
     @property
     def _weights(self) -> np.ndarray:
-        return demand.weights(len(self.axes))
+        return turn_weights(len(self.axes))
 
     @property
     def shoulder(self) -> np.ndarray:
-        """Position of the arm's first joint in the base B when the robot is at rest [m], shape (3,)."""
+        """Position of the first joint in B at rest [m], shape (3,)."""
         return self.offsets[0]
 
     @cached_property
@@ -199,17 +200,13 @@ class Chain:
         return float(sum(np.linalg.norm(offset) for offset in between))
 
     def near(self, positions: np.ndarray) -> np.ndarray:
-        """Return whether a path is within the arm's reach, for each of n paths, shape (n,).
-
-        Each path has m positions [m]: `positions` has the shape (n, m, 3).
-        """
+        """Return whether each path of positions [m], shape (n, m, 3), is within the arm's reach, shape (n,)."""
         return (np.linalg.norm(positions - self.shoulder, axis=2) <= self.reach).all(axis=1)
 
     def singularity(self, angles: np.ndarray) -> np.ndarray:
-        """Return the smallest singular value of the arm's Jacobian in each of n configurations, shape (n,).
+        """Return the smallest singular value of the Jacobian, lengths divided by LENGTH, shape (n,).
 
-        A small singular value means that the arm is near a singularity. Lengths in the Jacobian are first divided by
-        LENGTH [m per rad]. Only the directions of motion that a fold requires from the arm count; see `demand`.
+        Only the directions of motion that the arm controls count.
         """
         X_BT, jacobian = self.tool(angles)
         jacobian = jacobian / np.array([LENGTH, LENGTH, LENGTH, 1, 1, 1])[:, None]
@@ -221,7 +218,7 @@ class Chain:
         return np.sqrt(np.maximum(least, 0.0))
 
     def margin(self, angles: np.ndarray) -> np.ndarray:
-        """Return the arm's distance from its nearest joint limit in each of n configurations [rad], shape (n,)."""
+        """Return the distance from the nearest joint limit in each of n configurations [rad], shape (n,)."""
         return np.minimum(angles - self.limits[:, 0], self.limits[:, 1] - angles).min(axis=1)
 
 
@@ -233,10 +230,7 @@ def _least_squares(jacobian: np.ndarray, error: np.ndarray, damping: float) -> n
 
 
 def _times(R: np.ndarray, constant: np.ndarray) -> np.ndarray:
-    """Return the products of n rotations and one matrix (3, 3), shape (n, 3, 3).
-
-    They are computed as a single matrix product, which is faster.
-    """
+    """Return the products of n rotations and one matrix (3, 3), shape (n, 3, 3)."""
     return (R.reshape(-1, 3) @ constant).reshape(-1, 3, 3)
 
 

@@ -11,14 +11,15 @@ from dataclasses import replace
 import numpy as np
 
 from tatamu.folding.fingers import PAD
-from tatamu.robots import demand, grasp
+from tatamu.robots import grasp
+from tatamu.robots.chain import turn_weights
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth
 from tatamu.robots.contacts import touches
-from tatamu.robots.jaw import LEAST_HELD
+from tatamu.robots.jaw import MIN_HELD
 from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
-from tatamu.robots.pairs import KINDS
+from tatamu.robots.pairs import CLOTH, DISTANCES, KINDS
 from tatamu.robots.paths import Paths, PlacedFold, tool_poses
 from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
@@ -28,31 +29,16 @@ EVERY = 4
 
 There are 50 computations a second. In addition, MuJoCo tests at every sample whether shapes come too near.
 """
-TO_CLOTH = "to the cloth"
-LEAST_DISTANCE = {
-    "between arms": 0.015,
-    "to the trunk": 0.005,
-    "within an arm": 0.005,
-    "to obstacles": 0.005,
-    "to the table": 0.002,
-    "of fingers to the table": 0.0003,
-    TO_CLOTH: 0.002,
-}
-"""Smallest allowed distances of the robot's links [m], by kind, such as "between arms".
-
-Boxes that contain the links are compared. The limit for fingers and table is smaller than `jaw.GAP`, the planned
-distance of the lower finger above the table.
-"""
-LEAST_MARGIN = 0.01
-"""Smallest allowed distance of a joint from its limits [rad]."""
-LEAST_SINGULARITY = 0.03
-"""Smallest allowed singular value of an arm's Jacobian; see `Chain.singularity`."""
+MIN_MARGIN = 0.01
+"""Minimum distance of a joint from its limits [rad]."""
+MIN_SINGULARITY = 0.03
+"""Minimum singular value of an arm's Jacobian; see `Chain.singularity`."""
 PATH_ERROR = 1e-3
-"""Largest allowed distance of a tool from its path, which follows the hand's Bezier curve [m]."""
+"""Maximum distance of a tool from its path, which follows the hand's Bezier curve [m]."""
 TURN_ERROR = 5e-3
-"""Largest allowed rotation of a tool from its orientation at the grasp [rad]."""
-SLOWEST = 5.0
-"""Largest allowed ratio of the fold's duration on the robot to its simulated duration.
+"""Maximum rotation of a tool from its orientation at the grasp [rad]."""
+MAX_SLOWING = 5.0
+"""Maximum ratio of the fold's duration on the robot to its simulated duration.
 
 A slower motion would make another fold than the simulated fold. If the user asks for a slower plan, for example at half
 the speed, the limit is raised accordingly.
@@ -83,11 +69,7 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """Return the time of a motion sample as text, and the number of the simulation's frame at this time.
-
-        For samples before the fold, this is the fold's first frame. For samples after the fold, it is the fold's last
-        frame.
-        """
+        """Return the time of a motion sample as text, and the number of the simulation's frame at this time."""
         motion = self._motion
         time = motion.times[row]
         part = [part for part in motion.parts if part.start <= time + 1e-9][-1]
@@ -120,13 +102,10 @@ class Checks:
         low, high = np.array([model.joint(name).range for name in names]).T
         room = np.minimum(q[:, columns] - low, high - q[:, columns])
         row, joint = np.unravel_index(int(room.argmin()), room.shape)
-        return self._check(room.min(), LEAST_MARGIN, "rad", int(row), names[joint], least=True)
+        return self._check(room.min(), MIN_MARGIN, "rad", int(row), names[joint], least=True)
 
     def _rate(self, unit: str, order: int) -> PlanCheck:
-        """Check the joint whose speed or acceleration is nearest to its limit.
-
-        The speeds (order 1) or accelerations (order 2) are computed by finite differences.
-        """
+        """Check the joint whose speed or acceleration is nearest to its limit."""
         names, columns = zip(*self._task.robot.columns.items(), strict=True)
         limits = self._task.robot.planned()[order - 1][list(columns)]
         rate = np.abs(np.diff(self._motion.angles[:, columns], n=order, axis=0)) / self._motion.times[1] ** order
@@ -146,7 +125,7 @@ class Checks:
     def _turn(self) -> PlanCheck:
         turned = []
         for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.folding, strict=True):
-            turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * demand.weights(len(arm.joints))
+            turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * turn_weights(len(arm.joints))
             turned.append(np.linalg.norm(turn, axis=1))
         worst, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
         name = self._task.robot.folding[worst].name
@@ -172,7 +151,7 @@ class Checks:
 
         return {
             "hem_in_the_open_jaw": worst(lambda take: take.depth, PAD, least=True),
-            "cloth_in_the_closed_jaw": worst(lambda take: take.held, LEAST_HELD, least=True),
+            "cloth_in_the_closed_jaw": worst(lambda take: take.held, MIN_HELD, least=True),
             "lower_finger_under_the_hem": worst(lambda take: take.lowest, grasp.UNDERNEATH),
             "jaw_across_the_hem": worst(
                 lambda take: take.askew, max(take.jaw.yaw for take in takes) + grasp.ASKEW, "rad"
@@ -184,32 +163,28 @@ class Checks:
         found = self._nearest()
         cloth = self._task.cloth
         if cloth is not None:
-            found[TO_CLOTH] = nearest_cloth(self._task, self._motion, self._tools, cloth)
+            found[CLOTH] = nearest_cloth(self._task, self._motion, self._tools, cloth)
         return {
             f"distance_{kind.replace(' ', '_')}": self._check(
                 found[kind].value,
-                LEAST_DISTANCE[kind],
+                DISTANCES[kind].allowed,
                 "m",
                 found[kind].row,
                 " and ".join(filter(None, found[kind].pair)),
                 least=True,
             )
-            for kind in (*KINDS, TO_CLOTH)
+            for kind in (*KINDS, CLOTH)
             if kind in found
         }
 
     def _nearest(self) -> dict[str, Distance]:
-        """Return the smallest distance of the robot's links for each kind of distance, such as "between arms".
-
-        Distances are computed at every fourth sample of the motion. In addition, MuJoCo finds shapes that come too near
-        to each other at any sample.
-        """
+        """Return the smallest distance of the robot's links for each kind of distance, such as "between arms"."""
         robot, height, angles = self._task.robot, self._task.table, self._motion.angles
         clearance = Clearance(robot)
         clearance.set_table(height)
         some = clearance.least(angles[::EVERY])
         found = {kind: replace(distance, row=distance.row * EVERY) for kind, distance in some.items()}
-        for kind, touch in touches(robot, height, angles, LEAST_DISTANCE).items():
+        for kind, touch in touches(robot, height, angles).items():
             if kind not in found or touch.value < found[kind].value:
                 found[kind] = touch
         return found
@@ -223,7 +198,7 @@ class Checks:
         )
         arm, row = np.unravel_index(int(worst.argmin()), worst.shape)
         name = self._task.robot.folding[arm].name
-        return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
+        return self._check(worst.min(), MIN_SINGULARITY, "1", int(self._fold[row]), name, least=True)
 
     def _scaling(self) -> PlanCheck:
         """Check that the robot is not too slow: the fold's duration on the robot, divided by its simulated duration."""
@@ -231,7 +206,7 @@ class Checks:
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
         value = fold.timed.duration / float(times[-1] - times[0])
-        return self._check(value, SLOWEST / self._motion.speed_scale, "1", slowest, "slowest")
+        return self._check(value, MAX_SLOWING / self._motion.speed_scale, "1", slowest, "slowest")
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:

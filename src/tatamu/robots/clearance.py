@@ -1,10 +1,7 @@
 """Clearance of the robot from itself, its surroundings and the table: MuJoCo's distances between collision shapes.
 
-The robot's own controller does not check collisions, so a plan must be checked before it is used. `pairs` defines which
-shapes are compared.
-
-Every shape is enclosed in a sphere, except planes. Pairs of shapes whose spheres are farther apart than the smallest
-distance so far are skipped. Shapes for which no sphere is known are never skipped.
+Pairs of shapes whose bounding spheres are farther apart than the smallest distance so far are skipped. Shapes for which
+no sphere is known are never skipped.
 """
 
 from __future__ import annotations
@@ -19,7 +16,7 @@ from tatamu.robots.model import TABLE, Robot
 from tatamu.robots.pairs import FINGERS, KINDS, OBSTACLES, ON_TABLE, link_name, pairs_of
 
 FAR = 0.15
-"""Largest distance between shapes that is computed [m]. Larger distances count as this value."""
+"""Maximum distance between shapes that is computed [m]. Larger distances count as this value."""
 
 
 @dataclass(frozen=True)
@@ -79,11 +76,7 @@ class Clearance:
         ]
 
     def set_table(self, height: float) -> None:
-        """Move the table top to a height in the base B [m].
-
-        An obstacle that is completely below the table top, such as a floor or the model's own table, counts as a part
-        of the table.
-        """
+        """Move the table top to a height in B [m]. An obstacle completely below it counts as a part of the table."""
         top = self._data.body(self._base).xpos[2] + height
         self.model.geom_pos[self._table][2] = top - self.model.geom_size[self._table][2]
         self._data.geom_xpos[self._table][2] = self.model.geom_pos[self._table][2]
@@ -104,10 +97,7 @@ class Clearance:
         return probe + min(self._distance(int(geom), self._table, 20.0) for geom in arms)
 
     def least(self, configurations: np.ndarray) -> dict[str, Distance]:
-        """Return the smallest distance of each kind, such as "between arms", in any of n configurations.
-
-        The configurations have the angles of all joints [rad], shape (n, nq).
-        """
+        """Return the smallest distance of each kind in any of n configurations [rad], shape (n, nq)."""
         best: dict[str, Distance] = {}
         for row, q in enumerate(configurations):
             self._move(q)
@@ -119,10 +109,7 @@ class Clearance:
         return best
 
     def nearest(self, configurations: np.ndarray) -> float:
-        """Return the smallest distance between shapes in any of n configurations [m], at most FAR.
-
-        The configurations have the angles of all joints [rad], shape (n, nq).
-        """
+        """Return the smallest distance in any of n configurations [rad], shape (n, nq), in metres, at most FAR."""
         return min((found.value for found in self.least(configurations).values()), default=FAR)
 
     def _move(self, configuration: np.ndarray) -> None:
@@ -130,10 +117,7 @@ class Clearance:
         self._mujoco.mj_kinematics(self.model, self._data)
 
     def _nearest(self, pairs: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
-        """Return the smallest distance of the given pairs of shapes [m], and the names of the two links.
-
-        If the shapes of all pairs are farther apart than `limit`, return `limit` and empty names.
-        """
+        """Return the smallest distance of the given pairs of shapes [m], and the names of the two links."""
         value, names = limit, ("", "")
         bound = self._bounds(pairs)
         for number in np.argsort(bound):
@@ -146,10 +130,7 @@ class Clearance:
         return value, names
 
     def _bounds(self, pairs: np.ndarray) -> np.ndarray:
-        """Return a lower bound on the distance between the two shapes of each of n pairs [m], shape (n,).
-
-        Only the second shape of a pair can be a plane.
-        """
+        """Return a lower bound on the distance between the two shapes of each of n pairs [m], shape (n,)."""
         first, second = pairs.T
         between = self._data.geom_xpos[first] - self._data.geom_xpos[second]
         normal = self._data.geom_xmat[second].reshape(-1, 3, 3)[:, :, 2]

@@ -11,7 +11,7 @@ from tatamu.robots.extras import needed
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.motion import Motion
-from tatamu.robots.pairs import FINGERS, ON_TABLE, hand_shapes, link_name, pairs_of
+from tatamu.robots.pairs import CLOTH, DISTANCES, FINGERS, ON_TABLE, hand_shapes, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
 from tatamu.robots.placement import Grip, Hold, Placement
 from tatamu.robots.pose import into, inverse, pose
@@ -20,13 +20,11 @@ from tatamu.simulation.rollout import Rollout
 AT_THE_JAW = 0.04
 """Radius around a tool [m]. Cloth within this radius counts as held or lifted by the fingers."""
 FAR = 0.15
-"""Largest distance between robot and cloth that is computed [m]. Larger distances count as this value."""
+"""Maximum distance between robot and cloth that is computed [m]. Larger distances count as this value."""
 EVERY = 20
 """Number of samples of the robot's motion from one computation of the distance to the next."""
 FRAME_EVERY = 3
 """Number of simulated frames from one test of a hand's orientation to the next."""
-SEARCHED = 0.003
-"""Minimum distance of a hand from the cloth in the search for placements [m], a little above that of the check."""
 
 
 def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold], cloth: Rollout | None) -> np.ndarray:
@@ -52,15 +50,12 @@ def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold]
         in_tool = (points - (paths[number] + offset)[:, None]) @ R_FT
         in_tool = np.where(held[..., None], FAR, in_tool)
         least = min((float(_outside(into(X_TG, in_tool), box).min()) for X_TG, box in boxes), default=FAR)
-        clear.append(least > SEARCHED)
+        clear.append(least > DISTANCES[CLOTH].searched)
     return np.array(clear)
 
 
 def _boxes_behind_fingers(robot: Robot, arm: Arm) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the boxes of the shapes that move with the tool and are no fingers.
-
-    Each has its pose in the tool T, shape (4, 4), and its middle and half sizes [m], shape (2, 3).
-    """
+    """Return the boxes of the shapes that move with the tool and are no fingers."""
     data, model = robot.at_rest(), robot.model
     tool = data.site(arm.site)
     X_TW = inverse(pose(tool.xmat.reshape(3, 3), tool.xpos))

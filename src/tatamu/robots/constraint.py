@@ -1,7 +1,4 @@
-"""A constraint on learned folds: the robot must be able to do them.
-
-The value of the constraint is negative if the robot cannot do a fold.
-"""
+"""A constraint on learned folds: the robot must be able to do them."""
 
 from __future__ import annotations
 
@@ -16,34 +13,26 @@ from tatamu.robots.description import disturbances_of, files_of
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.placement import Placement
-from tatamu.robots.reach import best_placements, search, table_heights
-from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
+from tatamu.robots.reach import Refused, best_placements, out_of_reach, search, table_heights, table_too_high
+from tatamu.simulation.rollout import Rollout
 
 REMEMBERED = 8
-"""Number of placements of earlier folds that are tried first. A placement is a pose of the fold on the table.
-
-These placements often suit a new fold, because the trials of one study are similar.
-"""
+"""Number of placements of earlier folds that are tried first, because the trials of one study are similar."""
 
 
 class ReachConstraint:
-    """The quality with which a robot can do a fold.
-
-    The poses of earlier folds on the table are tried first, because they often suit the new fold. This makes the
-    computation faster.
-    """
+    """The quality with which a robot can do a fold."""
 
     def __init__(self, robot: Robot) -> None:
         self._starting = [robot.starting(start) for start in robot.poses]
         self._known: list[tuple[Robot, Placement]] = []
 
-    def __call__(self, manipulation: Manipulation) -> float:
-        """Return the quality of a fold's best placement.
-
-        The quality is from 0 (just possible) to 1. It is negative if the robot cannot do the fold.
+    def __call__(self, manipulation: Manipulation, cloth: Rollout | None = None) -> float:
+        """Return the quality of a fold's best placement, from 0 to 1; negative if the robot cannot do the fold.
 
         Args:
             manipulation: The hands' paths, on Bezier curves.
+            cloth: Simulated motion of the cloth, out of which the hands must stay; None if it is not known.
 
         Raises:
             InputError: If a hand does not move.
@@ -52,18 +41,13 @@ class ReachConstraint:
         for robot, placement in self._known:
             if len(robot.folding) != len(hands.curves):
                 continue
-            quality = float(search(robot, hands, [placement], fine=True).quality[0])
+            quality = float(search(robot, hands, [placement], fine=True, cloth=cloth).quality[0])
             if quality >= 0:
                 return quality
-        return max(self._searched(robot, hands) for robot in self._ways(hands))
+        return max(self._searched(robot, hands, cloth) for robot in self._ways(hands))
 
     def refusal(self, manipulation: Manipulation) -> str | None:
-        """Return why the robot cannot do a fold, or None if the robot can do the fold.
-
-        The placement that is found is not kept for later calls.
-
-        Args:
-            manipulation: The hands' paths, on Bezier curves.
+        """Return why the robot cannot do a fold, or None if it can. Later calls do not depend on this one.
 
         Raises:
             InputError: If a hand does not move.
@@ -86,18 +70,15 @@ class ReachConstraint:
         self._known = []
 
     def _ways(self, hands: HandMotion) -> Iterator[Robot]:
-        """Yield the robot with each of its start poses.
-
-        If only one hand folds, each arm is tried as the folding arm.
-        """
+        """Yield the robot with each of its start poses."""
         for robot in self._starting:
             yield from robot.with_hands(len(hands.curves))
 
-    def _searched(self, robot: Robot, hands: HandMotion) -> float:
+    def _searched(self, robot: Robot, hands: HandMotion, cloth: Rollout | None) -> float:
         heights = table_heights(robot)
         if heights is None:
             return -1.0
-        ranking = best_placements(robot, hands, heights)
+        ranking = best_placements(robot, hands, heights, cloth)
         if ranking.good:
             self._known = [(robot, ranking.placements[0]), *self._known][:REMEMBERED]
         return float(ranking.quality[0])

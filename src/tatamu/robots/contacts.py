@@ -6,7 +6,6 @@ every sample of the motion, and leaves it to MuJoCo to find the pairs that are n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,14 +13,12 @@ import numpy as np
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.extras import needed
 from tatamu.robots.model import Robot
-from tatamu.robots.pairs import link_name
+from tatamu.robots.pairs import DISTANCES, link_name
 from tatamu.robots.stage import stage
 
 
-def touches(
-    robot: Robot, table_height: float, configurations: np.ndarray, limits: Mapping[str, float]
-) -> dict[str, Distance]:
-    """Return the smallest distance of each kind of pair, such as "between arms", if it is below the limit of this kind.
+def touches(robot: Robot, table_height: float, configurations: np.ndarray) -> dict[str, Distance]:
+    """Return the smallest distance of each kind of pair of shapes, if it is below the limit in `DISTANCES`.
 
     Distances are tested between pairs of collision shapes, in n configurations of the robot.
 
@@ -29,9 +26,9 @@ def touches(
         robot: The robot.
         table_height: Height of the table top in the base B [m].
         configurations: Angles of all nq joints in n configurations [rad], shape (n, nq).
-        limits: Smallest allowed distance of each kind [m].
     """
     mujoco = needed("mujoco")
+    limits = {kind: limit.allowed for kind, limit in DISTANCES.items()}
     model = stage(robot, table_height, limits).compile()
     pairs = _pairs(robot, table_height, model)
     data = mujoco.MjData(model)
@@ -49,10 +46,7 @@ def touches(
 
 
 def _pairs(robot: Robot, table_height: float, model: Any) -> dict[frozenset[int], tuple[str, tuple[str, str]]]:
-    """Return the kind and the two links of each pair of shapes that is tested.
-
-    The keys are the numbers of the two shapes in the model.
-    """
+    """Return the kind and the two links of each pair of shapes that is tested."""
     clearance = Clearance(robot)
     clearance.set_table(table_height)
     found = {}

@@ -15,26 +15,22 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
 from tatamu.evaluation.disturbances import Disturbances, disturbances_in, read_disturbances
-from tatamu.robots import demand
+from tatamu.robots.chain import MIN_JOINTS, too_few_joints
 from tatamu.robots.interfaces import LeRobotNames, RosNames
 from tatamu.robots.jaw import Jaw
 from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
 Length = Annotated[float, Field(ge=-10, le=10)]
-"""A length or coordinate from -10 to 10 [m]."""
 Vector = tuple[Length, Length, Length]
-"""Three lengths [m] or angles [rad]."""
 Numbers = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=1)]
 
 
 class Frame(Record):
-    """A pose: a translation, and a rotation about fixed x, then y, then z, as in URDF."""
+    """A translation [m], and a rotation about fixed x, then y, then z [rad], as in URDF."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
-    """Translation [m]."""
     rpy: Vector = (0.0, 0.0, 0.0)
-    """Rotation about fixed x, y, z [rad]."""
 
     @property
     def matrix(self) -> np.ndarray:
@@ -73,16 +69,13 @@ class ArmDescription(Record):
     link: str
     """Name of the wrist's body in the model: the body that the last joint moves, or a body that is fixed to it."""
     tool: Frame
-    """Pose X_WT of the tool T in the wrist W. T is between the ends of the closed fingertips.
-
-    The z axis of T is the direction of approach, and the jaw opens along the y axis.
-    """
+    """Pose X_WT of the tool T in the wrist W; see `Jaw`."""
     initial: Numbers
     """Joint angles at which motions start [rad]."""
     speed: Numbers
-    """Largest speed of each joint [rad/s]."""
+    """Maximum speed of each joint [rad/s]."""
     acceleration: Numbers
-    """Largest acceleration of each joint [rad/s^2]."""
+    """Maximum acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
     """Joints for which the limit in `speed` is used even if it is higher than the model's own limit."""
     ros: RosNames = RosNames()
@@ -97,8 +90,8 @@ class ArmDescription(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(self.joints) < demand.FEWEST:
-            raise ValueError(demand.too_few(len(self.joints)))
+        if len(self.joints) < MIN_JOINTS:
+            raise ValueError(too_few_joints(len(self.joints)))
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
                 raise ValueError(f"{name} must be as many as joints ({len(self.joints)})")
@@ -175,9 +168,9 @@ class Description(Record):
         if self.model is None and self.base != "world":
             raise ValueError("base must be 'world' for a pair of single arms: each arm's mount says where it stands")
         if self.model is None and self.standing:
-            raise ValueError("standing must stand in each arm's own table for a pair of single arms")
+            raise ValueError("standing must be in each arm's own table for a pair of single arms")
         if self.model is not None and (self.larm.standing or self.rarm.standing):
-            raise ValueError("standing must stand before the first table for a model of the whole robot")
+            raise ValueError("standing must be before the first table for a model of the whole robot")
         if self.model is None and self.trunk is not None:
             raise ValueError("trunk must be left out for a pair of single arms")
         arms = {*self.larm.joints, *self.rarm.joints, *([self.trunk.joint] if self.trunk else [])}
@@ -190,9 +183,7 @@ class Description(Record):
 
 
 def files_of(path: Path) -> list[Path]:
-    """Return the files that a robot is made from.
-
-    They are the description, the models, the meshes, and the file of disturbances.
+    """Return the files that a robot is made from, the description first.
 
     Raises:
         InputError: If the description or another file cannot be read.

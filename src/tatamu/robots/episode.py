@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.lerobot import LeRobotWriter, vector
-from tatamu.robots.commands import SHUT
-from tatamu.robots.keys import state_names
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Arm, Robot, state_names
+from tatamu.robots.motion import SHUT
 from tatamu.robots.plan import RobotPlan
 from tatamu.study.folder import ResultFolder
 
@@ -67,10 +66,7 @@ def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
 
 
 def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
-    """Return the gripper's values in LeRobot for jaw widths [m].
-
-    The values between the closed and the open jaw are interpolated linearly.
-    """
+    """Return the gripper's values in LeRobot for jaw widths [m]."""
     names = arm.lerobot
     if names.open is None or names.closed is None:
         return widths

@@ -76,10 +76,7 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
 
 
 def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
-    """Return the nearest camera that shows the robot and the table during the whole film.
-
-    If two arms face each other, the camera looks between them.
-    """
+    """Return the nearest camera that shows the robot and the table during the whole film."""
     shown = [k for k in range(model.ngeom) if model.geom(k).name not in (TABLE, *SIDES)]
     shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
     poses = np.linspace(0, poser.poses - 1, LOOKS).astype(int)
@@ -124,10 +121,7 @@ def framed(
 
 
 def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any) -> None:
-    """Add a light and the cloth to the robot's model, and cut the table to a size that fits the picture.
-
-    The cloth is a mesh whose vertices are moved frame by frame.
-    """
+    """Add a light and the cloth to the robot's model, and cut the table to a size that fits the picture."""
     spec.worldbody.add_light(pos=[0.5, 0.5, 2.0], dir=[0, -0.2, -1], castshadow=False)
     spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
     sky, plain = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
@@ -152,10 +146,7 @@ def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
 
 
 def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: np.ndarray, mujoco: Any) -> None:
-    """Move the vertices of the cloth's mesh to the given positions.
-
-    MuJoCo stores the vertices of a mesh in the mesh's own frame, so the positions are converted to this frame.
-    """
+    """Move the vertices of the cloth's mesh to the given positions."""
     in_base = _in_base(rehearsal, positions)
     for side in SIDES:
         geom = data.geom(side)

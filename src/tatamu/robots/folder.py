@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +37,8 @@ FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
 All files except the first can be missing.
 """
 
+Export = Callable[[RobotPlan, Path], None]
+
 
 def check_out(out: Path) -> None:
     """Check, before any work is done, that a plan can be written to this path.
@@ -44,9 +47,9 @@ def check_out(out: Path) -> None:
         InputError: If the path exists and is not the folder of a plan.
     """
     if out.resolve() == Path.cwd():
-        raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")
+        raise InputError(f"{out}: is the current folder, which a plan would replace; give another --out")
     if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or (out / "plan.json").is_file())):
-        raise InputError(f"{out}: is already there and is no plan: give another --out")
+        raise InputError(f"{out}: exists and is not a plan; give another --out")
 
 
 def save(plan: RobotPlan, out: Path) -> None:
@@ -57,18 +60,9 @@ def save(plan: RobotPlan, out: Path) -> None:
     """
     check_out(out)
     with _replacing(out) as folder:
-        robot = plan.task.robot
-        write_json(folder / "plan.json", plan_file(plan).model_dump())
-        write_text(folder / "joint_trajectory.csv", joint_csv(robot, plan.motion))
-        write_json(folder / "joint_trajectory.json", trajectory_json(plan))
-        write_json(folder / "play_pattern.json", pattern_json(plan))
-        write_text(folder / "gripper_commands.csv", gripper_csv(plan))
-        write_goals(plan, folder / "goals")
-        write_ros1(plan, folder / "joint_trajectory.bag")
-        write_ros2(plan, folder / "joint_trajectory_ros2")
-        save_stage(robot, plan.task.table, folder)
-        write_text(folder / "reach.svg", reach_svg(plan))
-        _keep_fold(plan.task.source, folder / FOLD)
+        for name, write in EXPORTS:
+            write(plan, folder / name)
+        save_stage(plan.task.robot, plan.task.table, folder)
 
 
 def _keep_fold(fold: Result | ResultFolder, folder: Path) -> None:
@@ -84,10 +78,7 @@ def _keep_fold(fold: Result | ResultFolder, folder: Path) -> None:
 
 @contextmanager
 def _replacing(out: Path) -> Iterator[Path]:
-    """Yield a temporary folder next to `out`, for a `with` block.
-
-    If the block ends without an error, the temporary folder replaces `out`.
-    """
+    """Yield a temporary folder next to `out`, for a `with` block."""
     try:
         out = out.resolve()  # a symbolic link remains a link
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -102,6 +93,14 @@ def _replacing(out: Path) -> Iterator[Path]:
             shutil.rmtree(temporary, ignore_errors=True)
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
+
+
+def _text(contents: Callable[[RobotPlan], str]) -> Export:
+    return lambda plan, path: write_text(path, contents(plan))
+
+
+def _json(contents: Callable[[RobotPlan], Any]) -> Export:
+    return lambda plan, path: write_json(path, contents(plan))
 
 
 def plan_file(plan: RobotPlan) -> PlanFile:
@@ -139,11 +138,7 @@ def plan_file(plan: RobotPlan) -> PlanFile:
 
 
 def _hand_in_wrist(arm: Arm, R_BT: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    """Return the pose X_WH of the simulated hand's frame H in the frame of the arm's wrist W.
-
-    H is parallel to the frame of the tool T. Its position is the tool's position minus `offset`, which is in the base
-    B.
-    """
+    """Return the pose X_WH of the simulated hand's frame H in the frame of the arm's wrist W."""
     return arm.tool_in_wrist @ pose(np.eye(3), -R_BT.T @ offset)
 
 
@@ -181,3 +176,18 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
         times=driven.tolist(),
         **{arm.name: points for arm, points in zip(task.robot.folding, tools, strict=True)},
     )
+
+
+EXPORTS: tuple[tuple[str, Export], ...] = (
+    ("plan.json", _json(lambda plan: plan_file(plan).model_dump())),
+    ("joint_trajectory.csv", _text(joint_csv)),
+    ("joint_trajectory.json", _json(trajectory_json)),
+    ("play_pattern.json", _json(pattern_json)),
+    ("gripper_commands.csv", _text(gripper_csv)),
+    ("goals", write_goals),
+    ("joint_trajectory.bag", write_ros1),
+    ("joint_trajectory_ros2", write_ros2),
+    ("reach.svg", _text(reach_svg)),
+    (FOLD, lambda plan, path: _keep_fold(plan.task.source, path)),
+)
+"""Files and folders of a plan, each with the function that writes it."""

@@ -44,10 +44,7 @@ def write_goals(plan: RobotPlan, folder: Path) -> None:
 
 
 def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
-    """Return a step in which all grippers of the robot move at once.
-
-    Each gripper gets its command with the index `number`: 0 is its first command.
-    """
+    """Return a step in which all grippers of the robot move at once."""
     arms = plan.task.robot.folding
     commands = plan.gripper_commands[len(arms) * number : len(arms) * (number + 1)]
     return {
@@ -86,12 +83,7 @@ def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
 
 
 def _rows(plan: RobotPlan, segment: Segment) -> np.ndarray:
-    """Return the indices of the motion samples that a segment's goal contains.
-
-    They begin with the sample after the segment's start. In the segment `approach`, they begin with the sample at the
-    end of the initial rest. There are 50 samples a second. At the last sample, the segment ends and the robot is at
-    rest.
-    """
+    """Return the indices of the motion samples that a segment's goal contains."""
     times = plan.motion.times
     begins = plan.motion.part("approach").start if segment.name == "approach" else segment.start + times[1]
     first = int(np.searchsorted(times, begins - 1e-6))

@@ -11,16 +11,9 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 
 UNDERNEATH = 0.003
-"""Largest allowed height of the lower finger above the table when the jaw starts to close [m].
-
-A higher finger would pass over the edge of the cloth.
-"""
+"""Maximum height of the lower finger above the table when the jaws start to close [m]."""
 ASKEW = 5e-3
-"""Tolerance for the angle of a jaw about the vertical [rad].
-
-The angle is measured from the plane at right angles to the cloth's edge. A plan passes the check if the angle is at
-most `Jaw.yaw` plus this tolerance.
-"""
+"""Tolerance by which the angle of the jaws about the vertical may exceed `Jaw.yaw` [rad]."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +23,7 @@ class Take:
     arm: str
     jaw: Jaw
     depth: float
-    """Distance from the cloth's edge to the place where the fingertips will meet [m].
-
-    It is measured at right angles to the edge.
-    """
+    """Distance from the cloth's edge to the place where the fingertips will meet [m]."""
     height: float
     """Height above the table of the tool T, a point between the fingertips [m]."""
     askew: float

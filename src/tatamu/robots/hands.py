@@ -1,7 +1,6 @@
-"""The motion of the hands in a fold, as given in the fold's file manipulation.json.
+"""The motion of the hands in a learned fold.
 
-F is the frame of the fold. It is the frame of the simulated scene, with z = 0 at the table top. Times are times of the
-simulation.
+F is the frame of the simulated scene, with z = 0 at the table top. Times are times of the simulation.
 """
 
 from __future__ import annotations
@@ -25,21 +24,14 @@ Travel = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class HandMotion:
-    """The motion of one hand or two hands from the grasp to the release.
-
-    If there are two hands, the left hand belongs to the arm `larm`.
-    """
+    """The motion of one or two hands from the grasp to the release, the left hand first."""
 
     frame_rate: float
     every_frames: int
     timing: Timing
     times: np.ndarray
-    """Times of the via-points [s], shape (v,).
-
-    The hands start to move at the first of these times, and come to rest at the last.
-    """
+    """Times of the via-points, from the start of the hands to their rest [s], shape (v,)."""
     curves: tuple[Bezier, ...]
-    """Curve of each hand, the left hand first."""
     travelled: tuple[Travel, ...]
 
     @classmethod
@@ -119,9 +111,7 @@ class HandMotion:
 
 
 def grippers_by_hand(scene: Scene) -> list[list[Gripper]]:
-    """Return the grippers of the left hand and of the right hand of a scene.
-
-    The first gripper of each hand moves exactly like the hand.
+    """Return the grippers of each hand of a scene; the first gripper moves exactly like its hand.
 
     Raises:
         InputError: If a gripper has no hand.
@@ -157,10 +147,7 @@ def _no_fold(folder: ResultFolder) -> str:
 
 
 def _minimum_jerk(curve: Bezier, timing: Timing) -> Travel:
-    """Return the function from time to the distance along a curve for a motion with minimum jerk.
-
-    The hand is at rest at both ends of the curve.
-    """
+    """Return the function from time to the distance along a curve for a motion with minimum jerk."""
     length = curve.arc_lengths()[1][-1]
     duration = timing.arrives - timing.starts
     return lambda times: length * minimum_jerk((times - timing.starts) / duration)

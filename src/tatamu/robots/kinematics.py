@@ -41,11 +41,11 @@ class Missed:
     def reason(self) -> str:
         """Explanation why the pose has no solution, as text."""
         if self.joint:
-            why = f"{self.joint} stands at its limit"
+            why = f"{self.joint} is at its limit"
         elif self.distance > NEAR:
-            why = "it is out of reach"
+            why = "the hand is out of reach"
         elif self.turn > ALIGNED:
-            why = "it gets there and cannot turn its jaw so"
+            why = "it gets there, but cannot turn its jaws so"
         else:
             why = "its joints cannot move on from there (a singular pose)"
         left = [

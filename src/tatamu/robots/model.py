@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from os.path import commonprefix
 from typing import Any
 
 import numpy as np
@@ -20,27 +22,22 @@ TABLE = "tatamu_table"
 
 @dataclass(frozen=True)
 class Arm:
-    """One arm, from the base to the tool."""
+    """One arm with k joints, from the base to the tool."""
 
     name: str
     """`larm` or `rarm`."""
     joints: tuple[str, ...]
-    """Names of the joints, from the base outwards."""
     link: str
     """The body that the last joint moves. Its frame is the wrist frame W."""
     tool_in_wrist: np.ndarray
-    """Pose X_WT of the tool T in the wrist W, shape (4, 4).
-
-    T is between the ends of the closed fingertips. Its z is the direction of approach, and the jaw opens along its y.
-    """
+    """Pose X_WT of the tool T in the wrist W, shape (4, 4); see `Jaw`."""
     initial: np.ndarray
-    """Angles of the arm's k joints at the start and the end of motions [rad], shape (k,)."""
+    """Angles at the start and the end of motions [rad], shape (k,)."""
     planned_speed: np.ndarray
-    """Largest speed of each of the k joints in plans [rad/s], shape (k,)."""
+    """Maximum speeds in plans [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
-    """Largest acceleration of each of the k joints in plans [rad/s^2], shape (k,)."""
+    """Maximum accelerations in plans [rad/s^2], shape (k,)."""
     jaw: Jaw = field(default_factory=Jaw)
-    """The fingers, and how they grasp the edge of the cloth."""
     ros: RosNames = field(default_factory=RosNames)
     lerobot: LeRobotNames = field(default_factory=LeRobotNames)
 
@@ -67,11 +64,10 @@ class Arm:
 
 @dataclass(frozen=True)
 class StartPose:
-    """A pose in which motions can start, and the name of this pose."""
+    """A pose in which motions can start: the angles of both arms [rad], shape (k,)."""
 
     name: str
     larm: np.ndarray
-    """Angles of the left arm's k joints [rad], shape (k,)."""
     rarm: np.ndarray
 
 
@@ -95,22 +91,19 @@ class Robot:
     trunk_acceleration: float
     """Limit of the trunk's acceleration in plans [rad/s^2]."""
     poses: tuple[StartPose, ...]
-    """Poses in which motions can start, the usual pose first.
-
-    The field `initial` of the arms is one of these poses.
-    """
+    """Poses in which motions can start, the usual pose first. The arms are in one of them."""
     table_heights: tuple[float, float]
-    """Lowest and highest table top that may be chosen, in the base B [m]."""
+    """Lowest and highest table top that may be chosen [m]."""
     front: float
-    """Position of the table's near edge along x of the base B [m]."""
+    """Position of the table's near edge along x [m]."""
     standing: Mapping[str, float] = field(default_factory=dict)
     """Positions of joints outside the arms, if they differ from the model [rad, m]."""
     lerobot_type: str = ""
     """Type of the robot in LeRobot; empty if the type is the robot's name."""
     notes: tuple[str, ...] = ()
-    """Notes for the user on how the robot's files were read, one line each."""
+    """What the user must know of how the robot's files were read, one line each."""
     alone: str = ""
-    """Name of the arm that folds while the other arm stays in its initial pose; empty if both arms fold."""
+    """Name of the only arm that folds; empty if both arms fold."""
 
     @property
     def arms(self) -> tuple[Arm, Arm]:
@@ -123,11 +116,7 @@ class Robot:
         return tuple(arm for arm in self.arms if self.alone in ("", arm.name))
 
     def with_hands(self, hands: int) -> tuple[Robot, ...]:
-        """Return the robot as it can fold with this number of hands.
-
-        For two hands, one robot is returned, whose arms both fold. For one hand, two robots are returned: the left arm
-        of the first robot and the right arm of the second robot fold alone.
-        """
+        """Return the robot with both arms folding, or for one hand, with either arm folding alone."""
         return (self,) if hands == 2 else tuple(replace(self, alone=arm.name) for arm in self.arms)
 
     def starting(self, start: StartPose) -> Robot:
@@ -162,11 +151,7 @@ class Robot:
 
     @cached_property
     def rest(self) -> np.ndarray:
-        """Positions of all nq joints of the robot at rest [rad, m], shape (nq,).
-
-        Each joint has the value in `standing` or in the model, moved to the nearest allowed value. Fingers are open for
-        a grasp. Joints that the model couples by an equality follow their leaders.
-        """
+        """Positions of all nq joints at rest, within their limits and with open fingers [rad, m], shape (nq,)."""
         model = self.model
         qpos = np.array(model.qpos0)
         fingers = {name: at[0] for arm in self.arms for name, at in arm.jaw.fingers.items()}
@@ -178,10 +163,7 @@ class Robot:
         return self.followed(qpos)
 
     def followed(self, qpos: np.ndarray) -> np.ndarray:
-        """Return configurations in which joints that the model couples by an equality follow their leaders.
-
-        The given configurations [rad, m], shape (.., nq), are changed.
-        """
+        """Move coupled joints to their leaders in configurations [rad, m], shape (.., nq), and return these."""
         for equality in joint_equalities(self.model) * self.model.neq:  # a leader may follow another joint
             equality.apply(self.model, qpos)
         return qpos
@@ -197,13 +179,12 @@ class Robot:
     def configuration(
         self, angles: Sequence[np.ndarray], trunk: np.ndarray | float | None = None, arms: tuple[Arm, ...] = ()
     ) -> np.ndarray:
-        """Return configurations of all joints of the robot [rad], shape (.., nq).
+        """Return configurations of all joints [rad], shape (.., nq).
 
         Args:
-            angles: Joint angles of each of the arms in `arms` [rad], shape (.., k).
+            angles: Joint angles of each of `arms` [rad], shape (.., k). Other arms are in their initial pose.
             trunk: Angle of the trunk [rad], shape (..); None if the trunk is at rest.
-            arms: The arms to which `angles` belong; empty for the arms that fold. All other arms are in their initial
-                pose.
+            arms: Some arms; empty for the arms that fold.
         """
         qpos = np.broadcast_to(self.rest, (*angles[0].shape[:-1], self.model.nq)).copy()
         stands = {arm.name: arm.initial for arm in self.arms}
@@ -215,10 +196,7 @@ class Robot:
         return qpos
 
     def planned(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the largest speeds [rad/s] and accelerations [rad/s^2] in plans.
-
-        Both arrays have one value for each of the nq joints.
-        """
+        """Return the maximum speeds [rad/s] and accelerations [rad/s^2] in plans, shape (nq,) each."""
         speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
         for arm in self.arms:
             columns = [self.columns[name] for name in arm.joints]
@@ -241,16 +219,11 @@ class Robot:
 
 @dataclass(frozen=True)
 class JointEquality:
-    """A joint q1 that follows another joint q2, as in MuJoCo.
-
-    The position of the following joint is given by q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .. up to the
-    fourth power. Here q1_0 and q2_0 are the joints' positions in the model, and c0 to c4 are the coefficients.
-    """
+    """A joint q1 that follows another joint q2: q1 - q1_0 = c0 + c1 (q2 - q2_0) + .. + c4 (q2 - q2_0)^4."""
 
     follower: int
-    """Number of the joint that follows."""
     leader: int | None
-    """Number of the joint that leads; None if the follower is at a constant position."""
+    """Index of the joint that leads; None if the follower is at a constant position."""
     coefficients: np.ndarray
     """The coefficients c0 to c4, shape (5,)."""
 
@@ -297,3 +270,26 @@ def with_tools(spec: Any, arms: tuple[Arm, ...]) -> Any:
         rgba=[0.8, 0.7, 0.6, 1],
     )
     return copy
+
+
+def state_names(robot: Robot) -> tuple[str, ...]:
+    """Return the names of the robot's numbers: left arm, right arm, then the trunk if the robot has a trunk.
+
+    Each arm has the names of its joints, then the name of its gripper. Joints have the names in `lerobot` of the
+    description. If `lerobot` has no names, joints have their names in the model, without a common prefix such as
+    `larm_`.
+    """
+    names = [name for side, arm in zip(("left", "right"), robot.arms, strict=True) for name in _keys(side, arm)]
+    return (*names, *(() if robot.trunk is None else (f"{robot.trunk.lower()}.pos",)))
+
+
+def _keys(side: str, arm: Arm) -> list[str]:
+    """Return the keys of an arm's joints and of its gripper."""
+    *joints, gripper = [f"{side}_{stem}.pos" for stem in _of(arm)]
+    return [*(arm.lerobot.joints or joints), arm.lerobot.gripper or gripper]
+
+
+def _of(arm: Arm) -> list[str]:
+    shared = re.match(r".*[_/.\-]", commonprefix(arm.joints))  # noqa: RUF071 (letter by letter is meant)
+    start = len(shared[0]) if shared and len(arm.joints) > 1 else 0
+    return [*(re.sub(r"[^a-z0-9]+", "_", joint[start:].lower()) for joint in arm.joints), "gripper"]

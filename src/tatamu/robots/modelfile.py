@@ -107,6 +107,32 @@ def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = (
     spec.assets = dict(contents)
 
 
+def read_stage(path: Path) -> Any:
+    """Read the model of a plan's folder as a mujoco.MjSpec, without pictures and with limits of its size.
+
+    Raises:
+        InputError: If a height field is too large.
+        ValueError: If MuJoCo cannot read the file.
+    """
+    _parsed(path)
+    spec = needed("mujoco").MjSpec.from_file(os.path.abspath(path))
+    drop_pictures(spec)
+    store = _Store(path)
+    for field in spec.hfields:
+        if field.file:
+            store.heights(path.parent / spec.meshdir / field.file)
+        _check_heights(path, int(field.nrow), int(field.ncol))
+    return spec
+
+
+def drop_pictures(spec: Any) -> None:
+    """Remove textures: distances need none, and a small picture may need gigabytes of memory."""
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    for texture in list(spec.textures):
+        spec.delete(texture)
+
+
 def limit_continuous(model: ModelFile, joints: Iterable[str]) -> list[str]:
     """Give each of these joints that has no limits a range of one turn to either side, and return their names."""
     mujoco, spec = needed("mujoco"), model.spec
@@ -121,10 +147,7 @@ def limit_continuous(model: ModelFile, joints: Iterable[str]) -> list[str]:
 
 
 def _commanded_limits(spec: Any) -> dict[str, str]:
-    """Narrow the ranges of joints to those that their position drives accept, and return the narrower ranges as text.
-
-    The range of a drive is the soft limit of an MJCF, because the drive never commands a position outside it.
-    """
+    """Narrow the ranges of joints to those of their position drives, and return the narrower ranges as text."""
     mujoco, found = needed("mujoco"), {}
     for drive in spec.actuators:
         joint = spec.joint(drive.target) if drive.trntype == mujoco.mjtTrn.mjTRN_JOINT else None
@@ -156,10 +179,7 @@ def _unit(spec: Any, joint: Any) -> float:
 
 
 class _Store:
-    """The assets of a model, such as meshes, named by their content.
-
-    Files of the same name do not collide, and equal files are stored only once.
-    """
+    """The assets of a model, such as meshes, named by their content."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -218,14 +238,8 @@ def _as_stl(file: Path, content: bytes, suffix: str) -> bytes:
 
 
 def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
-    """Store the asset files that an MJCF file names, and replace their names by the names in the store.
-
-    Textures are left out: distances need none, and a small picture may need gigabytes of memory.
-    """
-    for material in spec.materials:
-        material.textures = [""] * len(material.textures)
-    for texture in list(spec.textures):
-        spec.delete(texture)
+    """Store the asset files that an MJCF file names, and replace their names by the names in the store."""
+    drop_pictures(spec)
     for assets, keep in ((spec.meshes, store.mesh), (spec.hfields, store.heights)):
         for asset in assets:
             if asset.file:

@@ -12,9 +12,9 @@ from pydantic import Field
 
 from tatamu.base.records import Record
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.model import Robot
+from tatamu.robots.model import Arm, Robot
 from tatamu.robots.paths import Stage
-from tatamu.robots.planfile import FingerEvent
+from tatamu.robots.planfile import FingerEvent, GripperCommand, Segment
 from tatamu.robots.timing import Timed, timed
 
 PERIOD = 0.005
@@ -28,7 +28,7 @@ GENTLE = 0.25
 Lower accelerations make the robot more accurate, because its drives follow commands with a delay.
 """
 JOINT_MOVE = 20.0
-"""Largest rate ds/dt at which a stage moves from one pose (s = 0) to the next pose (s = 1) [1/s].
+"""Maximum rate ds/dt at which a stage moves from one pose (s = 0) to the next pose (s = 1) [1/s].
 
 The rate is so high that only the joints' limits slow these stages down.
 """
@@ -38,17 +38,11 @@ class Pace(Record):
     """Speeds [m/s] and waiting times [s] of the robot's motion."""
 
     lead: float = Field(3.0, ge=0.1)
-    """Time for which the robot rests at the start [s].
-
-    A robot that is not exactly at its initial pose moves there during this time.
-    """
+    """Time for which the robot rests at the start, or moves exactly to its initial pose [s]."""
     closing: float = Field(1.0, ge=0.0)
     """Time in which the fingers close [s]."""
     opening: float = Field(1.5, ge=0.0)
-    """Time in which the fingers open [s].
-
-    The fingers open slowly, so that the cloth keeps its shape (paper, section VI-C).
-    """
+    """Time in which the fingers open, slowly so that the cloth keeps its shape (paper, section VI-C) [s]."""
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
     speed_scale: float = Field(1.0, ge=0.05, le=1.0)
@@ -154,4 +148,51 @@ def _events(robot: Robot, parts: list[TimedStage]) -> tuple[FingerEvent, ...]:
         FingerEvent.model_validate({"time": round(starts[name], 6), "arm": arm.name, "event": name})
         for name in ("close", "open")
         for arm in robot.folding
+    )
+
+
+SHUT = 0.0
+"""Width to which the jaws are commanded when they grip cloth, which stops them earlier [m]."""
+
+
+def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
+    """Return the parts of the robot's motion. A program that plays the motion can stop between two parts."""
+    closing, opening = motion.part("close"), motion.part("open")
+    end = max(part.start + part.timed.duration for part in motion.parts)
+    spans = (
+        ("approach", 0.0, closing.start, "close"),
+        ("fold", closing.start + closing.timed.duration, opening.start, "open"),
+        ("leave", opening.start + opening.timed.duration, end, ""),
+    )
+    return tuple(
+        Segment.model_validate(
+            {
+                "name": name,
+                "start": round(begins, 6),
+                "duration": round(ends - begins, 6),
+                "then": "" if hover else then,
+            }
+        )
+        for name, begins, ends, then in spans
+    )
+
+
+def gripper_commands(motion: Motion, arms: tuple[Arm, ...], hover: float) -> tuple[GripperCommand, ...]:
+    """Return the commands to the grippers in the order of time.
+
+    The jaws open at the start, close at the event `close` and open again at the event `open`.
+    """
+    widths = [("lead", False)] if hover else [("lead", False), ("close", True), ("open", False)]
+    return tuple(
+        GripperCommand.model_validate(
+            {
+                "time": round(motion.part(stage).start, 6),
+                "arm": arm.name,
+                "width": SHUT if closed else arm.jaw.opening,
+                "force": arm.jaw.force,
+                "duration": round(motion.part(stage).timed.duration, 6),
+            }
+        )
+        for stage, closed in widths
+        for arm in arms
     )

@@ -27,7 +27,7 @@ from tatamu.show.replay import FRAMES, HAND_COLOURS, HandTrack, replay_data
 from tatamu.simulation.rollout import Rollout
 
 POINTS = 400
-"""Largest number of points in a curve of the page."""
+"""Maximum number of points in a curve of the page."""
 
 
 def write_page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None, folder: Path) -> Path:
@@ -79,11 +79,7 @@ def _views(fold: Refold | None) -> list[TopView]:
 
 
 def _apart(fold: Refold | None) -> list[Chart]:
-    """Return charts of the distance of each vertex between two final shapes.
-
-    One shape is from the robot's fold. The other shape is from a fold by floating hands, which move exactly as learned,
-    without a robot.
-    """
+    """Return charts of the distance of each vertex between two final shapes."""
     if fold is None or fold.learned is None:
         return []
     floating = replace(fold.robot, extra={"target": fold.floating.positions[-1]})
@@ -94,10 +90,7 @@ def _apart(fold: Refold | None) -> list[Chart]:
 
 
 def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
-    """Return the data with which the page's viewer shows the whole motion.
-
-    The cloth and the hands are in the fold's frame. The robot's links are boxes.
-    """
+    """Return the data with which the page's viewer shows the whole motion."""
     closes = rehearsal.closes
     times = np.linspace(0.0, max(rehearsal.times[-1], closes + fold.robot.times[-1]), FRAMES)
     moved = np.clip(np.searchsorted(rehearsal.times, times), 0, len(rehearsal.times) - 1)
@@ -114,10 +107,7 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
 
 
 def _events(rehearsal: Rehearsal) -> list[tuple[float, str]]:
-    """Return the marks under the replay's slider.
-
-    They are at the times when the fingers close and open, as fractions of the whole time.
-    """
+    """Return the marks under the replay's slider."""
     return [
         (rehearsal.planned.event(rehearsal.planned.arms[0], name) / rehearsal.times[-1], name)
         for name in ("close", "open")

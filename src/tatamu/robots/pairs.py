@@ -1,7 +1,5 @@
 """Decide which pairs of a robot's collision shapes are compared when distances are computed.
 
-These kinds of pairs are compared:
-
 - *between arms*: every shape of one arm with every shape of the other arm.
 - *within an arm*: shapes with three or more of the arm's joints between them.
 - *to the trunk*: the body that carries the arm, and bodies fixed to this body, with all links that at least three of
@@ -11,30 +9,52 @@ These kinds of pairs are compared:
 - *to the table*: the table of the plan with every link except the fingers.
 - *of fingers to the table*: the table with the fingers, which go under the edge of cloth that lies on the table.
 
-Shapes that are connected by one or two joints are not compared, because the joints' ranges separate these shapes. An
-arm stands on an obstacle if its first or second link touches the obstacle at the initial pose. This link and this
-obstacle are not compared either.
+Shapes that are connected by one or two joints are not compared, nor a link and the obstacle on which an arm stands.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tatamu.robots.extras import needed
 from tatamu.robots.model import TABLE, Arm, Robot
 
-ON_TABLE, FINGERS, OBSTACLES = "to the table", "of fingers to the table", "to obstacles"
-KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE, FINGERS)
-STANDS_ON = 0.005
-"""Largest gap between an obstacle and an arm that stands on the obstacle [m].
+ON_TABLE, FINGERS, OBSTACLES, CLOTH = "to the table", "of fingers to the table", "to obstacles", "to the cloth"
 
-The gap is measured from the arm's first two links. If it is larger, the arm does not stand on the obstacle.
+
+class Limits(NamedTuple):
+    """Limits for one kind of distance [m]."""
+
+    allowed: float
+    """Minimum distance in a plan."""
+    searched: float
+    """Minimum distance in the search for placements, which tests few poses and therefore keeps a reserve."""
+    comfortable: float
+    """A larger distance does not improve the quality of a placement."""
+
+
+DISTANCES = {
+    "between arms": Limits(0.015, 0.018, 0.06),
+    "to the trunk": Limits(0.005, 0.008, 0.04),
+    "within an arm": Limits(0.005, 0.008, 0.04),
+    OBSTACLES: Limits(0.005, 0.008, 0.04),
+    ON_TABLE: Limits(0.002, 0.003, 0.012),
+    FINGERS: Limits(0.0003, 0.0004, 0.0008),
+    CLOTH: Limits(0.002, 0.003, 0.003),
+}
+"""Limits for each kind of distance. Links are represented by boxes that contain them.
+
+That of fingers and table is smaller than `jaw.GAP`, the planned distance of the lower finger above the table.
 """
+KINDS = tuple(kind for kind in DISTANCES if kind != CLOTH)
+"""Kinds of distances between shapes of the model."""
+STANDS_ON = 0.005
+"""Maximum gap between an obstacle and one of the first two links of an arm that stands on the obstacle [m]."""
 JOINTS_BETWEEN = 3
-"""Number of joints of an arm. Two shapes of the arm are compared only if at least this many joints are between them."""
+"""Minimum number of joints between two shapes of an arm that are compared."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +62,9 @@ class ShapePairs:
     """The pairs of shapes that are compared, by kind."""
 
     rows: dict[str, np.ndarray]
-    """Numbers of the two shapes of each pair, the arm's shape first, shape (n, 2) for each kind."""
+    """Indices of the two shapes of each pair, the arm's shape first, shape (n, 2) for each kind."""
     untested: list[tuple[str, str]]
-    """Pairs of a link and an obstacle that are not tested, because the arm stands on the obstacle.
-
-    Each pair has the names of the link and of the obstacle.
-    """
+    """Names of links and obstacles that are not compared, because the arm stands on the obstacle."""
 
 
 @dataclass(frozen=True)
@@ -150,10 +167,7 @@ def _ancestors(model: Any, body: int) -> list[int]:
 
 
 def _standing(robot: Robot, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return those of the given pairs whose two shapes touch, or almost touch, in the robot's initial pose.
-
-    An arm is assumed to stand on the obstacle that it touches there.
-    """
+    """Return those of the given pairs whose two shapes touch, or almost touch, in the robot's initial pose."""
     if not pairs:
         return []
     mujoco = needed("mujoco")

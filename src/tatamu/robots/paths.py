@@ -1,8 +1,6 @@
 """The path of the whole motion in joint angles: approach, lower, enter, fold, raise, return.
 
-The tool keeps its orientation from before the grasp until after the release. As in the paper (section VI-C), the hands'
-curves are divided by via-points. There is one via-point every ten frames. The joints of both arms pass smoothly through
-all via-points at the same times.
+As in the paper (section VI-C), the joints of both arms pass smoothly through via-points, one every ten frames.
 """
 
 from __future__ import annotations
@@ -25,10 +23,7 @@ from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
 CLOSE_ENOUGH = 1.5e-4
-"""Largest allowed distance between the paths of the tools and the hands' curves [m].
-
-If the distance is larger, another via-point is inserted.
-"""
+"""Maximum distance between tools and the hands' curves without a further via-point [m]."""
 ROUNDS = 4
 
 
@@ -48,10 +43,7 @@ class Stage:
     spline: CubicSpline
     """Configurations of all joints of the robot [rad] as a function of s."""
     rate: float
-    """Upper bound on the rate ds/dt, where t is the time of the robot's motion [s].
-
-    If s is the simulated time [s], the bound is at most 1. If s is a distance [m], the bound is a speed [m/s].
-    """
+    """Upper bound on ds/dt, where t is the time of the robot's motion [s]."""
 
 
 @dataclass(frozen=True)
@@ -66,10 +58,7 @@ class PlacedFold:
     source: Result | ResultFolder
     """The learned fold, in memory or in a folder whose files other than `manipulation.json` may be missing."""
     hover: float = 0.0
-    """Height by which the whole fold is raised above the table [m].
-
-    At the height 0, the hands fold the cloth. Above 0, they only show the fold and grasp nothing.
-    """
+    """Height by which the whole fold is raised above the table [m]. Above 0, the hands grasp nothing."""
 
     @property
     def cloth(self) -> Rollout | None:
@@ -98,12 +87,7 @@ class PlacedFold:
 
     @cached_property
     def grips(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """The grip of each arm as three values in the base B.
-
-        - the orientation R_BT of the tool T
-        - the offset from the hand to T [m]
-        - the direction in which the lower finger moves under the cloth
-        """
+        """The values of `Grip.tool` for each arm."""
         ends = self.hands.at(self.hands.times[[0, -1]])
         grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.folding, ends, strict=True)]
         return [grip.tool(self.placement, hold) for grip, hold in zip(grips, self.holds, strict=True)]
@@ -115,10 +99,7 @@ def cloth_of(fold: Result | ResultFolder) -> Rollout | None:
 
 
 def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.ndarray:
-    """Return the poses X_BT of each arm's tool T in the base B, shape (arms, n, 4, 4).
-
-    `q` has n configurations of all joints [rad], shape (n, nq).
-    """
+    """Return the poses X_BT of each arm's tool in configurations [rad], shape (n, nq), as shape (arms, n, 4, 4)."""
     trunk = q[:, robot.columns[robot.trunk]] if robot.trunk else np.zeros(len(q))
     return np.array(
         [
@@ -141,8 +122,7 @@ class Paths:
         Args:
             lower_speed: Speed of the tools towards the cloth [m/s].
             raise_speed: Speed of the tools along the table and away from the cloth [m/s].
-            rate: Largest speed of the robot during the fold, relative to the hands in the simulation. If it is 1, the
-                robot is never faster than these hands.
+            rate: Maximum speed during the fold, relative to the hands in the simulation.
 
         Raises:
             Unreachable: If an arm cannot follow the hands.
@@ -163,10 +143,7 @@ class Paths:
         ]
 
     def _before(self) -> np.ndarray:
-        """Return the configuration before the grasp: the tools are next to the cloth's edges and above them.
-
-        Of several solutions, the one near the initial pose is used.
-        """
+        """Return the configuration before the grasp: the tools are next to the cloth's edges and above them."""
         targets = self._beside(float(self.task.hands.times[0]), np.array([UNDER]), LIFT)
         trunk = self.task.trunk(self.task.hands.times[:1])
         angles = [
@@ -176,19 +153,12 @@ class Paths:
         return self.task.robot.configuration(angles, trunk[0])
 
     def _back(self, time: float, distances: np.ndarray) -> np.ndarray:
-        """Return tool poses that are moved back along the tools' axes by n distances [m], shape (arms, n, 4, 4).
-
-        All poses belong to one time of the fold.
-        """
+        """Return tool poses that are moved back along the tools' axes by n distances [m], shape (arms, n, 4, 4)."""
         offsets = pose(np.eye(3), np.outer(-distances, [0.0, 0.0, 1.0]))
         return self.task.tools(np.array([time])) @ offsets
 
     def _beside(self, time: float, distances: np.ndarray, back: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return tool poses that are moved out from under the edge of the cloth, shape (arms, n, 4, 4).
-
-        All poses belong to one time of the fold. They are moved horizontally by n `distances` [m], and back along the
-        tools' axes by `back` [m].
-        """
+        """Return tool poses that are moved out from under the edge of the cloth, shape (arms, n, 4, 4)."""
         tools = self._back(time, np.broadcast_to(back, np.broadcast_shapes(np.shape(back), distances.shape)))
         ahead = np.array([ahead for _, _, ahead in self.task.grips])
         tools[:, :, :3, 3] -= distances[None, :, None] * ahead[:, None, :]
@@ -233,10 +203,7 @@ class Paths:
         return spline
 
     def _error(self, spline: CubicSpline, times: np.ndarray) -> np.ndarray:
-        """Return the distances between the tools on a path and their wanted positions at n times [m], shape (n,).
-
-        If there are two tools, the larger distance is returned for each time.
-        """
+        """Return the distances between the tools on a path and their wanted positions at n times [m], shape (n,)."""
         wanted, q = self.task.tools(times)[:, :, :3, 3], spline(times)
         reached = tool_poses(self.task.robot, self.chains, q)[:, :, :3, 3]
         return np.linalg.norm(reached - wanted, axis=2).max(axis=0)

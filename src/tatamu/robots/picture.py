@@ -57,10 +57,7 @@ def reach_svg(plan: RobotPlan) -> str:
 
 
 def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
-    """Draw a square for every position that was tried with nearly the chosen height and orientation.
-
-    The best positions are drawn last.
-    """
+    """Draw a square for every position that was tried with nearly the chosen height and orientation."""
     reach = plan.reach
     chosen = plan.task.placement
     if reach is None:

@@ -1,7 +1,6 @@
 """Placements of the fold in front of the robot, and orientations of the tools. `reach` rates these candidates.
 
-B is the robot's base, F the fold's frame, T the tool. A placement is the pose X_BF of F in B. F is rotated only about
-z.
+B is the robot's base, F the fold's frame, T the tool.
 """
 
 from __future__ import annotations
@@ -17,49 +16,35 @@ from tatamu.robots.model import Arm
 from tatamu.robots.pose import pose, turn
 
 LIFT = 0.06
-"""Distance of the tool from the cloth before the grasp and after the release, along the direction of approach [m]."""
+"""Distance of the tool from the cloth before the grasp and after the release, along its approach [m]."""
 UNDER = 0.02
-"""Horizontal distance from the grasp to the place where the tool comes down to the table [m].
-
-From this place, the tool moves along the table to the grasp.
-"""
+"""Horizontal distance from the grasp to the place where the tool comes down to the table [m]."""
 
 
 @dataclass(frozen=True)
 class Placement:
-    """A placement: the pose X_BF of the fold's frame F in the robot's base B."""
+    """The pose X_BF of the fold in the robot's base, rotated only about z."""
 
     x: float
-    """Coordinate x of the origin of the fold's frame F in the robot's base [m]. The field `y` is the coordinate y."""
     y: float
     z: float
-    """Height of the table top in the base B [m]."""
+    """Height of the table top [m]."""
     yaw: float
-    """Rotation of the fold's frame F about z [rad]."""
     turning: float = 0.0
-    """Fraction by which the trunk turns towards the middle between the hands, from 0 to 1.
-
-    At 1, the trunk faces this middle.
-    """
+    """Fraction by which the trunk turns towards the middle between the hands; 1 if it faces this middle."""
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
-        """Return the trunk's angle [rad] at each of n points of the hands' paths, shape (n,).
-
-        `points` are the positions of the hands in the fold's frame F, shape (arms, n, 3).
-        """
+        """Return the trunk's angles [rad] at positions of the hands in F, shape (arms, n, 3), as shape (n,)."""
         middle = points.mean(axis=0) @ self.matrix[:3, :3].T + self.matrix[:3, 3]
         return self.turning * np.arctan2(middle[:, 1], middle[:, 0])
 
     @property
     def matrix(self) -> np.ndarray:
-        """The pose X_BF of the fold's frame F in the base B, shape (4, 4)."""
+        """The pose X_BF, shape (4, 4)."""
         return pose(turn(2, self.yaw), np.array([self.x, self.y, self.z]))
 
     def begins(self, points: np.ndarray) -> float:
-        """Return how near the points of a fold come to the robot: their smallest x in the base B [m].
-
-        `points` (.., 3) are given in the fold's frame F.
-        """
+        """Return the smallest x in B of points in F [m], shape (.., 3)."""
         return float((points @ self.matrix[0, :3]).min() + self.x)
 
     def __str__(self) -> str:
@@ -71,27 +56,20 @@ class Placement:
 
 @dataclass(frozen=True)
 class Hold:
-    """The orientation of one hand. It is constant from grasp to release."""
+    """The orientation of one hand, constant from grasp to release."""
 
     tilt: float
     """Angle from straight down to the direction of approach, which leans towards the cloth [rad]."""
     yaw: float = 0.0
-    """Rotation of the jaw about the vertical [rad].
-
-    At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
-    """
+    """Rotation of the jaws about the vertical [rad]; 0 if their plane is at right angles to the edge of the cloth."""
     flipped: bool = False
-    """Whether the two fingers have swapped places: the jaw is rotated by half a turn about its direction of approach.
-    """
+    """Whether the two fingers have swapped places."""
 
     def rotation(self, heading: float) -> np.ndarray:
-        """Return R_BT, the rotation from the tool's frame T to the base's frame B, shape (3, 3).
+        """Return R_BT, shape (3, 3), for a hand that folds in the direction `heading`, an angle from x of B [rad].
 
-        The rotation has two steps. In the first step, the jaw is in the vertical plane y = 0 of B. The approach, which
-        is z of T, has the direction (sin tilt, 0, -cos tilt). The jaw opens along y of T, which has the direction (cos
-        tilt, 0, sin tilt). In the second step, the jaw is rotated about z of B by `heading` and `yaw`.
-
-        `heading` is the direction in which the hand folds [rad]. It is an angle about z, measured from the x axis of B.
+        Before the turn by heading and yaw, the approach z of T is (sin tilt, 0, -cos tilt), and the jaws open along y
+        of T, (cos tilt, 0, sin tilt).
         """
         cosine, sine = np.cos(self.tilt), np.sin(self.tilt)
         across = np.array([[0.0, cosine, sine], [1.0, 0.0, 0.0], [0.0, sine, -cosine]])
@@ -99,22 +77,14 @@ class Hold:
         return turn(2, heading + self.yaw) @ across @ flip
 
     def ahead(self, heading: float) -> np.ndarray:
-        """Return the horizontal direction in which the hand moves to the edge of the cloth, in the base B, shape (3,).
-
-        One finger goes under the cloth, and the other finger goes over it.
-        """
+        """Return the horizontal direction in B in which the open jaws move over the edge of the cloth, shape (3,)."""
         return np.array([np.cos(heading + self.yaw), np.sin(heading + self.yaw), 0.0])
 
     def offset(self, jaw: Jaw, heading: float, over: float) -> np.ndarray:
-        """Return the constant offset from the simulated hand to the tool T, in the base B [m], shape (3,).
+        """Return the constant offset from the simulated hand, at the edge of the cloth, to T in B [m], shape (3,).
 
-        The simulated hand grips the edge of the cloth. The fingertips of the tool meet at the distance `jaw.depth` from
-        this edge, measured at right angles to the edge. They meet at the lowest height that the lower finger allows.
-
-        Args:
-            jaw: The hand's jaw.
-            heading: Direction in which the hand folds [rad]. It is an angle about z, measured from the x axis of B.
-            over: Height of the simulated hand above the table at the grasp [m].
+        The fingertips meet at `jaw.depth` from the edge and as low as the lower finger allows. `over` is the height of
+        the simulated hand above the table at the grasp [m].
         """
         across = jaw.depth * np.array([np.cos(heading), np.sin(heading)])
         return np.append(across, jaw.height(self.tilt) - over)
@@ -122,42 +92,30 @@ class Hold:
 
 @dataclass(frozen=True)
 class Grip:
-    """The grip of one hand in the fold's frame F: its jaw, and the direction and height of the simulated hand."""
+    """The grip of one hand in F: its jaws, and the direction and height of the simulated hand."""
 
     jaw: Jaw
     heading: float
-    """Direction in which the hand folds [rad].
-
-    It is an angle about z, measured from the x axis of the fold's frame F.
-    """
+    """Direction in which the hand folds, an angle from x of F [rad]."""
     over: float
     """Height of the simulated hand above the table at the grasp [m]."""
 
     @classmethod
     def of(cls, jaw: Jaw, path: np.ndarray) -> Grip:
-        """Return the grip of a hand whose path has n points in the fold's frame F [m], shape (n, 3)."""
+        """Return the grip of a hand with a path in F [m], shape (n, 3)."""
         x, y = (path[-1] - path[0])[:2]
         return cls(jaw, float(np.arctan2(y, x)), float(path[0, 2]))
 
     def tool(self, placement: Placement, hold: Hold) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return three values in the base B for a placement and an orientation of the hand.
-
-        - the orientation R_BT of the tool T (3, 3)
-        - the offset from the simulated hand to T (3,) [m]
-        - the direction in which the lower finger moves under the cloth (3,)
-        """
+        """Return R_BT (3, 3), the offset from the simulated hand to T [m] (3,), and `Hold.ahead` (3,), all in B."""
         heading = placement.yaw + self.heading
         return hold.rotation(heading), hold.offset(self.jaw, heading, self.over), hold.ahead(heading)
 
 
 def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: np.ndarray, jaw: Jaw) -> np.ndarray:
-    """Return the poses X_BT of the tool T in the base B along a hand's path.
+    """Return the poses X_BT along a hand's path of n points in F [m], shape (placements, holds, n + 2, 4, 4).
 
-    The path is given by n points in the fold's frame F [m], shape (n, 3). A pose of the approach precedes it, and a
-    pose of the retreat follows it.
-
-    Returns:
-        Poses, shape (placements, holds, n + 2, 4, 4).
+    The first pose is the approach, and the last is the retreat.
     """
     grip = Grip.of(jaw, points)
     X_BF = np.stack([placement.matrix for placement in placements])
@@ -173,11 +131,9 @@ def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: n
 
 
 def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
-    """Return the orientations of a hand that are tried, within the jaw's limits.
+    """Return the orientations of a hand that are tried, within the limits of its jaws; more if `fine` is true.
 
-    The first search tries few orientations. If `fine` is true, more orientations are tried, because the search is only
-    near a good placement. In every orientation, the hand comes from outside the cloth. If a hand does not move at right
-    angles to the edge, it is turned towards the other hand.
+    The hand comes from outside the cloth, and a hand with a yaw is turned towards the other hand.
     """
     tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
     (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0
@@ -188,16 +144,9 @@ def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
 
 TILTS, YAWS = (15, 30, 45), (0, 30, 60)
 FINE_TILTS, FINE_YAWS = (12, 20, 30, 42), (0, 15, 30, 45, 60)
-"""Tilts and yaws of the hands that are tried near good placements [degrees].
-
-`TILTS` and `YAWS` are tried elsewhere.
-"""
+"""Tilts and yaws of the hands that are tried near good placements, and above elsewhere [degrees]."""
 SHALLOW, ASIDE = 0.3, 0.3
-"""Constants that lower the quality of a motion with steep or turned tools.
-
-The quality is divided by 1 + SHALLOW (1 - tilt / (pi / 2)) + ASIDE |yaw|. Here the tilt is the angle from straight
-down, and the yaw is the angle about the vertical [rad].
-"""
+"""The quality is divided by 1 + SHALLOW (1 - tilt / (pi / 2)) + ASIDE |yaw|."""
 
 
 TURNS = [
@@ -212,10 +161,7 @@ TURNS = [
         (-75, (0.5, 1.0)),
     )
 ]
-"""Directions of the fold that are tried, as angles from straight ahead in the base B [rad].
-
-Each direction is tried with one or two values of `Placement.turning`.
-"""
+"""Directions of the fold from straight ahead [rad], each with the values of `Placement.turning` that are tried."""
 
 
 def grid(
@@ -225,10 +171,10 @@ def grid(
 
     Args:
         chains: The arms that fold.
-        points: Paths of the arms' hands in the fold's frame F [m], shape (arms, n, 3).
-        heights: Lowest and highest table top in the base B [m].
-        front: Position of the table's near edge along x of B [m].
-        trunk: Whether the robot can turn its trunk. The trunk turns for folds that go sideways.
+        points: Paths of the hands in F [m], shape (arms, n, 3).
+        heights: Lowest and highest table top [m].
+        front: Position of the table's near edge along x [m].
+        trunk: Whether the robot can turn its trunk.
     """
     shoulder = np.mean([chain.shoulder for chain in chains], axis=0)
     reach = min(chain.reach for chain in chains)
@@ -257,18 +203,12 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
 
 
 def _heading(points: np.ndarray) -> float:
-    """Return the direction in which the hands move [rad].
-
-    It is an angle about z, measured from the x axis of the fold's frame F.
-    """
+    """Return the direction in which the hands move [rad]."""
     x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
     return float(np.arctan2(y, x))
 
 
 def _beginning(x: float, y: float, z: float, yaw: float, points: np.ndarray, turning: float) -> Placement:
-    """Return the placement at which the smallest x of all `points` is `x`, and the middle of their y is `y`.
-
-    `x` and `y` are coordinates in the base B [m]. The points are given in the fold's frame F, shape (.., 3).
-    """
+    """Return the placement at which the smallest x of all `points` is `x`, and the middle of their y is `y`."""
     ahead, aside = (points @ row for row in pose(turn(2, yaw), np.zeros(3))[:2, :3])
     return Placement(float(x - ahead.min()), float(y - (aside.min() + aside.max()) / 2), z, float(yaw), turning)

@@ -16,21 +16,29 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.robots.checks import Checks, failing
-from tatamu.robots.commands import gripper_commands, segments
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
-from tatamu.robots.motion import Motion, Pace, motion
+from tatamu.robots.motion import Motion, Pace, gripper_commands, motion, segments
 from tatamu.robots.paths import Paths, PlacedFold, Unreachable, cloth_of
 from tatamu.robots.placement import Placement
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
-from tatamu.robots.reach import SEARCH, PlacementRanking, Progress, best_placements, search, table_heights
-from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
+from tatamu.robots.reach import (
+    SEARCH,
+    PlacementRanking,
+    Progress,
+    Refused,
+    best_placements,
+    out_of_reach,
+    search,
+    table_heights,
+    table_too_high,
+)
 from tatamu.robots.timing import Untimed
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
 CANDIDATES = 12
-"""Largest number of placements for which a whole plan is computed.
+"""Maximum number of placements for which a whole plan is computed.
 
 If none of these plans passes its checks, the fold is refused.
 """
@@ -135,10 +143,7 @@ def _candidates(
     refusals: list[Refused],
     progress: Progress,
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
-    """Return the most promising placements of the fold, each as a fold to plan.
-
-    If no placement is within reach, the reason is added to `refusals`.
-    """
+    """Return the most promising placements of the fold, each as a fold to plan."""
     cloth = cloth_of(source)
     if place is None:
         reach = best_placements(robot, hands, heights, cloth, progress)
@@ -162,11 +167,7 @@ def _at(robot: Robot, place: tuple[float, float, float], heights: tuple[float, f
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
-    """Return the same plan with its motion raised above the table. The placement of the fold is the same.
-
-    Raises:
-        InputError: If the robot cannot make the motion at this height.
-    """
+    """Return the same plan with its motion raised above the table. The placement of the fold is the same."""
     try:
         return _worked_out(plan.task.hovering(height), pace, plan.reach)
     except (Unreachable, Refused, Untimed) as error:

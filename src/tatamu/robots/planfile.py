@@ -1,7 +1,4 @@
-"""The data model of the file plan.json, which a plan writes and a rehearsal reads.
-
-See docs/theory/robot-planning.md.
-"""
+"""The data model of the file plan.json, which a plan writes and a rehearsal reads."""
 
 from __future__ import annotations
 
@@ -18,12 +15,10 @@ Place = Annotated[float, Field(ge=-100, le=100)]
 
 
 class FoldPose(OpenRecord):
-    """The pose X_BF of the fold's frame F in the robot's base frame B."""
+    """The pose X_BF of the fold in the robot's base [m, rad]."""
 
     xyz: tuple[Place, Place, Place]
-    """Position of the fold's origin in the robot's base [m]."""
     yaw: float = Field(ge=-100, le=100)
-    """Rotation of the fold's frame about z [rad]."""
 
     @property
     def matrix(self) -> np.ndarray:
@@ -32,42 +27,38 @@ class FoldPose(OpenRecord):
 
 
 class FingerEvent(OpenRecord):
-    """An event: the fingers of one arm close or open."""
+    """The fingers of one arm close or open at a time [s]."""
 
     time: float = Field(ge=0)
-    """Time of the event [s]."""
     arm: Literal["larm", "rarm"]
     event: Literal["close", "open"]
 
 
 class GripperCommand(OpenRecord):
-    """A command to a gripper."""
+    """A command to a gripper at a time [s]."""
 
     time: float = Field(ge=0)
-    """Time of the command [s]."""
     arm: Literal["larm", "rarm"]
     width: float = Field(ge=0)
     """Commanded distance between the fingertips [m]."""
     force: float = Field(gt=0)
-    """Largest force of the fingers [N]."""
+    """Maximum force of the fingers [N]."""
     duration: float = Field(ge=0)
     """Time that the plan allows for the motion of the fingers [s]."""
 
 
 class Segment(OpenRecord):
-    """A part of the motion that starts and ends at rest. A program that plays the motion can pause after this part."""
+    """A part of the motion that starts and ends at rest, so that a program can pause after it [s]."""
 
     name: Literal["approach", "fold", "leave"]
     start: float = Field(ge=0)
-    """Start of this part [s]."""
     duration: float = Field(ge=0)
-    """Duration of this part [s]."""
     then: Literal["close", "open", ""]
     """What the grippers do after this part: close, open, or nothing (empty)."""
 
     @property
     def end(self) -> float:
-        """End of this part [s]."""
+        """End of the part [s]."""
         return self.start + self.duration
 
 
@@ -87,12 +78,9 @@ class PlanCheck(OpenRecord):
     unit: str
     ok: bool
     where: str = ""
-    """Text with the joint or the links that have the worst value, and the time of this value."""
+    """The joint or the links that have the worst value, and its time, as text."""
     frame: int = 0
-    """Number of the simulation's frame in which the worst value occurs.
-
-    It is the fold's first frame for values before the fold, and the fold's last frame for values after the fold.
-    """
+    """Index of the simulated frame with the worst value; the first or the last frame before or after the fold."""
 
     def failed(self, name: str) -> str:
         """Return the message that reports that a plan fails this check."""
@@ -108,10 +96,7 @@ class JawFile(OpenRecord):
     tilt: float
     """Angle from straight down to the direction of approach [rad]."""
     yaw: float
-    """Rotation of the jaw about the vertical [rad].
-
-    At the angle 0, the jaw's plane is at right angles to the edge of the cloth.
-    """
+    """Rotation of the jaws about the vertical [rad]; 0 if their plane is at right angles to the edge."""
     opening: float = Field(ge=0)
     """Distance between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
@@ -125,7 +110,7 @@ class JawFile(OpenRecord):
     height: float
     """Height above the table at which the fingertips meet [m]."""
     fingertips_in_wrist: list[list[float]] = Field(default_factory=list)
-    """Pose X_WT of the tool T in the wrist W, shape (4, 4). T is between the ends of the closed fingertips."""
+    """Pose X_WT of the tool in the wrist, shape (4, 4)."""
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
     """Joints of robot.xml that move the fingers, with their open and closed positions [rad, m]."""
 
@@ -135,11 +120,11 @@ class ToolViaPoints(OpenRecord):
 
     every_frames: int
     frames: list[int]
-    """Number of the simulation's frame at each via-point."""
+    """Index of the simulated frame at each via-point."""
     simulated_times: list[float]
-    """Times at which the simulated hands are at the via-points [s]."""
+    """Times of the simulated hands [s]."""
     times: list[float]
-    """Times at which the robot is at the via-points [s]."""
+    """Times of the robot [s]."""
     larm: Points | None = None
     """Positions of the left hand [m], shape (v, 3); None if the right arm folds alone."""
     rarm: Points | None = None
@@ -159,10 +144,7 @@ class PlanFile(OpenRecord):
     initial_pose: str = ""
     """Name of the pose in which the motion starts."""
     trunk_turning: float = 0.0
-    """Fraction by which the trunk turns towards the middle between the hands, from 0 to 1.
-
-    At 1, the trunk faces this middle.
-    """
+    """Fraction by which the trunk turns towards the middle between the hands; 1 if it faces this middle."""
     tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
     """Pose of the simulated hand in each arm's wrist, shape (4, 4). The simulated hand grips the edge of the cloth."""
     jaws: dict[str, JawFile] = Field(default_factory=dict)
@@ -178,11 +160,7 @@ class PlanFile(OpenRecord):
     speed_scale: float = 1.0
     """Speed of the motion, relative to the highest speed that the robot and the fold allow."""
     hover: float = Field(0.0, ge=0)
-    """Height by which the whole motion is raised above the motion that folds [m].
-
-    At the height 0, the motion folds the cloth. Above 0, the motion only shows the fold: the jaws stay open and there
-    are no events.
-    """
+    """Height by which the motion is raised [m]. Above 0, the jaws stay open and there are no events."""
     stages: list[StageTime] = Field(default_factory=list)
     checks: dict[str, PlanCheck] = Field(default_factory=dict)
     via_points: ToolViaPoints | None = None

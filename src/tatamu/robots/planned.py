@@ -18,10 +18,10 @@ ARMS = ("larm", "rarm")
 FOLD = "fold"
 """Folder of the learned fold inside the plan's folder."""
 
-LONGEST = 3600.0
+MAX_DURATION = 3600.0
 """Longest duration of a valid plan [s]."""
-FARTHEST = 100.0
-"""Largest angle of a joint in a valid plan [rad]."""
+MAX_ANGLE = 100.0
+"""Maximum angle of a joint in a valid plan [rad]."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,10 @@ class Planned:
             InputError: If a file is missing or wrong.
         """
         if not folder.is_dir():
-            raise InputError(f"{folder}: must be the folder of a plan, and is no folder")
+            raise InputError(f"{folder}: must be the folder of a plan, but is not a folder")
         path = folder / "plan.json"
         if not path.exists():
-            raise InputError(f"{folder}: must be the folder of a plan, and has no plan.json")
+            raise InputError(f"{folder}: must be the folder of a plan, but has no plan.json")
         plan = validated(PlanFile, read_json(path), path)
         _check_events(path, plan)
         table = folder / "joint_trajectory.csv"
@@ -95,21 +95,13 @@ class Planned:
 
 
 def _arms(plan: PlanFile) -> tuple[str, ...]:
-    """Return the names of the arms that fold.
-
-    The plan has events for exactly these arms. If the plan only hovers above the table, it has no events, but it has
-    jaws for exactly these arms.
-    """
+    """Return the names of the arms that fold."""
     named = set(plan.jaws) if plan.hover else {event.arm for event in plan.events}
     return tuple(arm for arm in ARMS if arm in named)
 
 
 def _check_events(path: Path, plan: PlanFile) -> None:
-    """Raise an error if a hand of the plan does not close exactly once and open exactly once.
-
-    A plan that only hovers above the table has no such events. Instead, it must have the segments approach, fold and
-    leave.
-    """
+    """Raise an error if a hand of the plan does not close exactly once and open exactly once."""
     if plan.hover:
         if [segment.name for segment in plan.segments] != ["approach", "fold", "leave"]:
             raise InputError(f"{path}: segments: must be approach, fold and leave in a plan that hovers")
@@ -123,22 +115,22 @@ def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:
     try:
         rows = list(csv.reader(io.StringIO(read_text(path))))
     except csv.Error as error:
-        raise InputError(f"{path}: is no table of numbers ({error})") from None
+        raise InputError(f"{path}: must be a table of numbers ({error})") from None
     if not rows or rows[0] != ["time", *joints]:
         raise InputError(f"{path}: header: must be time and the joints of plan.json")
     try:
         table = np.array(rows[1:], dtype=float)
     except ValueError:
-        raise InputError(f"{path}: must hold a number in every field") from None
+        raise InputError(f"{path}: must contain a number in every field") from None
     if table.ndim != 2 or len(table) < 2 or not np.isfinite(table).all():
-        raise InputError(f"{path}: must hold at least two rows of finite numbers")
+        raise InputError(f"{path}: must contain at least two rows of finite numbers")
     times, angles = table[:, 0], table[:, 1:]
-    if not (times[0] >= 0 and times[-1] <= LONGEST and (times[1:] > times[:-1]).all()):
-        raise InputError(f"{path}: time: must increase from row to row, from 0 to at most {LONGEST:g} s")
-    if not np.abs(angles).max(initial=0.0) <= FARTHEST:
+    if not (times[0] >= 0 and times[-1] <= MAX_DURATION and (times[1:] > times[:-1]).all()):
+        raise InputError(f"{path}: time: must increase from row to row, from 0 to at most {MAX_DURATION:g} s")
+    if not np.abs(angles).max(initial=0.0) <= MAX_ANGLE:
         row, column = np.unravel_index(int(np.abs(angles).argmax()), angles.shape)
         raise InputError(
-            f"{path}: {joints[column]}: must be within {FARTHEST:g} rad, given {angles[row, column]:.4g} at "
+            f"{path}: {joints[column]}: must be within {MAX_ANGLE:g} rad, given {angles[row, column]:.4g} at "
             f"{times[row]:g} s"
         )
     return times, angles

@@ -1,8 +1,4 @@
-"""Find the placements from which both arms can follow the whole fold, and the best of these placements.
-
-Each candidate placement is tried with each orientation of the hands (`arm_reach`). If both arms reach their paths, the
-distances are computed: to the trunk, to the table, and between the arms.
-"""
+"""Find the placements from which both arms can follow the whole fold, and the best of these placements."""
 
 from __future__ import annotations
 
@@ -12,12 +8,14 @@ from itertools import product
 
 import numpy as np
 
+from tatamu.base.errors import TatamuError
 from tatamu.robots.arm_reach import CLEAR, HOPELESS, ArmReach, follow
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.cloth import clear_holds
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Arm, Robot
+from tatamu.robots.pairs import DISTANCES, KINDS
 from tatamu.robots.placement import Hold, Placement, grid, holds_of, neighbours
 from tatamu.simulation.rollout import Rollout
 
@@ -25,46 +23,21 @@ Progress = Callable[[int], object]
 """Function that is told how much of the search for placements is done, up to `SEARCH`."""
 
 SAMPLES = 10
-"""Number of points on each hand's path for which the arm's reach is tested.
-
-The points divide the path into equal lengths.
-"""
-DISTANCES = {
-    "between arms": (0.018, 0.06),
-    "to the trunk": (0.008, 0.04),
-    "within an arm": (0.008, 0.04),
-    "to obstacles": (0.008, 0.04),
-    "to the table": (0.003, 0.012),
-    "of fingers to the table": (0.0004, 0.0008),
-}
-"""Two limits [m] for each kind of distance, such as "between arms".
-
-If the distance is below the first limit, the motion counts as impossible. Above the second limit, a larger distance
-does not improve the quality of the motion.
-"""
-ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
+"""Number of points on each hand's path for which the arm's reach is tested."""
+ALONE = tuple(kind for kind in KINDS if kind != "between arms")
 """Kinds of distances that depend on the pose of only one arm."""
 TABLE_ROOM = 0.01
-"""Smallest allowed height of the robot's lowest point above the table in the initial pose [m]."""
+"""Minimum height of the robot's lowest point above the table in the initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Poses between the initial pose and the fold for which distances are also computed.
-
-Each pose is given as a fraction of the way from the initial pose to the fold.
-"""
+"""Fractions of the way from the initial pose to the fold at which distances are also computed."""
 REFINED = 2
 """Number of the best placements around which further placements are tried."""
 ASKED = 80
-"""Largest number of placements for which distances between links are computed.
-
-The placements with the best quality are chosen.
-"""
+"""Maximum number of placements for which distances between links are computed."""
 SEARCH = 2 * ASKED
 """Number of placements in a whole search, of which half are near the best placements."""
 TRIED = 8
-"""Largest number of hand orientations for which an arm's distances are computed at one placement.
-
-Fewer are enough if `CLEAR` orientations touch nothing.
-"""
+"""Maximum number of hand orientations for which an arm's distances are computed at one placement."""
 
 
 @dataclass(frozen=True)
@@ -77,19 +50,13 @@ class PlacementRanking:
     quality: np.ndarray
     """Quality of the worse arm at each of the n placements, shape (n,)."""
     reached: np.ndarray
-    """Number of points that each arm reached before its first failure at each placement, shape (arms, n)."""
+    """Number of points that each arm reached before its first failure, shape (arms, n)."""
     times: np.ndarray
-    """Simulated time of each tested point of the fold [s].
-
-    The first point is the approach, the last point is the retreat.
-    """
+    """Simulated times of the tested points, from approach to retreat [s]."""
 
     @property
     def good(self) -> int:
-        """Number of placements from which both arms can follow the fold.
-
-        These placements are the first in the lists.
-        """
+        """Number of placements, the first in the lists, from which both arms can follow the fold."""
         return int((self.quality >= 0).sum())
 
 
@@ -98,10 +65,7 @@ def silent(done: int) -> None:
 
 
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
-    """Return the range of table heights at which the table does not touch the robot in its initial pose [m].
-
-    The heights are in the base B. Return None if a table at every allowed height would touch the robot.
-    """
+    """Return the range of table heights [m] at which the initial pose is free; None if there is no such height."""
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
     if given is None:
@@ -197,12 +161,7 @@ def search(
 def _keep_clear(
     robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach], progress: Progress
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lower the quality of promising placements at which the arms come near each other, themselves or an obstacle.
-
-    Returns:
-        Two arrays for n placements: the quality, which now depends on the distances, shape (n,), and the number of the
-        chosen orientation of each arm's hand, shape (arms, n).
-    """
+    """Lower the quality of promising placements at which the arms come near each other, themselves or an obstacle."""
     quality = np.min([arm.quality.max(axis=1) for arm in arms], axis=0)
     chosen = np.stack([arm.quality.argmax(axis=1) for arm in arms])
     alone = [Clearance(robot, ALONE, arm.name) for arm in robot.folding]
@@ -225,11 +184,7 @@ def _keep_clear(
 def _alone(
     robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of hand orientations at which the arm comes near the trunk, itself, an obstacle or the table.
-
-    The best orientations are tested first. The test stops when enough orientations touch nothing, or when too many have
-    been tested. The remaining orientations count as impossible.
-    """
+    """Lower the quality of hand orientations at which the arm comes close to the trunk, itself or its surroundings."""
     clear = 0
     for rank, hold in enumerate(np.argsort(-quality, kind="stable")):
         if clear < CLEAR and rank < TRIED and quality[hold] > HOPELESS:
@@ -244,10 +199,7 @@ def _alone(
 def _together(
     robot: Robot, between: Clearance, arms: list[ArmReach], trunk: np.ndarray, number: int
 ) -> tuple[float, tuple[int, ...]]:
-    """Choose an orientation for each hand so that the arms stay away from each other.
-
-    Return the best quality that is possible, and the numbers of the chosen orientations.
-    """
+    """Choose an orientation for each hand so that the arms stay away from each other."""
     best: tuple[float, tuple[int, ...]] = (HOPELESS, ())
     for ways in product(*(arm.best(number) for arm in arms)):
         quality = min(arm.quality[number, way] for arm, way in zip(arms, ways, strict=True))
@@ -262,24 +214,52 @@ def _together(
 
 
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Return a motion [rad] that starts and ends at the initial pose.
-
-    The array `angles` has the motion's m rows. Before them, n rows are added from `start`, the initial pose, to the
-    first row. After them, n rows are added from the last row back to `start`. The result therefore has m + 2 n rows.
-    """
+    """Return a motion [rad] that starts and ends at the initial pose."""
     way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
     return np.concatenate([there, angles, back])
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
-    """Return the quality of a motion, judged by its smallest distances.
-
-    The distances are computed in n configurations, shape (n, nq). The quality is at most 1. It is negative if a
-    distance is too small.
-    """
+    """Return the quality of a motion, judged by its smallest distances."""
     worst = 1.0
     for kind, found in clearance.least(configurations).items():
-        low, high = DISTANCES[kind]
-        worst = min(worst, (found.value - low) / (high - low))
+        limits = DISTANCES[kind]
+        worst = min(worst, (found.value - limits.searched) / (limits.comfortable - limits.searched))
     return worst
+
+
+class Refused(TatamuError):
+    """A placement was refused; `progress` is larger if more steps succeeded before."""
+
+    def __init__(self, message: str, progress: float) -> None:
+        super().__init__(message)
+        self.progress = progress
+
+
+def table_too_high(robot: Robot) -> Refused:
+    """Return an error for a table that would touch the robot at its initial pose."""
+    lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
+    return Refused(
+        f"the table top must be below {np.floor(1e3 * lowest) / 1e3:.3f} m, because at its pose '{robot.start}' the "
+        "robot reaches down to there",
+        lowest - 10,  # below any other refusal; a start pose with higher arms has more progress
+    )
+
+
+def out_of_reach(robot: Robot, hands: HandMotion, reach: PlacementRanking) -> Refused:
+    """Return an error for a fold that the robot cannot follow even at the best placement."""
+    placement, reached = reach.placements[0], reach.reached[:, 0]
+    last = len(reach.times) - 1
+    if reached.min() > last:
+        who = f"{robot.alone} would touch something wherever it reaches"
+        both = "the arms would touch something wherever both reach"
+        return Refused(f"{who if robot.alone else both}; least at {placement}", -0.5)
+    worst = int(reached.argmin())
+    frame = hands.frame(float(reach.times[reached[worst]]))
+    length = np.linalg.norm(hands.curves[0].control[3] - hands.curves[0].control[0])
+    return Refused(
+        f"{robot.folding[worst].name} cannot follow its hand beyond frame {frame} of the fold, "
+        f"{1e3 * length:.0f} mm long, even at the best place ({placement})",
+        float(reached.min()) / last - 2,
+    )

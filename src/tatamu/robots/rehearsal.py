@@ -1,11 +1,7 @@
 """A rehearsal of a plan: the robot's joints are driven along the plan in MuJoCo, with gravity and contacts.
 
-Each joint has position and velocity control, like a robot's drives. Links have their masses. Gravity is compensated,
-because the robot's own controller also compensates gravity. Contacts act between every pair of shapes that the plan
-checked. The rehearsal therefore finds unwanted contacts.
-
-The cloth is light: a towel weighs less than a tenth of an arm's payload. The cloth therefore follows the hands and does
-not move them. `rehearsed_scene` passes the rehearsed motion of the hands to any simulator of the cloth.
+Each joint has position and velocity control. Gravity is compensated, as by a robot's own controller. Contacts act
+between every pair of shapes that the plan checked. The cloth is light, so it follows the hands and does not move them.
 """
 
 from __future__ import annotations
@@ -47,7 +43,7 @@ class Contact:
     first: float
     """Time at which the links first touch [s]."""
     depth: float
-    """Largest penetration depth [m]."""
+    """Maximum penetration depth [m]."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +71,7 @@ class Rehearsal:
 
     @property
     def joint_error(self) -> np.ndarray:
-        """Largest deviation of each joint from the plan [rad], shape (j,)."""
+        """Maximum deviation of each joint from the plan [rad], shape (j,)."""
         return np.abs(self.joint_distances).max(axis=0)
 
     @property
@@ -90,7 +86,7 @@ class Rehearsal:
 
     @property
     def tool_error(self) -> float:
-        """Largest distance of a tool from its planned position while it grips the cloth [m]."""
+        """Maximum distance of a tool from its planned position while it grips the cloth [m]."""
         distance = self.tool_distances
         return float(
             max(distance[number, self.holding(arm)].max(initial=0.0) for number, arm in enumerate(self.planned.arms))
@@ -160,10 +156,7 @@ class _FingerDrives:
 
 
 def _stage(planned: Planned, mujoco: Any) -> Any:
-    """Return the plan's model with drives on its joints.
-
-    Contacts act between the pairs of shapes that must not touch.
-    """
+    """Return the plan's model with drives on its joints."""
     path = planned.folder / MODEL
     spec = load_stage(planned.folder)
     try:
@@ -187,11 +180,7 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
 
 
 def _inertia(model: Any, planned: Planned, joints: Sequence[str], mujoco: Any) -> list[float]:
-    """Return the inertia at each joint in the pose in the middle of the plan, where the arms hold the cloth.
-
-    MuJoCo's own `dof_M0` is the inertia at zero angles. Many arms point straight up at zero angles. Joints with a
-    vertical axis then have almost no inertia, and would get drives that are far too weak.
-    """
+    """Return the inertia at each joint in the pose in the middle of the plan, where the arms hold the cloth."""
     data = data_of(model)
     middle = planned.angles[len(planned.angles) // 2]
     for name, angle in zip(planned.plan.joints, middle, strict=True):
@@ -227,10 +216,7 @@ def _check_names(spec: Any, planned: Planned) -> None:
 
 
 def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the commanded angles and speeds of the joints at every time step.
-
-    Angles between two rows of the plan are interpolated linearly, as in the robot's own controller.
-    """
+    """Yield the commanded angles and speeds of the joints at every time step."""
     for (early, start), (late, end) in pairwise(zip(planned.times, planned.angles, strict=True)):
         count = max(1, round((late - early) / STEP))
         speed = (end - start) / (late - early)

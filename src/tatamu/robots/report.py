@@ -75,10 +75,7 @@ def _figures(rehearsal: Rehearsal) -> dict[str, Any]:
 
 
 def _fold_figures(fold: Refold) -> dict[str, Any]:
-    """Compare the fold by the robot's hands with the fold by floating hands and with the target.
-
-    Lengths are in metres.
-    """
+    """Compare the fold by the robot's hands with the fold by floating hands and with the target."""
     figures: dict[str, Any] = {
         "simulator": fold.robot.info.get("simulator"),
         "halvings": fold.halvings,

@@ -16,26 +16,25 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.robots import demand
-from tatamu.robots.chain import Chain
+from tatamu.robots.chain import FULL_JOINTS, Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.pose import inverse, pose
 
 DRAWS = 32
-LARGEST = 1e4
-"""Largest number in a valid model of a robot [m, rad, kg, kg m^2]."""
+MAX_NUMBER = 1e4
+"""Maximum number in a valid model of a robot [m, rad, kg, kg m^2]."""
 NUMBERS = (
     *("body_pos", "body_quat", "body_mass", "body_inertia", "geom_pos", "geom_size"),
     *("jnt_pos", "jnt_axis", "jnt_range", "qpos0"),
 )
-"""Fields of a mujoco.MjModel whose numbers are limited by `LARGEST`."""
+"""Fields of a mujoco.MjModel whose numbers are limited by `MAX_NUMBER`."""
 SAME_POSE = 1e-6
-"""Largest allowed difference between the tool poses of the chain and of MuJoCo [m, and entries of the rotation]."""
+"""Maximum difference between the tool poses of the chain and of MuJoCo [m, and entries of the rotation]."""
 FOLLOWS = 1e-3
-"""Largest allowed violation of an equality constraint between joints of the model [m, rad]."""
-LEAST_RANK = 1e-4
+"""Maximum violation of an equality constraint between joints of the model [m, rad]."""
+MIN_RANK = 1e-4
 """Limit for the smallest singular value of an arm's Jacobian, as computed by `Chain.singularity`.
 
 The value must exceed this limit in at least one of the random configurations. Otherwise the arm cannot be used.
@@ -70,7 +69,7 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
     for arm in robot.arms:
         if not Clearance(robot, ("to the table",), arm.name).kinds:
             raise InputError(
-                f"{path}: {arm.name}: the model has no collision shapes, which distances are taken between"
+                f"{path}: {arm.name}: the model has no collision shapes, between which distances are measured"
             )
 
 
@@ -96,7 +95,7 @@ def check_kinematics(robot: Robot) -> None:
             error = np.abs(X_BT - X_BW @ pose(tool.xmat.reshape(3, 3), tool.xpos))
             if not error.max() <= SAME_POSE:
                 raise InputError(
-                    f"robot {robot.name}: {arm.name}: two ways to compute where the tool is differ by "
+                    f"robot {robot.name}: {arm.name}: the two computations of the tool's position differ by "
                     f"{1e3 * error[:3, 3].max():.3g} mm: this model cannot be planned with"
                 )
 
@@ -130,7 +129,7 @@ def _check_names(path: Path, robot: Robot) -> None:
         if robot.spec.joint(joint) is None:
             raise InputError(f"{path}: standing: the model has no joint {joint!r}")
         if joint in robot.joints:
-            raise InputError(f"{path}: standing: {joint} is one of an arm's joints, which plans move")
+            raise InputError(f"{path}: standing: {joint} must be outside the arms, given a joint of an arm")
     for arm in robot.arms:
         for joint in arm.jaw.fingers:
             if robot.spec.joint(joint) is None or joint in robot.joints:
@@ -146,9 +145,9 @@ def _check_numbers(path: Path, model: Any) -> None:
     """Refuse models with numbers that no robot has. MuJoCo accepts even infinite numbers."""
     for name in NUMBERS:
         values = getattr(model, name)
-        if not (np.abs(values) <= LARGEST).all():
+        if not (np.abs(values) <= MAX_NUMBER).all():
             worst = values.flat[int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))]
-            raise InputError(f"{path}: model: {name} must be within {LARGEST:g} (SI units), given {worst:.4g}")
+            raise InputError(f"{path}: model: {name} must be within {MAX_NUMBER:g} (SI units), given {worst:.4g}")
 
 
 def _check_joints(path: Path, model: Any) -> None:
@@ -162,7 +161,7 @@ def _check_joints(path: Path, model: Any) -> None:
             name = model.joint(number).name
             raise InputError(
                 f"{path}: model: the {word} joint {name} of body {body!r} cannot be planned with: every joint must be "
-                "a hinge or a slide; fix the body to what carries it, or take it out of the model"
+                "a hinge or a slide; fix the body to its parent, or remove it from the model"
             )
 
 
@@ -240,7 +239,7 @@ def _check_equalities(path: Path, robot: Robot) -> None:
     if broken:
         raise InputError(
             f"{path}: the model says that {', '.join(broken)}; a plan would break this by up to {worst.max():.3g}: "
-            "the joints of an arm must each move on their own, and others must stand where the model allows"
+            "joints of an arm must move independently, and other joints must be where the model allows"
         )
 
 
@@ -257,11 +256,11 @@ def _equality(model: Any, number: int) -> str:
 
 
 def _check_directions(path: Path, robot: Robot, arm: Arm) -> None:
-    """Refuse arms that cannot move in all directions that `demand` requires."""
+    """Refuse arms that cannot move in all directions that a fold requires."""
     angles = _within(robot.limits(arm), np.random.default_rng(0))
     best = float(Chain.of(robot, arm).singularity(angles).max())
-    if not best > LEAST_RANK:
-        needed_ones = min(len(arm.joints), demand.ALL)
+    if not best > MIN_RANK:
+        needed_ones = min(len(arm.joints), FULL_JOINTS)
         raise InputError(
             f"{path}: {arm.name}.joints: move and turn the tool in fewer than {needed_ones} directions (the Jacobian's "
             f"least singular value is {best:.1e} at best): joints are needed that do not repeat one another"

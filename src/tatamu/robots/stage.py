@@ -13,6 +13,7 @@ from tatamu.base.files import replacing, write_text
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools
+from tatamu.robots.modelfile import read_stage
 from tatamu.robots.planned import Planned
 
 MODEL = "robot.xml"
@@ -74,7 +75,7 @@ def load_stage(folder: Path) -> Any:
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; plan again")
     try:
-        return needed("mujoco").MjSpec.from_file(str(path))
+        return read_stage(path)
     except ValueError as error:
         raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
 

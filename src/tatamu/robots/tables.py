@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tatamu.robots.model import Robot
-from tatamu.robots.motion import Motion
 from tatamu.robots.plan import RobotPlan
 from tatamu.robots.planfile import GripperCommand
 
@@ -32,8 +30,9 @@ class Group(NamedTuple):
     """Names of the joints in the controller."""
 
 
-def joint_csv(robot: Robot, motion: Motion) -> str:
+def joint_csv(plan: RobotPlan) -> str:
     """Return the motion as CSV with the header `time,JOINT,..` and one row for each sample [s, rad]."""
+    robot, motion = plan.task.robot, plan.motion
     angles = motion.angles[:, [robot.columns[name] for name in robot.joints]]
     rows = (
         [f"{time:.6g}", *(f"{value:.{DECIMALS}f}" for value in row)]

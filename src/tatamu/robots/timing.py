@@ -1,8 +1,7 @@
 """Time-optimal path parameterisation (Pham and Pham 2018) by the library toppra.
 
-A path is a function q(s) of a parameter s. Its timing respects the joints' limits of speed and acceleration, and an
-upper bound on the rate ds/dt. If s is the simulated time and the bound is 1, the robot is never faster than the
-simulated motion.
+The timing of a path q(s) respects the joints' limits and an upper bound on ds/dt. If s is the simulated time and the
+bound is 1, the robot is never faster than the simulated motion.
 """
 
 from __future__ import annotations
@@ -22,10 +21,7 @@ KEEP = 0.98
 
 
 STILL = 1e-5
-"""Smallest motion of a joint that the timing of a path considers [rad].
-
-Smaller motions would disturb the linear programs.
-"""
+"""Minimum motion of a joint that is timed [rad]; smaller motions disturb the linear programs."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +45,7 @@ class Timed:
 
 
 class _Path:
-    """The path q(s) as toppra needs it.
-
-    The parameter s is added as the last coordinate, so that the rate ds/dt can be limited.
-    """
+    """The path q(s) as toppra needs it."""
 
     def __init__(self, spline: CubicSpline, columns: np.ndarray) -> None:
         self._spline, self._columns = spline, columns

@@ -125,10 +125,7 @@ def _paths(variable: str) -> list[Path]:
 
 
 def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
-    """Return the folder to which mesh names are relative, and whether the paths in mesh names are ignored.
-
-    Both follow from the element `mujoco`, MuJoCo's extension of URDF.
-    """
+    """Return the folder to which mesh names are relative, and whether the paths in mesh names are ignored."""
     folder, strip = "", False
     for compiler in root.iterfind("mujoco/compiler"):
         folder = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", folder))
@@ -154,10 +151,7 @@ def _remove_unreadable_inertia(link: ElementTree.Element) -> bool:
 
 
 def _limit(path: Path, joint: ElementTree.Element) -> str:
-    """Give a joint the stricter of its hard and soft limits, and return the soft limits as text if they are stricter.
-
-    A continuous joint with limits becomes a revolute joint. Soft limits of a joint without a hard limit count, too.
-    """
+    """Give a joint the stricter of its hard and soft limits, and return them as text if a soft limit is stricter."""
     kind = joint.get("type")
     if kind not in ("revolute", "continuous", "prismatic"):
         return ""

@@ -22,12 +22,12 @@ from tatamu.robots import load
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.keys import state_names
-from tatamu.robots.model import Robot
+from tatamu.robots.model import Robot, state_names
+from tatamu.robots.pairs import DISTANCES
 from tatamu.robots.paths import tool_poses
 from tatamu.robots.placement import Grip, Hold, Placement
 from tatamu.robots.pose import pose
-from tatamu.robots.reach import DISTANCES, best_placements, search, table_heights
+from tatamu.robots.reach import best_placements, search, table_heights
 
 REACHED = 1e-5
 """Largest error of a tool's pose at which the pose counts as reached [m].
@@ -213,8 +213,9 @@ class Arms:
         clearance = Clearance(self.robot)
         clearance.set_table(self.placement.z)
         for kind, found in clearance.least(q).items():
-            if not found.value >= DISTANCES.get(kind, (0.0, 0.0))[0]:
-                raise OutOfReachError(f"{found.pair[0]} comes too near {found.pair[1]} at step {found.row}")
+            if not found.value >= DISTANCES[kind].searched:
+                first, second = found.pair
+                raise OutOfReachError(f"{first} is closer than allowed to {second} at step {found.row}")
 
     def _states(self, q: np.ndarray, led: Led) -> np.ndarray:
         columns = [[self.robot.columns[name] for name in arm.joints] for arm in self.robot.arms]
