@@ -52,7 +52,7 @@ CAPTURES = {
     "plan": (f"plan large --robot {HERO} --out large-{HERO}", f"large-{HERO}"),
     "rehearse": (f"rehearse large-{HERO} --simulator native", f"large-{HERO}/rehearsal"),
     "calibrate": ("calibrate measurements-towel.toml --out my-towel.toml", "my-towel.toml"),
-    "margins": ("margins towel --draws 100", "towel/margins"),
+    "margins": ("margins small --draws 20", "small/margins"),
     "check": ("check small --simulator native --halve", "small/check-native.json"),
     "observe": ("observe towel --left 12,-3 --right 8,4 --slip 2,0", "towel/observed"),
 }
@@ -61,7 +61,7 @@ FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 """Options of Chromium, which draws replays without a graphics card."""
 PROGRESS = re.compile(r"\d+/\d+ |about |laying out ")
 """Beginning of lines that only show how far a command is."""
-SHOTS = {"report": "towel/report.html", "margins": "towel/margins/margins.html", "calibrated": "my-towel.html"}
+SHOTS = {"report": "towel/report.html", "margins": "small/margins/margins.html", "calibrated": "my-towel.html"}
 """Pages of which a screenshot is shown."""
 
 
@@ -85,7 +85,7 @@ def small(picture: Path, name: str, width: int) -> None:
     with Image.open(picture) as image:
         shown = image.convert("RGB")
     shown.thumbnail((width, 10 * width))
-    shown.quantize(128).save(IMAGES / f"{name}.png", optimize=True)
+    shown.quantize(256).save(IMAGES / f"{name}.png", optimize=True)
 
 
 def card(title: str, text: str, name: str, commands: list[str]) -> str:
