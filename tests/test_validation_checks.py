@@ -310,7 +310,7 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
     "drag without contact": (partial(tangle.press_and_drag, speed=1.0, press=0.0), rests, sinks),
 }
 
-LONG = ("air-swing", "air-swing that decays", "obstacles that are asymmetric")
+LONG = ("obstacles", "air-swing", "air-swing that decays", "obstacles that are asymmetric")
 """Checks whose questions are asked of several meshes for many swings, or of many bodies: 15 to 25 s each."""
 CASES = [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in PAIRS]
 
