@@ -187,7 +187,7 @@ def _row(here: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         f"succeeds, of {DRAWS} simulations": _ranged([each["succeeded"] for each in here], 0),
         "what fails, of 100": failed or "-",
         "simulations": _ranged([each["simulations"] for each in here], 0) if "simulations" in here[0] else "-",
-        "loads": _ranged([each["loads"] for each in here], 0) if "loads" in here[0] else "-",
+        "loads of processor time": _ranged([each["processor"] for each in here], 0) if "processor" in here[0] else "-",
     }
 
 
@@ -198,7 +198,7 @@ def _ranged(values: Sequence[float], digits: int) -> str:
 
 def short(table: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
     """Return the columns that the README has."""
-    return [{name: row[name] for name in row if name not in ("seeds", "simulations", "loads")} for row in table]
+    return [{name: row[name] for name in row if name not in ("simulations", "loads of processor time")} for row in table]
 
 
 def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
