@@ -96,7 +96,7 @@ def _load(given: str) -> Disturbances:
 
     found = load_disturbances(given)
     if found is None:
-        raise InputError("disturbances: must be `default` or a .toml file, given none")
+        raise InputError("disturbances: must be default or a file .toml, given none")
     return found
 
 
