@@ -72,7 +72,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
     """Raise an error if a task of a sweep is impossible. This is done before any task starts."""
     from tatamu.api import task_of
     from tatamu.simulation.simulators import require
-    from tatamu.study.setup import check_pending
+    from tatamu.study.learn import check_pending
 
     made: set[str] = set()
     for task in tasks:
@@ -93,7 +93,7 @@ def _pending(tasks: Sequence[SweepTask]) -> int:
 
     This number may differ between tasks.
     """
-    from tatamu.study.setup import usual_pending
+    from tatamu.study.learn import usual_pending
 
     options = [TaskRequest(**task.options) for task in tasks]
     return min(each.parallel or usual_pending(each.simulator) for each in options)
