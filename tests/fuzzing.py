@@ -58,6 +58,8 @@ from tests.photos import photograph
 from tests.robots.arms import pair
 from tests.scenes import scene
 from tests.small_studies import towel
+from tests.test_garments_glb import WHOLE
+from tests.test_garments_svg import DRAWN, NEVER_DRAWN, SHOWN
 from tests.test_study_store import RECORD, finished
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -91,6 +93,8 @@ NUMBERS: tuple[str, ...] = (
     "null",
     '""',
     "[]",
+    "50%",
+    "3em",
 )
 TOKENS: tuple[bytes, ...] = (
     b"\x00",
@@ -180,6 +184,8 @@ def _svg(folder: Path, random: Random) -> None:
             '<g transform="scale(0.5)"><path d="M0 0 C 9 0 600 0 600 0 A 300 400 0 0 1 600 800 Q 300 900 0 800 Z"/></g>'
         ),
         tshirt_svg(folder).read_text(),
+        *(svg(drawn, 340, 440) for drawn in DRAWN.values()),
+        *(svg(hidden + SHOWN, 340, 440) for hidden in NEVER_DRAWN.values()),
     ]
     (folder / "g.svg").write_text(random.choice(shapes))
 
@@ -203,9 +209,23 @@ def _curved_dxf(folder: Path) -> Path:
 
 def _photo(folder: Path, random: Random) -> None:
     _photographed(folder)
-    kind = random.choice(["PNG", "JPEG", "BMP", "TIFF", "WEBP", "GIF"])
+    kind = random.choice(["PNG", "JPEG", "BMP", "TIFF", "WEBP", "GIF", "12 bits", "16 bits", "floats"])
     with Image.open(folder / "p.png") as image:
-        image.resize((200, 150)).save(folder / "p.img", format=kind)
+        small = image.convert("RGB").resize((200, 150))
+    if kind in ("12 bits", "16 bits", "floats"):
+        import cv2
+
+        factor, of = {"12 bits": (4095 / 255, "u2"), "16 bits": (257.0, "u2"), "floats": (1 / 255, "f4")}[kind]
+        written = cv2.imencode(".tif" if kind == "floats" else ".png", (np.asarray(small) * factor).astype(of))[1]
+        (folder / "p.img").write_bytes(written.tobytes())
+    else:
+        stated = Image.Exif()
+        stated[274] = random.randint(1, 8)
+        small.save(folder / "p.img", format=kind, exif=stated)
+
+
+def _glb(folder: Path, random: Random) -> None:
+    (folder / "g.glb").write_bytes(random.choice([*WHOLE.values()])().bytes())
 
 
 @cache
@@ -323,6 +343,7 @@ KINDS = (
     Kind("g.ply", _ply, _show("g.ply")),
     Kind("g.stl", _stl, _show("g.stl")),
     Kind("g.glb", _mesh("glb"), _show("g.glb")),
+    Kind("g.glb", _glb, _show("g.glb")),
     Kind("g.toml", _garment, _show("g.toml")),
     Kind("p.img", _photo, _outline()),
     Kind("s.json", _scene, _simulated),

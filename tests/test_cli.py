@@ -112,3 +112,22 @@ def test_an_interrupted_command_says_that_what_was_finished_is_kept(
         main()
     assert ended.value.code == 130
     assert "what was finished is kept" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("threads", ["0", "-1", "many", ""])
+def test_a_wrong_number_of_threads_is_one_line(threads: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_NUM_THREADS", threads)
+    done = tatamu("garments")
+    assert (done.returncode, done.stderr) == (
+        2,
+        f"tatamu: NUMBA_NUM_THREADS: must be a number of threads from 1, given {threads!r}\n",
+    )
+
+
+@pytest.mark.parametrize("arguments", [("replay", "no-such-folder", "0"), ("learn", "towl", "--out", "x")])
+def test_arguments_are_checked_before_anything_is_compiled(
+    arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("tatamu.cli.progress.prepare", lambda *_: pytest.fail("the simulator was prepared"))
+    done = tatamu(*arguments, cwd=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1

@@ -263,6 +263,21 @@ def test_what_is_wrong_is_one_line(arguments: list[str], named: str) -> None:
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize("hands", [1, 2])
+def test_a_step_whose_hands_do_not_fit_is_named_with_its_file_and_the_remedy(hands: int, tmp_path: Path) -> None:
+    first = '[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "+x"\nhands = 1\n'
+    second = f'[[step]]\ntitle = "again"\nline = [[-0.25, -0.5], [-0.25, 0.5]]\nmoves = "-x"\nhands = {hands}\n'
+    (tmp_path / "p.toml").write_text(f"[plan]\n{first}{second}")
+    words = ("show", "towel", "--size", "0.05x0.8", "--spacing", "0.0125", "--plan", str(tmp_path / "p.toml"))
+    done = tatamu(*words, "--out", str(tmp_path / "a.html"))
+    assert done.returncode == (0 if hands == 1 else 2), done.stderr
+    if hands == 2:
+        assert (
+            "p.toml: p: step 2 (again): hands: two hands 0.06 m apart do not fit on bottom; give hands = 1"
+            in done.stderr
+        )
+
+
 @pytest.mark.slow
 def test_a_garment_of_ones_own_folds_as_proposed(tmp_path: Path) -> None:
     task = make_task(str(DRAWN / "apron.toml"), fold="auto", spacing=0.03)

@@ -19,6 +19,7 @@ from tatamu.cameras.camera import estimate
 from tatamu.cameras.fit import lay
 from tatamu.cameras.lens import Lens, calibrate_lens, load_lens, scaled, write_lens
 from tatamu.cameras.lines import Line
+from tatamu.cameras.locate import locate_shape
 from tatamu.cameras.located import Located
 from tatamu.cameras.markers import find_pages, saddles
 from tatamu.cameras.mounting import parse_pose, parse_touched, touched_pose
@@ -342,6 +343,41 @@ def views(count: int) -> list[tuple[np.ndarray, np.ndarray]]:
         pixels = shot.camera().project(np.column_stack([Board().corners, np.zeros(35)]))
         seen.append((Board().corners, pixels + np.random.default_rng(number).normal(0.0, 0.05, pixels.shape)))
     return seen
+
+
+@pytest.fixture(scope="module")
+def one_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A photograph of a towel beside a single page of a board."""
+    path = tmp_path_factory.mktemp("one") / "page.png"
+    Image.fromarray(photograph(SHOT, towel(), PAPERS[:1])).save(path)
+    return path
+
+
+def lens_of(factor: float) -> Lens:
+    """The lens of the photographs, with another focal length."""
+    return Lens(width=1000, height=750, focal=800 * factor, centre=(499.5, 374.5), distortion=SHOT.distortion)
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.0, 1.25])
+def test_a_lens_of_another_camera_is_refused_or_told(factor: float, folder: Path, one_page: Path) -> None:
+    shape = shape_of(make_garment("towel", size=SMALL, spacing=0.03))
+    single = locate_shape(read_photograph(one_page, PAGES, lens_of(factor)), shape, learned=True)
+    told = [line for line in single.lines() if "is the lens file of this camera" in line]
+    assert len(told) == (factor != 1.0)
+    if factor == 1.0:
+        read_photograph(folder / "photo.png", PAGES, lens_of(factor))
+    else:
+        with pytest.raises(InputError, match=r"lens: is that of another camera.* about [78]\d\d pixels"):
+            read_photograph(folder / "photo.png", PAGES, lens_of(factor))
+
+
+def test_a_lens_that_contradicts_the_file_of_the_photo_is_refused(one_page: Path, tmp_path: Path) -> None:
+    stated = Image.Exif()
+    stated.get_ifd(0x8769)[0xA405] = 28  # a focal length of 28 mm, 809 pixels here
+    Image.open(one_page).convert("RGB").save(tmp_path / "a.jpg", quality=95, exif=stated)
+    assert read_photograph(tmp_path / "a.jpg", PAGES, lens_of(1.0)).view.lens is not None
+    with pytest.raises(InputError, match="lens: has a focal length of 1200 pixels, but the photo's file states 809"):
+        read_photograph(tmp_path / "a.jpg", PAGES, lens_of(1.5))
 
 
 def test_photos_of_a_board_give_the_lens(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageOps
@@ -160,3 +161,25 @@ def _saved(pixels: np.ndarray) -> Picture:
 def test_a_plain_picture_is_read_unchanged() -> None:
     pixels = np.random.default_rng(0).integers(0, 256, (30, 40, 3), np.uint8)
     assert np.array_equal(_saved(pixels).pixels, pixels)
+
+
+STRIPES = {"one": [(300, 340)], "near the middle": [(240, 260)], "many": [(k, k + 12) for k in range(120, 560, 60)]}
+
+
+@pytest.mark.parametrize("kind", STRIPES)
+@pytest.mark.parametrize("upright", [True, False])
+def test_a_shirt_that_stripes_divide_is_asked_about(
+    kind: str, upright: bool, plain: tuple[np.ndarray, np.ndarray], tmp_path: Path
+) -> None:
+    pixels, truth = plain
+    inside = shapely.contains_xy(shapely.Polygon(truth), *np.meshgrid(np.arange(800), np.arange(600)))
+    striped = pixels.copy()
+    for start, end in STRIPES[kind]:
+        stripe = np.zeros_like(inside)
+        stripe[(slice(None), slice(start, end)) if upright else slice(start, end)] = True
+        noise = np.random.default_rng(start).normal(0.0, 5.0, (int((stripe & inside).sum()), 3))
+        striped[stripe & inside] = np.clip(np.array([90, 70, 60]) + noise, 0, 255)
+    Image.fromarray(striped).save(tmp_path / "a.png")
+    with pytest.raises(InputError, match=r"regions stand out, .* give --join"):
+        find_outline(tmp_path / "a.png")
+    assert overlap(find_outline(tmp_path / "a.png", join=True).outline, truth) > 0.93

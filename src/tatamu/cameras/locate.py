@@ -13,7 +13,7 @@ from tatamu.cameras.fit import Fit, again, lay
 from tatamu.cameras.lens import load_lens
 from tatamu.cameras.located import Comparison, Located
 from tatamu.cameras.mounting import touched_pose
-from tatamu.cameras.photograph import Photograph, find_cloth, load_scale, read_photograph
+from tatamu.cameras.photograph import Photograph, find_cloth, load_scale, read_photograph, without_lens
 from tatamu.cameras.pose import Pose, wrapped
 from tatamu.cameras.shape import Shape, shape_of
 from tatamu.garments import make_garment
@@ -27,6 +27,8 @@ OTHER = 0.15
 
 With a larger difference, the cloth is another garment, or is only partly visible.
 """
+OTHER_LENS = 0.015
+"""Smallest logarithm of a change of size at which the size without the lens file is looked at."""
 MOST_TURNED = 2
 """Largest number of a garment's corners that may be turned in.
 
@@ -135,6 +137,7 @@ def locate_shape(
     _check(path, fit, found, set(pinned))
     if learned:
         _check_size(path, fit)
+    doubt = _lens_doubt(photograph, fit, edge) if learned and photograph.view.lens is not None else ()
     covariance = fit.covariance + _of_camera(photograph, fit, edge, pinned)
     spread = np.sqrt(np.diag(covariance))
     length, width = (shape.size * fit.scale).tolist()
@@ -155,6 +158,7 @@ def locate_shape(
         fit,
         photograph,
         edge,
+        doubt,
     )
 
 
@@ -178,6 +182,24 @@ def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mappin
         moved[2] = wrapped(float(moved[2]))
         total += np.outer(moved, moved)
     return total
+
+
+def _lens_doubt(photograph: Photograph, fit: Fit, edge: np.ndarray) -> tuple[str, ...]:
+    """Return a note if the size of the cloth fits much better without the lens file."""
+    off = float(np.abs(fit.parameters[3:]).max())
+    if off < OTHER_LENS:
+        return ()
+    try:
+        found = without_lens(photograph).view.camera.on_rim(edge, 2.0 * fit.shape.height)
+    except InputError:
+        return ()
+    free = float(np.abs(again(fit.shape, found, {}, fit.parameters).parameters[3:]).max())
+    if free > 0.5 * off:
+        return ()
+    return (
+        f"note: with this lens, the size is off by {100 * off:.1f} %, and by {100 * free:.1f} % without it: is the "
+        "lens file of this camera and zoom?",
+    )
 
 
 def _check_size(path: object, fit: Fit) -> None:

@@ -91,6 +91,8 @@ class Located:
     photograph: Photograph = field(repr=False)
     edge: np.ndarray = field(repr=False)
     """Points of the garment's outline in the photograph [pixels], shape (n, 2)."""
+    notes: tuple[str, ...] = ()
+    """Notes for the user on files that probably do not belong to the photograph."""
 
     def describe(self) -> dict[str, Any]:
         """Return the pose, size and outline of the garment as a dictionary for a JSON file."""
@@ -127,6 +129,7 @@ class Located:
             f"(+- {np.degrees(yaw):.2f} deg)",
             *([] if self.learned is None else self.learned.lines(self)),
         ]
+        found.extend(self.notes)
         if max(x, y) > DOUBTFUL:
             known = f"the pose is known to {1e3 * max(x, y):.0f} mm only"
             found.append(f"note: {known}: lay the board nearer, use a second page{lens}")

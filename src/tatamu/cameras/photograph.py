@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,8 @@ WIDEST, WIDEST_PIXELS = 0.006, 10.0
 If the width exceeds both limits, the photograph counts as blurred. The limit in pixels is so large because JPEG files
 blur colours over 4 pixels.
 """
+OTHER_FOCAL = 1.25
+"""Largest ratio of the focal lengths of a lens file and of a photo's file if both describe the same lens."""
 SPACING = 2.0
 """Distance between points along the outline of a cloth, in pixels of a reduced copy of the photograph."""
 
@@ -55,6 +57,8 @@ class Photograph:
     view: View
     papers: tuple[np.ndarray, ...]
     """Corners of each sheet of paper in the photograph, in the board's frame [m], shape (4, 2) each."""
+    scale: Scale
+    """Board or sheet of paper that gives the scale."""
 
     @property
     def pixels(self) -> np.ndarray:
@@ -93,13 +97,33 @@ def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photo
         raise InputError(f"{path}: photo: must have at least {SMALLEST} pixels on each side, given {wide} x {tall}")
     focal = stated_focal(picture.film, (wide, tall))
     try:
+        _check_focal(lens, focal, (wide, tall))
         known = [None] if lens is None else possible_lenses(lens, (wide, tall), picture.orientation)
         views = [_view(picture.pixels, scale, each, focal) for each in known]
         view = min(views, key=lambda each: each.penalty)
         papers = tuple(pose.place(scale.rim) for pose in view.pages) if isinstance(scale, Board) else (scale.corners,)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return Photograph(path, picture, view, papers)
+    return Photograph(path, picture, view, papers, scale)
+
+
+def without_lens(photograph: Photograph) -> Photograph:
+    """Return the photograph with a camera that is found without the lens file."""
+    size = photograph.pixels.shape[1::-1]
+    focal = stated_focal(photograph.picture.film, size)
+    return replace(photograph, view=_view(photograph.pixels, photograph.scale, None, focal))
+
+
+def _check_focal(lens: Lens | None, focal: float | None, size: tuple[int, int]) -> None:
+    """Refuse a lens whose focal length is far from the one that a photo's file states [pixels]."""
+    if lens is None or focal is None:
+        return
+    own = lens.focal * max(size) / max(lens.width, lens.height)
+    if not 1.0 / OTHER_FOCAL < own / focal < OTHER_FOCAL:
+        raise InputError(
+            f"lens: has a focal length of {own:.0f} pixels, but the photo's file states {focal:.0f}: leave --lens out, "
+            "or give the file of the photo's camera and zoom"
+        )
 
 
 def _view(pixels: np.ndarray, scale: Scale, lens: Lens | None, focal: float | None) -> View:

@@ -20,6 +20,8 @@ from tatamu.cli.app import Interrupted
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
 """Numbers of the errors that occur if standard output is full, broken or closed."""
+THREADS = "NUMBA_NUM_THREADS"
+"""Environment variable with the number of threads of compiled code."""
 INTERRUPTED = 130
 """Exit code of a program that was ended by Ctrl-C (128 + SIGINT)."""
 
@@ -41,6 +43,9 @@ def run(app: typer.Typer, name: str) -> NoReturn:
             stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # users cannot act on warnings of libraries; `python -W` shows them
+    threads = os.environ.get(THREADS, "1")
+    if not (threads.isdecimal() and int(threads) > 0):  # numba would end with a traceback when it is imported
+        _stop(name, f"{THREADS}: must be a number of threads from 1, given {threads!r}", 2)
     try:
         sys.argv[1:] = _without_former(name, sys.argv[1:])
         code = app(standalone_mode=False)

@@ -91,4 +91,8 @@ def _marks(garment: Garment, name: str) -> list[FoldMark]:
     from tatamu.folding.plans import make_plan
     from tatamu.report.candidates import marks
 
-    return marks(garment, make_plan(name, garment))
+    plan = make_plan(name, garment)
+    try:
+        return marks(garment, plan)
+    except InputError as error:
+        raise InputError(f"{name}: {error}" if name.endswith(".toml") else str(error)) from None

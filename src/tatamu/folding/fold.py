@@ -252,6 +252,10 @@ def ideal_folds(garment: Garment, plan: Plan, hands: int | None = None) -> list[
         InputError: If the garment cannot be folded by this plan.
     """
     folds: list[Fold] = []
-    for step in plan.steps:
-        folds.append(fold_of(garment, plan, step, folds[-1].target if folds else None, hands))
+    for number, step in enumerate(plan.steps, start=1):
+        try:
+            folds.append(fold_of(garment, plan, step, folds[-1].target if folds else None, hands))
+        except InputError as error:
+            title = f" ({step.title})" if step.title else ""
+            raise InputError(f"{plan.name}: step {number}{title}: {error}") from None
     return folds

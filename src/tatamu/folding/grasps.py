@@ -47,7 +47,11 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
     left, right = (_ordered(state, line, edge, side) for edge, side in zip(edges, (1.0, -1.0), strict=True))
     count = _apart(state[left], state[right], clearance)
     if not count:
-        raise InputError(f"size: two hands {clearance:g} m apart do not fit on the edge {' and '.join(step.grasp)}")
+        names = [farthest_edge(garment, state, line) if name == AUTO else name for name in step.grasp]
+        raise InputError(
+            f"hands: two hands {clearance:g} m apart do not fit on {' and '.join(names)}; give hands = 1 in this step "
+            "of a plan file, or --hands 1"
+        )
     return left[:count], right[:count]
 
 

@@ -36,6 +36,11 @@ SIMILAR = 0.05
 
 Smaller regions are ignored.
 """
+DIVIDED = 0.5
+"""Largest area of all other regions, as a fraction of the largest region's area, at which only that one is taken.
+
+With a larger area, the garment is probably divided, for example by a stripe of the table's colour.
+"""
 FACING = 1.1
 """Factor that decides which border points of two regions of a photo face each other.
 
@@ -89,8 +94,17 @@ def stand_out(
     filled = [np.asarray(binary_fill_holes(regions == k)) for k in order if sizes[k - 1] >= SIMILAR * sizes.max()]
     largest, *others = filled
     others = [other for other in others if not (other & largest).any() and not _holds(other, apart)]
+    share = sum(float(other.sum() / largest.sum()) for other in others)
     if join:
         largest, others = _joined([largest, *others]), []
+    elif share > DIVIDED:
+        whole = _joined([largest, *others])
+        helps = whole.sum() == whole[EDGE:-EDGE, EDGE:-EDGE].sum()
+        remedy = "give --join if they are one garment, such as a striped one, or " if helps else ""
+        raise InputError(
+            f"{path}: photo: {len(others) + 1} regions stand out, and the largest is {100 / (1 + share):.0f} % of "
+            f"them; {remedy}crop the photo to one"
+        )
     if largest.sum() > largest[EDGE:-EDGE, EDGE:-EDGE].sum():
         raise InputError(f"{path}: photo: must show table all around the garment, which touches the photo's border")
     return Foreground(largest, tuple(float(other.sum() / largest.sum()) for other in others))

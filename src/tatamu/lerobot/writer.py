@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import MIB, unwritable, write_json
+from tatamu.base.files import MIB, sibling, unwritable, write_json
 from tatamu.lerobot import layout
 from tatamu.lerobot.extras import needed
 from tatamu.lerobot.feature import Feature
@@ -75,8 +75,7 @@ class LeRobotWriter:
             check_codec()
         if self.root.exists() and (not self.root.is_dir() or any(self.root.iterdir())):
             raise InputError(f"{self.root}: is already there; give another folder")
-        self._building = self.root.with_name(f".{self.root.name}.{os.getpid()}.tmp")
-        shutil.rmtree(self._building, ignore_errors=True)
+        self._building = sibling(self.root)
         self._tasks: dict[str, int] = {}
         self._rows: list[dict[str, Any]] = []
         self._statistics: list[dict[str, Statistics]] = []

@@ -32,7 +32,7 @@ def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
     grasps of later steps are therefore drawn at the positions of the grasped vertices on the flat garment.
     """
     flat = garment.vertices[:, :2]
-    titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
+    titles = [f"{number}. {step.title or 'fold'}" for number, step in enumerate(plan.steps, start=1)]
     names = titles if len(titles) > 1 else [plan.name]
     return [
         FoldMark(title, fold.line, fold.normal, flat[fold.left], flat[fold.right] if fold.hands == 2 else flat[:0])
