@@ -139,3 +139,15 @@ def test_a_file_that_is_missing_is_named_as_given(name: str, tmp_path: Path) -> 
     for words in (("show", "--", f"{name}.svg"), ("simulate", "--out", "a.npz", "--", f"{name}.json")):
         done = tatamu(*words, cwd=tmp_path)
         assert done.returncode == 2 and name.strip() in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("quote", ["'", '"'])
+def test_a_path_as_on_windows_is_read_or_the_line_says_how_to_write_it(quote: str, tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    shutil.move(tshirt_svg(tmp_path), tmp_path / "sub" / "shirt.svg")
+    (tmp_path / "a.toml").write_text(f"[garment]\nspacing = 0.05\noutline = {quote}sub\\shirt.svg{quote}\n")
+    done = tatamu("show", "a.toml", cwd=tmp_path)
+    if quote == "'":
+        assert done.returncode == 0, done.stderr
+    else:
+        assert done.returncode == 2 and "write a path with / or in single quotes" in done.stderr

@@ -365,10 +365,10 @@ def test_a_lens_of_another_camera_is_refused_or_told(factor: float, folder: Path
     told = [line for line in single.lines() if "is the lens file of this camera" in line]
     assert len(told) == (factor != 1.0)
     if factor == 1.0:
-        read_photograph(folder / "photo.png", PAGES, lens_of(factor))
+        read_photograph(folder / "towel.png", PAGES, lens_of(factor))
     else:
         with pytest.raises(InputError, match=r"lens: is that of another camera.* about [78]\d\d pixels"):
-            read_photograph(folder / "photo.png", PAGES, lens_of(factor))
+            read_photograph(folder / "towel.png", PAGES, lens_of(factor))
 
 
 def test_a_lens_that_contradicts_the_file_of_the_photo_is_refused(one_page: Path, tmp_path: Path) -> None:

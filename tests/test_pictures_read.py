@@ -174,7 +174,7 @@ def test_a_shirt_that_stripes_divide_is_asked_about(
     pixels, truth = plain
     inside = shapely.contains_xy(shapely.Polygon(truth), *np.meshgrid(np.arange(800), np.arange(600)))
     striped = pixels.copy()
-    for start, end in STRIPES[kind]:
+    for start, end in np.array(STRIPES[kind]) + (100 if upright else 0):
         stripe = np.zeros_like(inside)
         stripe[(slice(None), slice(start, end)) if upright else slice(start, end)] = True
         noise = np.random.default_rng(start).normal(0.0, 5.0, (int((stripe & inside).sum()), 3))

@@ -224,7 +224,8 @@ def read_toml(path: Path) -> Any:
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not valid TOML ({error})") from None
+        advice = "; write a path with / or in single quotes" if "Unescaped" in str(error) or "hex" in str(error) else ""
+        raise InputError(f"{path}: is not valid TOML ({error}){advice}") from None
 
 
 def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = LARGEST_NPZ) -> dict[str, np.ndarray]:

@@ -36,7 +36,7 @@ SIMILAR = 0.05
 
 Smaller regions are ignored.
 """
-DIVIDED = 0.5
+DIVIDED = 0.4
 """Largest area of all other regions, as a fraction of the largest region's area, at which only that one is taken.
 
 With a larger area, the garment is probably divided, for example by a stripe of the table's colour.

@@ -40,7 +40,7 @@ def load_garment(
         raise InputError(f"scale: must be above 0 and at most {LARGEST_SCALE:g} metres per unit, given {scale:g}")
     asked = {"size": size, "spacing": spacing, "scale": scale}
     given = given.model_copy(update={key: value for key, value in asked.items() if value is not None})
-    source = path.parent / str(given.outline or given.mesh)
+    source = _source(path, given)
     try:
         made = (from_outline if given.outline else from_mesh)(given, source, material)
         return replace(made, own=True, kind=given.kind or "")
@@ -56,8 +56,15 @@ def files_of(path: Path) -> list[Path]:
         InputError: If the file does not describe a garment.
     """
     given, _ = _read(path)
-    source = path.parent / str(given.outline or given.mesh)
+    source = _source(path, given)
     return [path] if path.suffix.lower() != ".toml" else [path, source]
+
+
+def _source(path: Path, given: GarmentFile) -> Path:
+    """Return the path of a garment's outline or mesh, which may be written as on Windows."""
+    name = str(given.outline or given.mesh)
+    beside = path.parent / name
+    return beside if beside.exists() or "\\" not in name else path.parent / name.replace("\\", "/")
 
 
 def _read(path: Path) -> tuple[GarmentFile, Material]:
