@@ -64,7 +64,8 @@ def _source(path: Path, given: GarmentFile) -> Path:
     """Return the path of a garment's outline or mesh, which may be written as on Windows."""
     name = str(given.outline or given.mesh)
     beside = path.parent / name
-    return beside if beside.exists() or "\\" not in name else path.parent / name.replace("\\", "/")
+    windows = path.parent / name.replace("\\", "/")
+    return windows if windows.exists() and not beside.exists() else beside
 
 
 def _read(path: Path) -> tuple[GarmentFile, Material]:
