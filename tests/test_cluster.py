@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import os
 import shutil
@@ -163,6 +164,17 @@ def test_calls_come_back_with_results_and_errors(executor: DaskExecutor) -> None
         executor.submit(divmod, 1, 0).result()
 
 
+def test_results_that_were_given_over_are_not_kept(executor: DaskExecutor) -> None:
+    answers = [executor.submit(nap, 0.0) for _ in range(4)]
+    assert [answer.result(LONGEST) for answer in answers] == [0.0] * 4
+    for _ in range(18000):
+        gc.collect()
+        if not [key for key in executor._client.futures if key.startswith("checked_call")]:
+            return
+        time.sleep(0.1)
+    pytest.fail("the workers keep them, and compute them again if they die")
+
+
 def test_large_arguments_go_over_once(executor: DaskExecutor) -> None:
     array = np.full(100_000, 7.0)
     twin = array.copy()
@@ -226,7 +238,7 @@ def test_a_call_whose_worker_hangs_runs_elsewhere(tmp_path: Path) -> None:
 
 
 def test_how_long_a_call_may_take_follows_the_others() -> None:
-    patience = Patience(first=100.0, least=10.0, factor=5.0)
+    patience = Patience(first=100.0, minimum=10.0, factor=5.0)
     assert [patience.limit(longest) for longest in (None, 1.0, 4.0)] == [100.0, 10.0, 20.0]
 
 

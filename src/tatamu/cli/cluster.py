@@ -1,7 +1,4 @@
-"""The options `--scheduler` and `--storage` of several commands.
-
-They run trials in other processes, and keep studies in a shared database.
-"""
+"""The options `--scheduler` and `--storage` of several commands."""
 
 from __future__ import annotations
 
@@ -28,19 +25,13 @@ StorageOption = Annotated[
 ]
 
 MOST_AT_A_TIME = 256
-"""Largest number of studies that run at the same time.
-
-Each study takes a thread, which proposes trials and waits for their results.
-"""
+"""Largest number of studies at a time, each of which takes a thread."""
 CALLS_PER_THREAD = 2
-"""Number of trials that each thread of the worker processes receives at a time: one trial runs, and one waits."""
+"""Trials for each thread of the workers: one runs, and one waits."""
 
 
 def at_a_time(executor: Executor | None, pending: int) -> int:
-    """Return how many studies must run at the same time to keep all worker processes busy; 1 without workers.
-
-    Each study evaluates `pending` trials at the same time.
-    """
+    """Return how many studies, each with `pending` trials at a time, keep all workers busy; 1 without workers."""
     threads = getattr(executor, "threads", None)
     if threads is None:
         return 1

@@ -1,7 +1,6 @@
-"""Sends the arguments of calls to workers. A large argument is sent only once, and then passed from worker to worker.
+"""Sends large arguments of calls to the workers only once.
 
-The scheduler treats each large argument as the result of a separate call. If all workers that have the argument die,
-the scheduler repeats this call.
+The scheduler takes each of them for the result of a call, which it repeats if all workers that have it die.
 """
 
 from __future__ import annotations
@@ -18,23 +17,15 @@ import distributed
 from tatamu.cluster.call import unpacked
 
 LARGE = 65_536
-"""Size above which an argument is sent only once and shared by calls [bytes].
-
-The data of a folding task are larger than this size, so they are sent only once. A manipulation, the planned motion of
-the hands, is smaller and is sent with each call.
-"""
+"""Size above which an argument is shared [bytes]. A task is larger, a manipulation is smaller."""
 KEPT = 256_000_000
-"""Largest total size of the shared arguments that are kept on the workers for later calls [bytes]. An argument that is
-in use is always kept."""
+"""Total size of the shared arguments that are kept for later calls [bytes]."""
 PLAIN = (str, bytes, int, float, bool, type(None))
-"""Types of arguments that are sent with each call, and are never shared by calls."""
+"""Types of arguments that are never shared."""
 
 
 class SharedArguments:
-    """The large arguments that are stored on the workers.
-
-    They are sorted by their last use, the least recently used first.
-    """
+    """The shared arguments, by their last use."""
 
     def __init__(self, client: distributed.Client, kept: int = KEPT) -> None:
         self._client = client
@@ -43,10 +34,7 @@ class SharedArguments:
         self._futures: dict[str, distributed.Future] = {}
 
     def replaced(self, value: Any) -> Any:
-        """Return a small value unchanged. For a large value, return a Dask future that stands for the stored value.
-
-        Equal values get the same future.
-        """
+        """Return a small value unchanged, and for a large one a Dask future, equal for equal values."""
         if isinstance(value, PLAIN):
             return value
         content = cloudpickle.dumps(value)
@@ -61,10 +49,7 @@ class SharedArguments:
         return self._futures[key]
 
     def _forget(self, used: str) -> None:
-        """Delete the least recently used arguments until the total size is small enough.
-
-        The argument with the key `used` is kept.
-        """
+        """Forget arguments until the rest is small enough, but not the one in use."""
         while sum(self._sizes.values()) > self._kept and next(iter(self._sizes)) != used:
             oldest, _ = self._sizes.popitem(last=False)
             del self._futures[oldest]

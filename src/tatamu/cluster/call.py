@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import asyncio
 import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
+from time import perf_counter, time
 from typing import Any
 
 from tatamu.base.errors import UnavailableError
 from tatamu.cluster.versions import Versions, difference, processor, versions
 
 RESTART_SECONDS = 20.0
-"""Time limit for the restart of a worker by its nanny, Dask's process that supervises the worker [s]."""
+"""Time limit for the restart of a worker by its nanny [s]."""
 
 
 def unpacked(content: bytes) -> Any:
-    """Unpickle an argument that many calls share. The worker keeps the result."""
+    """Unpickle a shared argument on a worker, which keeps it."""
     return pickle.loads(content)
 
 
-def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """Call a function on a worker, if the worker has the same versions of all relevant packages as the client.
+def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, **kwargs: Any) -> tuple[float, Any]:
+    """Call a function on a worker with the versions of the client, and return its wall time [s] and its result.
 
     Raises:
         UnavailableError: If a version differs. This happens if the worker joined after the check at the start.
@@ -29,7 +30,9 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
     if of_client != versions():
         differing = difference(of_client)
         raise UnavailableError(f"a worker has other versions than this client: {_turned(differing)}; make them equal")
-    return function(*args, **kwargs)
+    begun = perf_counter()
+    result = function(*args, **kwargs)
+    return perf_counter() - begun, result
 
 
 def identify() -> tuple[Versions, str]:
@@ -37,18 +40,32 @@ def identify() -> tuple[Versions, str]:
     return dict(versions()), processor()
 
 
-async def replace_workers(keys: Sequence[str], dask_scheduler: Any = None) -> None:
-    """Restart or remove the workers on which calls take too long. Other workers then run the calls of these workers.
-
-    This function runs on the scheduler.
+async def replace_overdue(client: str, limit: float, dask_scheduler: Any = None) -> int:
+    """Restart or remove the workers on which a client's calls take too long, so that the calls run on other workers.
 
     Args:
-        keys: Keys of the calls that take too long.
-        dask_scheduler: The scheduler. Dask passes this argument.
+        client: Name of the client at the scheduler.
+        limit: Longest time that a call may run [s].
+        dask_scheduler: The scheduler, on which this function runs. Dask passes it.
+
+    Returns:
+        The number of the client's calls that have not ended.
     """
-    states = [dask_scheduler.tasks.get(key) for key in keys]
-    workers = {state.processing_on for state in states if state is not None and state.processing_on is not None}
-    await asyncio.gather(*(_replace(worker, dask_scheduler) for worker in workers))
+    calls = {
+        call
+        for call in dask_scheduler.clients[client].wants_what
+        if call.state in ("processing", "queued", "no-worker")
+    }
+    workers = list(dask_scheduler.workers.values())
+    late = [worker for worker in workers if _longest(worker, calls) > limit]
+    await asyncio.gather(*(_replace(worker, dask_scheduler) for worker in late))
+    return len(calls)
+
+
+def _longest(worker: Any, calls: set[Any]) -> float:
+    """Return the longest time for which a worker has run one of the calls [s], or has been silent since it got one."""
+    silent = time() - worker.last_seen
+    return max((worker.executing.get(call, 0.0) + silent for call in worker.processing if call in calls), default=0.0)
 
 
 async def _replace(worker: Any, scheduler: Any) -> None:
@@ -64,9 +81,5 @@ async def _replace(worker: Any, scheduler: Any) -> None:
 
 
 def _turned(differing: str | None) -> str:
-    """Rewrite a worker's text from `difference` for the user, who is at the client.
-
-    In the worker's text, "here" means the worker and "there" means the client. The result has the words "at the worker"
-    and "at the client" instead.
-    """
+    """Return a text of `difference` at a worker in the words of the client."""
     return (differing or "").replace(" there", " at the client").replace(" here", " at the worker")

@@ -21,10 +21,7 @@ if TYPE_CHECKING:
 CONNECT_SECONDS = 5.0
 """Time limit for a scheduler's answer when the program connects to the scheduler [s]."""
 KILLED_WORKERS = 3
-"""Number of workers that may die during a call before the call fails.
-
-This limit applies only if tatamu started the scheduler.
-"""
+"""Workers that may die during a call before it fails, if tatamu started the scheduler."""
 CERTIFICATES = tuple(f"distributed.comm.tls.{name}" for name in ("ca-file", "client.cert", "client.key"))
 """Fields of Dask's configuration that a client needs for addresses `tls://`."""
 QUIET = {name: "critical" for name in ("distributed", "distributed.client", "distributed.nanny", "distributed.worker")}

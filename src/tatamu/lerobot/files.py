@@ -1,7 +1,4 @@
-"""The files to which the episodes of a dataset are appended: Parquet files with numbers, and videos with pictures.
-
-When a file has reached its largest size, the next file is started.
-"""
+"""The files to which episodes are appended. A file that has reached its largest size is followed by the next."""
 
 from __future__ import annotations
 
@@ -18,18 +15,10 @@ from tatamu.lerobot.video import VideoWriter
 
 
 class NumberFiles:
-    """Parquet files with the numbers of a dataset: all features except pictures.
-
-    They have a row for each frame, and a row group for each episode.
-    """
+    """Parquet files of all features but pictures, with a row for each frame and a row group for each episode."""
 
     def __init__(self, folder: Path, largest: int) -> None:
-        """Prepare the files. The first file is created with the first episode.
-
-        Args:
-            folder: Folder of the dataset.
-            largest: Size of a file at which the next file is started [bytes].
-        """
+        """Prepare the files; the largest size is in bytes."""
         self._folder = folder
         self._largest = largest
         self._number = -1
@@ -37,13 +26,10 @@ class NumberFiles:
         self._writer: Any = None
 
     def add(self, columns: Mapping[str, np.ndarray]) -> dict[str, int]:
-        """Append an episode.
+        """Append an episode, and return its place as columns of the table of episodes.
 
         Args:
-            columns: Values by the names of the features, shape (frames, k) for a feature with k numbers.
-
-        Returns:
-            The place of the episode in the files, as columns of the table of episodes.
+            columns: Values by the names of the features, shape (frames, k).
 
         Raises:
             InputError: If a file cannot be written.
@@ -59,11 +45,7 @@ class NumberFiles:
         return {"data/chunk_index": chunk, "data/file_index": file}
 
     def close(self) -> None:
-        """Finish and close the last file.
-
-        Raises:
-            InputError: If the file cannot be written.
-        """
+        """Close the last file."""
         if self._file is None:
             return
         opened, self._file = self._file, None
@@ -86,11 +68,7 @@ class NumberFiles:
 
 
 def _column(array: np.ndarray) -> Any:
-    """Return numbers as an Arrow array.
-
-    The numbers are given as an array with k numbers for each frame, shape (frames, k). If k is 1, the result is an
-    array of plain numbers, otherwise an array of lists with fixed length.
-    """
+    """Return numbers, shape (frames, k), as an Arrow array of numbers (k = 1) or of lists of fixed length."""
     arrow = needed("pyarrow")
     width = array.shape[1]
     plain = arrow.array(array.ravel())
@@ -98,17 +76,10 @@ def _column(array: np.ndarray) -> Any:
 
 
 class VideoFiles:
-    """The videos of one camera. A video may contain several episodes."""
+    """The videos of one camera, each of several episodes."""
 
     def __init__(self, folder: Path, name: str, fps: int, largest: int) -> None:
-        """Prepare the videos. The first file is created with the first episode.
-
-        Args:
-            folder: Folder of the dataset.
-            name: Name of the feature.
-            fps: Frames per second.
-            largest: Size of a video at which the next video is started [bytes].
-        """
+        """Prepare the videos; the largest size is in bytes."""
         self._folder = folder
         self._name = name
         self._fps = fps
@@ -117,13 +88,10 @@ class VideoFiles:
         self._video: VideoWriter | None = None
 
     def add(self, pictures: np.ndarray) -> dict[str, float]:
-        """Append an episode.
+        """Append an episode, and return its place as columns of the table of episodes.
 
         Args:
-            pictures: Pictures of the episode: RGB, uint8, shape (frames, h, w, 3).
-
-        Returns:
-            The place of the episode in the videos, as columns of the table of episodes.
+            pictures: RGB, uint8, shape (frames, h, w, 3).
 
         Raises:
             InputError: If a file cannot be written.
@@ -145,11 +113,7 @@ class VideoFiles:
         return {f"videos/{self._name}/{kind}": value for kind, value in place.items()}
 
     def close(self) -> None:
-        """Finish and close the last video.
-
-        Raises:
-            InputError: If the video cannot be written.
-        """
+        """Close the last video."""
         if self._video is not None:
             video, self._video = self._video, None
             video.close()

@@ -18,7 +18,7 @@ from tatamu.lerobot.video import read_video
 
 
 class LeRobotReader:
-    """A dataset in a folder, which can be read."""
+    """A dataset in a folder."""
 
     def __init__(self, root: Path | str) -> None:
         """Open a dataset.
@@ -53,7 +53,7 @@ class LeRobotReader:
 
     @cached_property
     def tasks(self) -> list[str]:
-        """Texts of the tasks, in the order of the tasks' numbers."""
+        """Texts of the tasks, by index."""
         file = self.root / layout.TASKS
         with foreign(file, "a Parquet file"):
             rows = needed("pyarrow.parquet").read_table(file).to_pylist()
@@ -63,17 +63,14 @@ class LeRobotReader:
         """Return the row of an episode in the table of episodes.
 
         Raises:
-            InputError: If there is no episode with this number.
+            InputError: If there is no such episode.
         """
         if not 0 <= episode < len(self.episodes):
             raise InputError(f"episode: must be from 0 to {len(self.episodes) - 1}, given {episode}")
         return self.episodes[episode]
 
     def numbers(self, episode: int, *names: str) -> dict[str, np.ndarray]:
-        """Return features of an episode as arrays.
-
-        A feature with k numbers in each frame has the shape (frames, k), or (frames,) if k is 1. Pictures cannot be
-        read with this method.
+        """Return features of an episode, but pictures, as arrays of shape (frames, k), or (frames,) if k is 1.
 
         Raises:
             InputError: If there is no such episode or feature, or a file is broken.

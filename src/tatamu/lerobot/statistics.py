@@ -1,7 +1,4 @@
-"""Statistics of features, for an episode and for a whole dataset.
-
-Robot policies use these statistics to scale observations and actions.
-"""
+"""Statistics of features, by which policies scale observations and actions."""
 
 from __future__ import annotations
 
@@ -12,21 +9,14 @@ import numpy as np
 from tatamu.lerobot.feature import Feature
 
 Statistics = Mapping[str, np.ndarray]
-"""The statistics by their names: min, max, mean, std, the quantiles, and count.
-
-All have the shape of the feature, except count, which has the shape (1,).
-"""
+"""min, max, mean, std and quantiles in the feature's shape, and count, shape (1,)."""
 QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
-"""Names of the quantiles, and the fraction of the values that are below each quantile."""
 EVERY = 4
-"""Distance between the pixels that are used for the statistics of pictures, along both sides [pixels]."""
+"""Distance between the pixels of pictures that count, along both sides [pixels]."""
 
 
 def statistics(feature: Feature, values: np.ndarray) -> Statistics:
-    """Return the statistics of an episode's values, shape (frames, *shape).
-
-    Pictures have statistics for each colour channel, with values from 0 to 1.
-    """
+    """Return the statistics of values of shape (frames, *shape); of pictures, for each colour, from 0 to 1."""
     frames = len(values)
     rows = values[:, ::EVERY, ::EVERY].reshape(-1, 3) / 255.0 if feature.is_video else values.astype(np.float64)
     shape = (3, 1, 1) if feature.is_video else feature.shape
@@ -36,10 +26,7 @@ def statistics(feature: Feature, values: np.ndarray) -> Statistics:
 
 
 def joined(episodes: Sequence[Statistics]) -> Statistics:
-    """Return the statistics of several episodes together.
-
-    The quantiles are means of the episodes' quantiles, weighted by the lengths of the episodes.
-    """
+    """Return the statistics of episodes together. Quantiles are weighted means of the episodes' quantiles."""
     counts = np.array([int(each["count"][0]) for each in episodes])
     weights = counts / counts.sum()
 

@@ -17,13 +17,11 @@ from tatamu.lerobot.extras import needed
 
 CODEC = "libsvtav1"
 OPTIONS = {"g": "2", "crf": "30", "preset": "12", "svtav1-params": "fast-decode=0:lp=1"}
-"""LeRobot's options of the encoder. The encoder uses one thread (option lp), so that every machine writes the same
-bytes.
-"""
+"""LeRobot's options, and one thread (lp), so that every machine writes the same bytes."""
 
 
 def check_codec() -> None:
-    """Raise an error if videos cannot be encoded.
+    """Refuse to go on if videos cannot be encoded.
 
     Raises:
         InputError: If PyAV is not installed, or has no encoder for AV1.
@@ -42,8 +40,8 @@ class VideoWriter:
     """A video to which pictures are appended.
 
     Attributes:
-        frames: Number of pictures in the video.
-        size: Size of the pictures that are already encoded [bytes]; the last pictures are not yet included.
+        frames: Number of pictures.
+        size: Size of the encoded pictures, without the last ones [bytes].
     """
 
     def __init__(self, path: Path, fps: int, height: int, width: int) -> None:
@@ -72,11 +70,7 @@ class VideoWriter:
         self._av = av
 
     def add(self, pictures: np.ndarray) -> None:
-        """Append pictures: RGB, uint8, shape (f, h, w, 3).
-
-        Raises:
-            InputError: If the file cannot be written.
-        """
+        """Append pictures: RGB, uint8, shape (f, h, w, 3)."""
         try:
             for picture in pictures:
                 frame = self._av.VideoFrame.from_ndarray(picture, format="rgb24")
@@ -89,11 +83,7 @@ class VideoWriter:
             raise unwritable(self._path, error) from None
 
     def close(self) -> None:
-        """Write the remaining pictures, and close the file.
-
-        Raises:
-            InputError: If the file cannot be written.
-        """
+        """Write the remaining pictures, and close the file."""
         try:
             with self._file, self._container:
                 self._container.mux(self._stream.encode())
@@ -103,10 +93,10 @@ class VideoWriter:
 
 @contextmanager
 def _unchanged_priority() -> Iterator[None]:
-    """Give all threads of this process the scheduling policy back that the calling thread had before.
+    """Keep the scheduling policy of this process.
 
-    If root runs the encoder, it makes its threads and the calling thread real-time threads (SCHED_FIFO). Those would
-    take the processors from all other programs, also after the video is finished.
+    If root runs the encoder, it makes its threads and the calling one real-time threads (SCHED_FIFO), which would take
+    the processors from all other programs.
     """
     if not hasattr(os, "sched_getscheduler"):
         yield

@@ -35,8 +35,7 @@ USUAL: Mapping[str, Feature] = {
 class LeRobotWriter:
     """A dataset that is being written.
 
-    The writer can be used in a `with` statement. At the end of the statement, the dataset is finished. After an error,
-    the dataset is removed instead.
+    A `with` statement finishes it at its end, or removes it after an error.
     """
 
     def __init__(

@@ -1,8 +1,4 @@
-"""Reads a sweep file, which docs/reference/sweep-file.md describes.
-
-The file contains options that all tasks share, a grid of options and single tasks. Every combination of the grid's
-values is a task.
-"""
+"""Reads a sweep file, which docs/reference/sweep-file.md describes."""
 
 from __future__ import annotations
 
@@ -26,45 +22,33 @@ from tatamu.sweep.records import NAME
 MOST_TASKS = 100_000
 """Largest number of tasks in a sweep."""
 GROWING = frozenset({"trials"})
-"""Options that may be changed in the sweep file without making a new task.
-
-For example, if the number of trials is raised, the study of the task is resumed.
-"""
+"""Options that may change while a task stays the same and goes on."""
 
 Options = dict[str, Any]
 
 
 class SweepFile(Record):
-    """The contents of a sweep file. Options have the long names of the options of `tatamu learn`."""
+    """The contents of a sweep file. Options have the long names of those of `tatamu learn`."""
 
     version: Literal[1] = 1
     all: Options = Field(default_factory=dict)
-    """Options that all tasks share."""
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict)
-    """Options for which several values are given. Every combination of these values is a task."""
+    """Values of options, of which every combination is a task."""
     task: list[Options] = Field(default_factory=list)
-    """Options of single tasks. The option `name` is the name of the task's folder."""
+    """Options of single tasks, and their `name`."""
 
 
 @dataclass(frozen=True)
 class SweepTask:
-    """A task of a sweep, which is a study that learns one fold."""
+    """A study of a sweep."""
 
     name: str
-    """Name of the task's folder.
-
-    If the sweep file does not give a name, a name is made that ends with a short digest of the task's options.
-    """
+    """Name of the task's folder, which ends with a digest of its options if none is given."""
     options: Options
-    """Options from the sweep file, by name."""
 
 
 def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
-    """Read a sweep file.
-
-    Args:
-        path: Path of the file.
-        model: Pydantic model that validates the options of a task.
+    """Read a sweep file, whose tasks have the options of `model`.
 
     Raises:
         InputError: If the file cannot be read, or a field is wrong.
@@ -85,7 +69,7 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
 
 
 def _all_options(file: SweepFile) -> Iterator[tuple[str, Options]]:
-    """Yield the place of each task in the sweep file, such as "grid[3]", and the options of the task."""
+    """Yield the place of each task in the file, such as "grid[3]", and its options."""
     for number, values in enumerate(product(*file.grid.values()) if file.grid else ()):
         yield f"grid[{number}]", {**file.all, **dict(zip(file.grid, values, strict=True))}
     for number, options in enumerate(file.task):
@@ -105,7 +89,7 @@ def _task(path: Path, where: str, options: Options, model: type[BaseModel]) -> S
 
 
 def _name(made: BaseModel, given: Options) -> str:
-    """Return the name of a task: its garment, fold and seed, and a digest of all options that distinguish the task."""
+    """Return a name: garment, fold, seed, and a digest of the options."""
     kept = {name: value for name, value in sorted(given.items()) if name not in GROWING}
     digest = sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()[:6]
     words = [Path(str(getattr(made, name, ""))).stem for name in ("garment", "fold")]

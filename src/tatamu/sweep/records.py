@@ -1,7 +1,4 @@
-"""Defines the records of a sweep's tasks, and the folder of a sweep.
-
-The folder contains `sweep.json` with all records, and a result folder for each task.
-"""
+"""The tasks of a sweep, its folder, and the file `sweep.json`."""
 
 from __future__ import annotations
 
@@ -25,39 +22,34 @@ State = Literal["waiting", "running", "complete", "failed"]
 
 
 class TaskRecord(OpenRecord):
-    """A task of a sweep, its state and its results.
-
-    The measures of the fold, such as the objective, belong to the best trial. If the task is a plan of several folds,
-    they belong to the last fold.
-    """
+    """A task of a sweep, with the measures of its best trial, or of the last fold of a plan."""
 
     name: Annotated[str, Field(pattern=NAME)]
     """Name of the task's folder."""
     options: dict[str, Any]
-    """Options of the task from the sweep file, by name."""
     state: State = "waiting"
     error: str | None = None
-    """Reason why the task failed; None if the task did not fail."""
+    """None if the task did not fail."""
     trials: int | None = None
-    """Number of trials. If the task is a plan of several folds, this is the sum over all folds."""
+    """Number of trials of all folds."""
     failed_trials: int | None = None
     objective: float | None = None
-    """Objective C of the best trial, Eq. (10); None for a plan of several steps."""
+    """Objective C, Eq. (10); None for a plan of several steps."""
     trajectory_length: float | None = None
-    """Length l_x of a hand's path [m]."""
+    """l_x [m]."""
     mean_vertex_distance: float | None = None
-    """Mean distance between the vertices and their targets [m]."""
+    """[m]."""
     mask_iou: float | None = None
     area_error: float | None = None
     """Area error E_f [%]."""
     crossings: int | None = None
-    """Number of edges of the mesh that pass through triangles after the fold."""
+    """Number of edges that pass through triangles after the fold."""
     seconds: float | None = None
     """Sum of the wall times of all trials [s]."""
 
 
 class SweepRecord(OpenRecord):
-    """The contents of the file `sweep.json`: the records of all tasks."""
+    """The contents of `sweep.json`."""
 
     version: Literal[1] = 1
     tatamu: str = ""
@@ -72,17 +64,17 @@ class SweepFolder:
 
     @property
     def file(self) -> Path:
-        """Path of `sweep.json`, the file with the records of the tasks."""
+        """Path of `sweep.json`."""
         return self.path / "sweep.json"
 
     @property
     def table_file(self) -> Path:
-        """Path of `sweep.parquet`, the file with the records as a table."""
+        """Path of `sweep.parquet`."""
         return self.path / "sweep.parquet"
 
     @property
     def page_file(self) -> Path:
-        """Path of `sweep.html`, the page that compares the tasks."""
+        """Path of `sweep.html`."""
         return self.path / "sweep.html"
 
     def of_task(self, name: str) -> Path:
@@ -90,7 +82,7 @@ class SweepFolder:
         return self.path / name
 
     def read(self) -> list[TaskRecord]:
-        """Return the records that an earlier run of the sweep wrote; empty if there was no earlier run.
+        """Return the records of an earlier run; empty if there was none.
 
         Raises:
             InputError: If the file cannot be read, or is not the file of a sweep.
@@ -105,7 +97,7 @@ class SweepFolder:
 
 
 def completed(record: TaskRecord, folder: Path) -> TaskRecord:
-    """Return the record of a completed task, with the measures from the task's result folder.
+    """Return the record of a completed task with the measures in its folder.
 
     Raises:
         InputError: If the folder cannot be read.
@@ -116,10 +108,7 @@ def completed(record: TaskRecord, folder: Path) -> TaskRecord:
 
 
 def holds_task(record: TaskRecord, folder: Path, trials: int) -> bool:
-    """Return whether a task needs no further work.
-
-    A task needs no further work if it is complete, has `trials` trials for each step, and still has its result folder.
-    """
+    """Return whether a task is complete, with its folder and `trials` trials for each step."""
     results = ResultFolder(folder)
     if record.state != "complete" or not (folder / "report.html").exists():
         return False

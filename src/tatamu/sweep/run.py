@@ -1,4 +1,4 @@
-"""Runs the tasks of a sweep, several at a time. When a task ends, its result or its error is recorded."""
+"""Runs the tasks of a sweep."""
 
 from __future__ import annotations
 
@@ -15,12 +15,9 @@ from tatamu.sweep.description import SweepTask
 from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
 
 Learned = Callable[[dict[str, Any], Path, Callable[[Any], None]], None]
-"""Function that learns a task. It gets the task's options, the task's folder, and a callback for the progress."""
+"""Learns a task with the given options, in a folder, and reports progress."""
 Shown = Callable[[TaskRecord, Any], None]
-"""Callback that gets the record of a task and the progress of its trials.
-
-If the record itself has changed, the progress is None.
-"""
+"""Shows the record of a task, and the progress of its trials or None."""
 
 
 class _StoppedError(Exception):

@@ -1,8 +1,7 @@
 """The two arms of a robot that carries out the folds of a dataset.
 
-States and actions are joint angles, under LeRobot's names. F is the frame of the fold, B is the frame of the robot's
-base, and T is the frame of the tool. An action contains a target for every joint [rad] and every gripper (1 is open, 0
-is closed). The positions of the hands are computed from the joint angles, by forward kinematics.
+States and actions are joint angles [rad] and openings of the grippers (1 open, 0 closed), under LeRobot's names. The
+hands' positions follow by forward kinematics. Frames: F of the fold, B of the robot's base, T of the tool.
 """
 
 from __future__ import annotations
@@ -30,16 +29,13 @@ from tatamu.robots.pose import pose
 from tatamu.robots.reach import best_placements, search, table_heights
 
 REACHED = 1e-5
-"""Largest error of a tool's pose at which the pose counts as reached [m].
-
-Rotation errors [rad] are converted to metres by the factor `chain.LENGTH` [m per rad].
-"""
+"""Largest error of a reached pose [m]; rotations [rad] count by `chain.LENGTH`."""
 ROUNDS = 4
-"""Largest number of times that the same motion is slowed down. It is slowed down until no joint is too fast."""
+"""Largest number of times that a motion is slowed down because a joint is too fast."""
 
 
 class OutOfReachError(TatamuError):
-    """An error: the arms cannot carry out a fold."""
+    """Raised if the arms cannot carry out a fold."""
 
 
 class Stand(OpenRecord):
@@ -47,29 +43,18 @@ class Stand(OpenRecord):
 
     robot: str
     place: list[float]
-    """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base.
-
-    A fifth number tells how far the trunk turns towards the hands, as a fraction from 0 to 1.
-    """
+    """x, y, z [m] and yaw [rad] of F in B, and how far the trunk turns towards the hands (0 to 1)."""
     holds: list[tuple[float, float, bool]]
-    """Orientation of the left tool and of the right tool.
-
-    The orientation has a tilt [rad], a yaw [rad], and a flag. The flag is true if the tool is rotated by half a turn,
-    so its two fingers have changed sides.
-    """
+    """Tilt [rad], yaw [rad] and whether it is turned by half a turn, of each tool."""
     grips: list[tuple[float, float]]
-    """Two numbers for each hand.
-
-    The first number is the direction in which the hand folds, as an angle about z [rad]. The second number is the
-    height of the hand's grasp [m].
-    """
+    """Direction in which each hand folds, about z [rad], and height of its grasp [m]."""
 
 
 def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
     """Return the best placement of a fold in front of a robot.
 
     Raises:
-        InputError: If no robot has this name, or the robot cannot reach the fold from any placement.
+        InputError: If no robot has this name, or it cannot reach the fold.
     """
     robot = load(wanted.name)
     hands = HandMotion.exact(manipulation)
@@ -106,7 +91,7 @@ class Arms:
 
     @classmethod
     def at(cls, stand: Stand) -> Arms:
-        """Make the arms from a stand, which names the robot and the placement of the fold.
+        """Make the arms.
 
         Raises:
             InputError: If no robot has this name.
@@ -122,7 +107,7 @@ class Arms:
         return state_names(self.robot)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
-        """Return the states of the robot along the path of the hands.
+        """Return the robot's states before the first step and after each step, float32, shape (steps + 1, k).
 
         The path is slowed down until no joint is too fast.
 
@@ -131,9 +116,6 @@ class Arms:
             largest: Largest motion of a hand in a step [m].
             start: Positions of both hands at the start [m], shape (2, 3).
             rate: Steps per second [1/s].
-
-        Returns:
-            The states before the first step and after each step, float32, shape (steps + 1, k). A state has k numbers.
 
         Raises:
             OutOfReachError: If an arm cannot reach the path, would touch something, or is too slow.
@@ -150,14 +132,10 @@ class Arms:
         raise OutOfReachError("the arms are too slow")
 
     def places(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the positions of the hands, and whether the grippers are closed.
+        """Return the hands' positions in F [m], shape (n, 2, 3), and whether the grippers are closed, shape (n, 2).
 
         Args:
-            numbers: States or actions of the robot with k numbers each, shape (n, k).
-
-        Returns:
-            Two arrays for the n states: the positions of both hands in the fold's frame F [m], shape (n, 2, 3), and
-            whether each gripper is closed, shape (n, 2).
+            numbers: States or actions, shape (n, k).
         """
         left, right = (len(arm.joints) for arm in self.robot.arms)
         angles = numbers.astype(float)
@@ -169,7 +147,7 @@ class Arms:
         return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
 
     def opened(self, state: np.ndarray) -> np.ndarray:
-        """Return a copy of a state of the robot in which all grippers are open, shape (k,)."""
+        """Return a copy of a state with open grippers, shape (k,)."""
         left, right = (len(arm.joints) for arm in self.robot.arms)
         found = state.copy()
         found[[left, left + 1 + right]] = 1.0
@@ -177,7 +155,7 @@ class Arms:
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """The orientation R_BT of each arm's tool T, and the offset from the hand to T [m], both in the base B."""
+        """R_BT of each tool, and the offset from the hand to the tool [m], both in B."""
         tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
         return [(rotation, offset) for rotation, offset, _ in tools]
 
@@ -186,12 +164,7 @@ class Arms:
         return tuple(Chain.of(self.robot, arm) for arm in self.robot.arms)
 
     def _reach(self, places: np.ndarray) -> np.ndarray:
-        """Return n configurations of all joints [rad] that put the tools at n pairs of positions.
-
-        The positions are given in the fold's frame F [m], shape (n, 2, 3).
-
-        Each of the n configurations is near the previous configuration.
-        """
+        """Return configurations [rad] that follow pairs of positions of the tools in F [m], shape (n, 2, 3)."""
         X_BF = self.placement.matrix
         points = (places @ X_BF[:3, :3].T + X_BF[:3, 3]).transpose(1, 0, 2)
         trunk = self.placement.trunk(places.transpose(1, 0, 2))

@@ -17,7 +17,7 @@ from tatamu.policies.dataset.record import EpisodeRecord
 from tatamu.policies.dataset.specification import DatasetSpecification
 
 FLOATING = "tatamu_hands"
-"""Name that stands for the type of robot in LeRobot's files if there is no robot, but two floating hands."""
+"""LeRobot's type of robot for floating hands."""
 
 
 def start_writer(
@@ -29,9 +29,8 @@ def start_writer(
         root: Folder of the LeRobotDataset.
         specification: The specification of the dataset.
         stand: The robot, and the placement of the fold; None for floating hands.
-        first: Any episode of the dataset, from which the sizes of the arrays are read.
-        key_points: Number of key points, such as corners, of every garment. None if the garments have different
-            numbers of key points.
+        first: Any episode, for the sizes of the arrays.
+        key_points: Number of key points of every garment; None if the numbers differ.
 
     Raises:
         InputError: If a package or an encoder is missing, or the folder cannot be written.
@@ -52,13 +51,7 @@ def start_writer(
 
 
 def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
-    """Append an episode to the demonstrations.
-
-    Each observation is stored with the action and the reward that follow it.
-
-    Raises:
-        InputError: If a file cannot be written.
-    """
+    """Append an episode. Each observation is stored with the action and the reward that follow it."""
     arrays = episode.arrays
     frames = len(arrays["action"])
     last = np.arange(frames)[:, None] == frames - 1
@@ -79,11 +72,7 @@ def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
 
 
 def columns_of(record: EpisodeRecord) -> dict[str, Any]:
-    """Return the outcome of an episode as columns of a table.
-
-    Each measure of the score and each parameter of the fold has a column of its own. The material and the disturbances,
-    which have several fields, are stored as JSON texts.
-    """
+    """Return the outcome of an episode as columns of a table, with the material and the world as JSON texts."""
     plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
     measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}
     interval = None if record.held_interval is None else [*record.held_interval]

@@ -29,26 +29,26 @@ from tatamu.search import Parameters
 from tatamu.simulation.simulators import named
 
 ATTEMPTS = 50
-"""Largest number of attempts to draw a fold that the robot can carry out."""
+"""Largest number of folds drawn until the robot can carry out one."""
 SECONDS = 120.0
 """Largest duration of an episode [s]."""
 THUMBNAILS = 24
-"""Number of episodes whose outcome the dataset's page shows. They are the first episodes of the dataset."""
+"""Number of episodes whose outcome the dataset's page shows, from the first."""
 SHOWN: Camera = "front"
-"""Camera of the pictures on the dataset's page."""
+"""Camera of these pictures."""
 SHARP = 192
-"""Height and width of the pictures on the dataset's page [pixels]."""
+"""Their height and width [pixels]."""
 
 
 @dataclass(frozen=True)
 class Recorder:
-    """Everything that is needed to record an episode, except the number of the episode."""
+    """What all episodes share."""
 
     specification: DatasetSpecification
     runs: Sequence[LearnedFold]
     disturbances: Disturbances | None
     stand: Stand | None
-    """The robot, and the placement of the fold; None for floating hands."""
+    """None for floating hands."""
 
 
 @dataclass(frozen=True)
@@ -57,48 +57,32 @@ class Episode:
 
     record: EpisodeRecord
     arrays: Mapping[str, np.ndarray]
-    """Arrays of an episode with T actions, by their names.
-
-    In the shapes, s is the number of values in a state, and a is the number of values in an action. The cloth has k key
-    points, n vertices and m triangles. There are h hands. A picture has p x p pixels.
+    """Arrays of T actions, by name, for s numbers in a state, a in an action, and pictures of p x p pixels.
 
     - `state` (T + 1, s), `action` (T, a) and `reward` (T,)
-    - `key_points` (T + 1, k, 3) [m]: positions of corners and of other ends of named edges
-    - `positions` (T + 1, n, 3) [m]: positions of all vertices
-    - `hands` (T + 1, 4 h): position [m] of each hand, and whether the hand holds cloth
-    - `mask` (T + 1, p, p): 1 if a pixel of the view from above shows cloth; only for the format Zarr
-    - `faces` (m, 3): the triangles, as numbers of their vertices
-    - `final` (n, 3) [m]: final positions of all vertices in double precision
-    - `camera.NAME` (T + 1, p, p, 3): pictures of a camera
-    - `thumbnail` (p, p, 3): picture of the outcome, only in the first episodes
+    - `key_points` (T + 1, k, 3) and `positions` (T + 1, n, 3) [m]
+    - `hands` (T + 1, 4 h): position [m] of each hand, and whether it holds cloth
+    - `mask` (T + 1, p, p): 1 where cloth is seen from above; only for Zarr
+    - `faces` (m, 3); `final` (n, 3) [m]: final positions in double precision
+    - `camera.NAME` (T + 1, p, p, 3); `thumbnail` (p, p, 3): picture of the outcome, only in the first episodes
     """
 
 
 @dataclass(frozen=True)
 class _Prepared:
-    """A fold that has been drawn, with its task, its parameters and its actions."""
+    """A fold that has been drawn."""
 
     drawn: DrawnFold
     task: Task
     parameters: Parameters
     actions: np.ndarray
-    """Actions, float32, shape (T, a). T is the number of steps, and a is the number of values in an action.
-
-    At the end, the open hands wait for `SETTLE` seconds.
-    """
+    """float32, shape (T, a); at the end, the open hands wait for `SETTLE` seconds."""
     states: np.ndarray | None
-    """States of the robot before the first step and after each of the T steps; None for floating hands.
-
-    The type is float32 and the shape is (T + 1, a), because a state has as many values as an action.
-    """
+    """float32, shape (T + 1, a), before the first step and after each step; None for floating hands."""
 
 
 def record_episode(recorder: Recorder, number: int) -> Episode:
     """Record an episode. The same arguments give the same bytes in every process.
-
-    Args:
-        recorder: Everything that is needed to record an episode, except the number of the episode.
-        number: Number of the episode, from 0.
 
     Raises:
         InputError: If the robot can carry out none of the folds that were drawn.
@@ -151,12 +135,12 @@ def make_env(task: Task, specification: DatasetSpecification) -> HandsEnv:
 def play(
     env: HandsEnv, actions: np.ndarray, stand: Stand | None
 ) -> list[tuple[Any, float, bool, bool, dict[str, Any]]]:
-    """Carry out actions in an environment, until the actions or the episode end. Return the results of all steps.
+    """Carry out actions until they or the episode end, and return the results of all steps.
 
     Args:
         env: The environment, after its reset.
         actions: Actions, float32, shape (T, a).
-        stand: The robot whose joints the actions move, and the placement of the fold; None for floating hands.
+        stand: The robot whose joints the actions move; None for floating hands.
     """
     places, closed = (None, None) if stand is None else _arms(stand.model_dump_json()).places(actions)
     answers = []
@@ -169,7 +153,7 @@ def play(
 
 
 def _prepare(recorder: Recorder, fold: int) -> _Prepared:
-    """Draw folds at random until the arms can carry out a fold. Floating hands can carry out every fold."""
+    """Draw folds until the arms can carry out one."""
     reason = ""
     for attempt in range(ATTEMPTS):
         drawn = draw_fold(recorder.specification, recorder.runs, fold, attempt)
@@ -186,7 +170,7 @@ def _prepare(recorder: Recorder, fold: int) -> _Prepared:
 
 
 def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the actions of a fold, and the states of the robot. The states are None for floating hands."""
+    """Return the actions of a fold, and the states of the robot; None for floating hands."""
     rate = recorder.specification.record.fps
     env = HandsEnv(task, rate=rate, seconds=SECONDS, observation="key_points")
     manipulation = task.manipulation(parameters)
@@ -205,15 +189,11 @@ def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np
 
 @lru_cache(maxsize=1)
 def _arms(stand: str) -> Arms:
-    """Return the arms of a robot from a stand (robot, and placement of the fold) that is given as JSON.
-
-    The last arms are kept in memory, because it takes long to make them.
-    """
+    """Return the arms of a stand in JSON. The last ones are kept, because they take long to make."""
     return Arms.at(Stand.model_validate_json(stand))
 
 
 def _world(recorder: Recorder, number: int) -> World:
-    """Choose the world of an episode at random: a value of each disturbance."""
     if recorder.disturbances is None:
         return NOMINAL
     generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))
@@ -221,18 +201,14 @@ def _world(recorder: Recorder, number: int) -> World:
 
 
 def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
-    """Return the observations of all frames as one array for each name in `Episode.arrays`, stacked along time."""
+    """Return the observations of all frames by their names in `Episode.arrays`."""
     stacked = {name: np.stack([each[name] for each in observations]) for name in observations[0]}
     plain = {"vertices": "positions", "key_points": "key_points", "hands": "hands", "mask": "mask"}
     return {plain.get(name, f"camera.{name}"): value for name, value in stacked.items()}
 
 
 def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env: HandsEnv) -> EpisodeRecord:
-    """Return the record of an episode, with two results added if they are known or requested.
-
-    The first result is the success rate of the fold in disturbed simulations. The second result is the outcome in the
-    second simulator.
-    """
+    """Return the record with the success rate of its fold and the second simulator's outcome, if known or wanted."""
     outcome = recorder.specification.outcome
     if prepared.drawn.known is not None and not recorder.specification.fold.spread:
         record = record.with_share(*prepared.drawn.known)
@@ -246,7 +222,6 @@ def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env:
 
 
 def _second(simulator: str, task: Task, env: HandsEnv) -> dict[str, Any]:
-    """Return the outcome of an episode in a second simulator, in which the hands move in the same way."""
     try:
         final = named(simulator).simulate(env.scene()).positions[-1]
     except SimulationError:

@@ -1,8 +1,7 @@
 """The folder of a dataset: the episodes that are being recorded, then the finished files.
 
-While episodes are recorded, each episode is a file in the folder `.episodes`. After that, the finished files are
-written in the folder `.building`, and are moved to their final places. The file `dataset.json` is moved last. A folder
-without `dataset.json` is therefore unfinished. To resume the recording, the same command is run again.
+Each episode is a file in `.episodes` at first. Then the finished files are written in `.building`, and are moved to
+their places, `dataset.json` last, so a folder without it is unfinished.
 """
 
 from __future__ import annotations
@@ -31,23 +30,19 @@ from tatamu.policies.dataset.specification import DatasetSpecification
 VERSION = 1
 """Version of the folder's format."""
 LOCK = ".dataset-lock"
-"""Name of the file that a process locks while it makes a dataset."""
+"""Locked while a dataset is made."""
 FINISHED = (*PARTS, "states.zarr", "episodes.parquet", "dataset.html", "dataset.json")
-"""Files and folders of a finished dataset, in the order in which they are moved to their final places."""
+"""Parts of a finished dataset, in the order in which they are moved to their places."""
 
 
 class DatasetRecord(OpenRecord):
-    """The contents of `dataset.json`.
-
-    This file contains the specification of a dataset, and the versions of its format and of tatamu. It also contains
-    the numbers of episodes, frames and successes.
-    """
+    """The contents of `dataset.json`."""
 
     version: Literal[1] = 1
     tatamu: str = __version__
     specification: DatasetSpecification
     stand: Stand | None = None
-    """The robot, and the placement of the fold; None for floating hands."""
+    """None for floating hands."""
     episodes: int = 0
     frames: int = 0
     successes: int = 0
@@ -55,42 +50,42 @@ class DatasetRecord(OpenRecord):
 
 @dataclass(frozen=True)
 class DatasetFolder:
-    """A folder that contains a dataset or will contain one."""
+    """A folder that contains a dataset, or will."""
 
     path: Path
 
     @property
     def file(self) -> Path:
-        """File `dataset.json` with the description of the dataset."""
+        """The record of the dataset."""
         return self.path / "dataset.json"
 
     @property
     def table(self) -> Path:
-        """File `episodes.parquet` with a row for each episode."""
+        """A row for each episode."""
         return self.path / "episodes.parquet"
 
     @property
     def states(self) -> Path:
-        """Folder `states.zarr` with the states in the format Zarr."""
+        """The states in the format Zarr."""
         return self.path / "states.zarr"
 
     @property
     def page(self) -> Path:
-        """File `dataset.html` with the page of the dataset."""
+        """The page of the dataset."""
         return self.path / "dataset.html"
 
     @property
     def building(self) -> Path:
-        """Folder in which the finished files are written before they are moved to their final places."""
+        """Where finished files are written first."""
         return self.path / ".building"
 
     @property
     def started_file(self) -> Path:
-        """File with the description of a dataset that is being recorded."""
+        """The record of a dataset that is being recorded."""
         return self.path / ".episodes" / "started.json"
 
     def episode_file(self, number: int) -> Path:
-        """Return the file of a recorded episode by its number."""
+        """Return the file of a recorded episode."""
         return self.path / ".episodes" / f"{number:06d}.npz"
 
     @property
@@ -102,7 +97,7 @@ class DatasetFolder:
         """Return the record of a finished dataset.
 
         Raises:
-            InputError: If the folder contains no finished dataset, or a dataset of another version.
+            InputError: If there is none, or one of another version.
         """
         if not self.path.is_dir():
             raise InputError(f"{self.path}: must be the folder of a dataset, and is no folder")
@@ -113,7 +108,7 @@ class DatasetFolder:
         return _read_record(self.file)
 
     def locked(self) -> AbstractContextManager[object]:
-        """Lock the folder for this process, until the `with` statement ends.
+        """Lock the folder until the `with` statement ends.
 
         Raises:
             InputError: If another process writes a dataset here, or the folder cannot be written.
@@ -121,7 +116,7 @@ class DatasetFolder:
         return lock_folder(self.path, LOCK, "another dataset is being made here")
 
     def start(self, record: DatasetRecord) -> None:
-        """Start or resume the recording of a dataset.
+        """Start or resume recording.
 
         Raises:
             InputError: If the folder contains something else, or a dataset of another specification or version.
@@ -152,30 +147,22 @@ class DatasetFolder:
             )
 
     def keep(self, episode: Episode) -> None:
-        """Store a recorded episode, as a whole or not at all.
-
-        Raises:
-            InputError: If the file cannot be written.
-        """
+        """Store a recorded episode, as a whole or not at all."""
         about = np.array(episode.record.model_dump_json())
         write_npz(self.episode_file(episode.record.episode), {**episode.arrays, "record": about})
 
     def kept(self, number: int) -> Episode:
-        """Return a stored episode by its number.
+        """Return a stored episode.
 
         Raises:
-            InputError: If the file of the episode is missing or broken.
+            InputError: If its file is missing or broken.
         """
         file = self.episode_file(number)
         arrays = read_npz(file, "a recorded episode")
         return Episode(_record(file, arrays.pop("record")), arrays)
 
     def finish(self, record: DatasetRecord) -> None:
-        """Move the finished files to their final places, and remove the temporary files.
-
-        Raises:
-            InputError: If the folder cannot be written.
-        """
+        """Move the finished files to their places, and remove the temporary ones."""
         write_json(self.building / self.file.name, record.model_dump(mode="json"))
         try:
             for name in FINISHED:

@@ -32,7 +32,7 @@ from tatamu.simulation.side_by_side import executor_of, processors
 from tatamu.simulation.simulators import require
 
 Progress = Callable[[int, int], None]
-"""Function that is called with the number of recorded episodes and the number of all episodes."""
+"""Called with the number of recorded episodes and of all episodes."""
 UNDER_WAY = 64
 """Largest number of episodes that are submitted to the executor but not yet stored."""
 
@@ -75,10 +75,7 @@ def make_dataset(
 
 
 def _check(specification: DatasetSpecification) -> list[LearnedFold]:
-    """Check that a dataset can be recorded and written, and return the learned folds of its specification.
-
-    If the check fails, an error is raised before the first episode is recorded.
-    """
+    """Refuse what cannot be recorded before the first episode, and return the learned folds."""
     load_disturbances(specification.disturbances)
     needed("pyarrow")
     if "zarr" in specification.formats:
@@ -94,10 +91,7 @@ def _check(specification: DatasetSpecification) -> list[LearnedFold]:
 
 
 def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) -> Stand | None:
-    """Find the best placement of a fold in front of the robot, and return it with the robot; None for floating hands.
-
-    The fold is the first fold of the dataset. Its garment has the largest size that may be drawn at random.
-    """
+    """Place the first fold, with the largest garment that may be drawn; None for floating hands."""
     if specification.robot is None:
         return None
     drawn = draw_fold(specification, runs, 0)
@@ -136,12 +130,12 @@ def _record(recorder: Recorder, folder: DatasetFolder, workers: Executor, progre
 
 @dataclass
 class _Overview:
-    """Properties of all episodes that must be known before the first finished file is written."""
+    """What must be known of all episodes before the first finished file is written."""
 
     records: list[EpisodeRecord]
     extents: dict[str, Extent]
     key_points: set[int]
-    """The different numbers of key points in the episodes. Key points are corners and other ends of named edges."""
+    """The different numbers of key points."""
 
     @classmethod
     def of(cls, folder: DatasetFolder, count: int) -> _Overview:

@@ -20,7 +20,7 @@ from tatamu.show.quantity import NOTHING
 from tatamu.show.table import Table
 
 LEAST = 1e-4
-"""Smallest distance on the logarithmic axis of a chart [m]. Smaller distances appear in the chart at this value."""
+"""Smallest distance on a logarithmic axis [m]; smaller ones are shown at it."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 
@@ -98,7 +98,6 @@ def _words(record: EpisodeRecord) -> str:
 
 
 def _distances(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return a histogram of the distances between the episodes' folded cloth and its target."""
     values = np.array([max(_distance(record), LEAST) for record in records]) * 1e3
     edges = np.geomspace(0.9 * values.min(), 1.1 * values.max(), 31)
     counts, _ = np.histogram(values, edges)
@@ -126,7 +125,6 @@ def _distances(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _paths(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return a chart with a dot for each episode. The axes are the two parts of the objective, Eq. (10)."""
     clouds = []
     for succeeds, colour, name in ((True, "@plot", "succeeds"), (False, "@warm", "fails")):
         own = [record for record in records[:MOST_POINTS] if record.success == succeeds]
@@ -152,9 +150,6 @@ def _paths(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _distance(record: EpisodeRecord) -> float:
-    """Return the vertex distance of an episode that decides whether the fold succeeds [m].
-
-    It is infinite if the simulation of the episode failed.
-    """
+    """Return the distance that decides about success [m]; infinite if the simulation failed."""
     found = None if record.score is None else judged_distance(record.score)
     return np.inf if found is None else found

@@ -1,4 +1,4 @@
-"""The record of an episode: its fold, its disturbances, and the score of its outcome."""
+"""The record of an episode."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from tatamu.policies.dataset.subject import Subject
 
 
 class EpisodeRecord(Subject):
-    """The record of one episode, with everything that is needed to run its actions again."""
+    """One episode, with everything that is needed to run its actions again."""
 
     episode: int
-    """Number of the episode, from 0."""
+    """Index of the episode."""
     fold: int
-    """Number of the fold. Several episodes can have the same fold."""
+    """Index of the fold."""
     task: str
     """The task as text."""
     source: str
-    """Source of the fold: the word "drawn" for a randomly drawn fold, or the folder of a learned fold."""
+    """"drawn", or the folder of a learned fold."""
     parameters: dict[str, float]
     """Parameters x1, z1, x2, z2 [m], g1 and g2 of the hands' curve, Eq. (9)."""
     world: dict[str, float]
-    """Values of the disturbances, by their names. Disturbances with the value 0 are left out."""
+    """Values of the disturbances that are not 0."""
     frames: int
     """Number of actions in the episode."""
     vertices: int
@@ -36,49 +36,42 @@ class EpisodeRecord(Subject):
     score: Score | None
     """All measures of the outcome; None if the simulation failed."""
     held_draws: int = 0
-    """Number of disturbed simulations from which `held_share` is computed."""
+    """Number of scenarios that were simulated with this fold."""
     held: int = 0
-    """Number of disturbed simulations in which the fold succeeded."""
+    """Number of scenarios in which it succeeded."""
     held_from: str = ""
-    """Word that names the source of the disturbed simulations; empty if there are no disturbed simulations.
+    """Where the scenarios are from; empty if there are none.
 
-    The words mean:
-
-    - "worlds": the additional simulations that the specification requests
-    - "margins" or "study": the simulations of a learned fold
-    - "episodes": the episodes with the same fold
+    "worlds" are those that the specification asks for, "margins" and "study" those of a learned fold, and "episodes"
+    the episodes with the same fold.
     """
     held_share: float | None = None
-    """Success rate of this fold in disturbed simulations, from 0 to 1; None if there are no disturbed simulations."""
+    """Success rate of the fold in the scenarios, from 0 to 1; None if there are none."""
     held_interval: tuple[float, float] | None = None
-    """Confidence interval of the success rate `held_share` at 95 % (Clopper and Pearson 1934)."""
+    """Its 95 % interval (Clopper and Pearson 1934)."""
     second_simulator: str = ""
-    """Name of the second simulator; empty if there is no second simulator."""
+    """Empty if there is none."""
     second_success: bool | None = None
-    """Whether the fold succeeds in the second simulator; None if there is no second simulator."""
     second_mean_vertex_distance: float | None = None
-    """Mean vertex distance to the target in the second simulator [m].
-
-    None if there is no second simulator, or if the second simulator failed.
-    """
+    """[m]; None if there is no second simulator, or it failed."""
 
     def with_share(self, held: int, draws: int, source: str) -> EpisodeRecord:
-        """Return a copy of the record that contains the success rate of the fold in disturbed simulations."""
+        """Return the record with the success rate of its fold."""
         low, high = interval_of(held, draws)
         share = {"held_share": held / draws, "held_interval": (low, high)}
         return self.model_copy(update={"held": held, "held_draws": draws, "held_from": source, **share})
 
     @property
     def drawn_world(self) -> World:
-        """The world of the episode, which has a value of each disturbance."""
+        """The scenario of the episode."""
         return World(self.world)
 
 
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:
-    """Return copies of the records that contain the success rate of each fold in disturbed simulations.
+    """Return the records with the success rate of each fold.
 
-    The rate is computed from the additional simulations that the specification requests. If the specification requests
-    none, it is computed from the episodes with the same fold, if there are several.
+    The rate is that of the scenarios that the specification asks for, or else of the episodes with the same fold, if
+    there are several.
 
     Args:
         records: Records of all episodes.

@@ -23,11 +23,9 @@ class Replay:
 
     recorded: EpisodeRecord
     success: bool
-    """Whether the fold succeeds in the new simulation."""
     score: Score
-    """Score (all measures) of the outcome in the new simulation."""
     distances: np.ndarray
-    """Distance of each vertex between the new and the recorded final position [m], shape (n,)."""
+    """Distances between the new and the recorded final positions [m], shape (n,)."""
 
     @property
     def differs(self) -> bool:
@@ -39,8 +37,8 @@ def replay(dataset: Path | str, episode: int) -> Replay:
     """Run the actions of an episode in the simulator again.
 
     Args:
-        dataset: Folder of a dataset that `tatamu dataset` made. Its actions may have been changed since then.
-        episode: Number of the episode.
+        dataset: Folder of a dataset, whose actions may have been changed.
+        episode: Index of the episode.
 
     Raises:
         InputError: If there is no such dataset or episode, or a file is broken.

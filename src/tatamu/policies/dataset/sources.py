@@ -25,26 +25,16 @@ MOST_RUNS = 10_000
 
 @dataclass(frozen=True)
 class DrawnFold:
-    """A fold that has been chosen at random, but whose garment has not been made yet.
-
-    It contains the names of the garment, the plan and the material, and the random numbers for the hands' curve.
-    """
+    """The names and random numbers of a fold whose garment has not been made yet."""
 
     source: str
     subject: Subject
     unit: tuple[float, ...]
-    """Random numbers from -1 to 1, one for each of the parameters x1, z1, x2, z2, g1 and g2 of the hands' curve.
-
-    They are the differences between the hands' curve and the middle curve, near which it is chosen. At -1 and 1, a
-    parameter has the largest difference that the specification's `spread` allows.
-    """
+    """Deviation of each parameter from the middle curve, from -1 to 1, where 1 is the specification's `spread`."""
     middle: Parameters | None = None
-    """Parameters of the middle curve, near which the hands' curve is chosen at random.
-
-    They are the parameters of the learned fold. None if the middle curve is the default curve, an arch.
-    """
+    """Parameters of the middle curve, which is that of the learned fold; None for the arched curve."""
     known: tuple[int, int, str] | None = None
-    """Number of successes of the learned fold, number of its tests, and source of these numbers; None if unknown."""
+    """Successes of the learned fold, number of its scenarios, and their source."""
 
 
 @dataclass(frozen=True)
@@ -72,14 +62,13 @@ def read_runs(specification: DatasetSpecification) -> list[LearnedFold]:
 def draw_fold(
     specification: DatasetSpecification, runs: Sequence[LearnedFold], number: int, attempt: int = 0
 ) -> DrawnFold:
-    """Draw a fold at random.
+    """Draw a fold.
 
     Args:
         specification: The specification of the dataset.
-        runs: The learned folds that the specification names.
-        number: Number of the fold, from 0.
-        attempt: Number of the attempt, from 0. It is above 0 if the robot could not carry out the folds of earlier
-            attempts.
+        runs: The learned folds that it names.
+        number: Index of the fold.
+        attempt: Above 0 if the robot could not carry out the fold of earlier attempts.
     """
     generator = np.random.default_rng(np.random.SeedSequence([specification.seed, 0, number, attempt]))
     if runs:
@@ -104,11 +93,7 @@ def draw_fold(
 
 
 def check_names(specification: DatasetSpecification) -> None:
-    """Check the garments, plans and materials of a specification, before any episode is recorded.
-
-    Raises:
-        InputError: If a name is unknown, or a plan or a size does not fit a garment.
-    """
+    """Refuse unknown garments, plans and materials, and sizes that do not fit, before any episode is recorded."""
     garment = specification.drawn_garment
     materials = [None] if garment.material is None else _listed(garment.material)
     for name in _listed(garment.name):
@@ -118,10 +103,7 @@ def check_names(specification: DatasetSpecification) -> None:
 
 
 def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
-    """Return the subject with the largest size that may be drawn at random, for a garment, a plan and a material.
-
-    A subject is a garment and a step of a fold plan. The arguments are names.
-    """
+    """Return the subject of the largest size that may be drawn."""
     drawn = specification.drawn_garment
     return Subject(
         garment=garment,
@@ -153,10 +135,7 @@ def _folders(specification: DatasetSpecification) -> list[Path]:
 
 
 def _steps(path: Path) -> list[Path]:
-    """Return the folders of the learned folds in the folder of a run.
-
-    If a plan with several steps was learned, each step has a folder. Otherwise the folder itself is returned.
-    """
+    """Return the folders of a plan's steps, or the folder of a single fold."""
     folder = ResultFolder(path)
     if not path.is_dir():
         raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")

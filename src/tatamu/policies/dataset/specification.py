@@ -1,7 +1,4 @@
-"""The specification of a dataset: the folds, the recorded data, and the tests of the outcome.
-
-docs/reference/dataset-file.md explains every field.
-"""
+"""The specification of a dataset. docs/reference/dataset-file.md explains every field."""
 
 from __future__ import annotations
 
@@ -17,25 +14,21 @@ from tatamu.policies.envs.cameras import Camera
 from tatamu.simulation.material import Number
 
 MOST_EPISODES = 1_000_000
-"""Largest number of episodes in a dataset."""
 Format = Literal["lerobot", "zarr"]
 FORMATS: tuple[Format, ...] = get_args(Format)
-"""Names of the formats in which a dataset can be written."""
 
 
 class GarmentDraw(Record):
     """The garment, which is drawn at random for each fold."""
 
     name: Names = "towel"
-    """Name or file of a garment."""
     width: Distribution | None = None
-    """Width of the garment [m]; None for the garment's own width."""
+    """[m]; None for the garment's own."""
     length: Distribution | None = None
-    """Length of the garment [m]; None for the garment's own length."""
+    """[m]; None for the garment's own."""
     material: Names | None = None
-    """Name or file of a material; None for the garment's own material."""
     spacing: Annotated[Number, Field(gt=0.0)] | None = None
-    """Distance between vertices of the mesh [m]; None for the garment's own spacing."""
+    """[m]; None for the garment's own."""
     scale: Annotated[Number, Field(gt=0.0)] | None = None
     """Metres per unit of the garment's file; None if the file contains its unit."""
 
@@ -49,30 +42,26 @@ class GarmentDraw(Record):
 
     @property
     def largest(self) -> tuple[float, float] | None:
-        """The largest width and length that may be drawn [m]; None for the garment's own size."""
+        """Largest width and length that may be drawn [m]; None for the garment's own."""
         if self.width is None or self.length is None:
             return None
         return highest(self.width), highest(self.length)
 
 
 class FoldDraw(Record):
-    """The fold, which is drawn at random for each episode or group of episodes."""
+    """The fold, which is drawn for each group of episodes."""
 
     source: Literal["drawn", "learned", "sweep"] = "drawn"
     plan: Names = "half"
-    """Name or file of a fold plan, whose first step is folded. Used only for randomly drawn folds."""
+    """Name or file of a plan, whose first step is folded; only for drawn folds."""
     hands: Literal[1, 2] | None = None
-    """Number of hands that fold; None for the number in the fold plan. Used only for randomly drawn folds."""
+    """None for the plan's number; only for drawn folds."""
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
-    """Largest difference of each curve parameter from the middle curve, as a fraction of the search space.
-
-    The hands' curve is chosen at random near a middle curve. The middle curve is the learned fold's curve. Without a
-    learned fold, it is the default curve, an arch.
-    """
+    """Largest deviation of each parameter from the learned fold or the arched curve, as a fraction of its range."""
     runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
-    """Folders with learned folds, written by `tatamu learn`; None if `source` is not "learned"."""
+    """Folders of learned folds, for "learned"."""
     sweep: Annotated[str, Field(min_length=1)] | None = None
-    """Folder of a sweep, written by `tatamu sweep`; None if `source` is not "sweep"."""
+    """Folder of a sweep, for "sweep"."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -86,23 +75,21 @@ class FoldDraw(Record):
 
 
 class RobotDraw(Record):
-    """The robot whose arms fold. If the file gives no place for the fold, the best place is searched for."""
+    """The robot whose arms fold."""
 
     name: Annotated[str, Field(min_length=1)]
-    """Name of a robot, or a .toml file that describes a robot."""
     place: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
-    """x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search for them."""
+    """x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search."""
     table_height: Number | None = None
-    """Height of the table top in the robot's base [m]; None to search for it."""
+    """Height of the table top in the robot's base [m]; None to search."""
 
 
 class RecordOptions(Record):
-    """The observations that are recorded, and their rate."""
+    """What is recorded."""
 
     fps: Annotated[StrictInt, Field(ge=5, le=60)] = 10
     """Frames per second [1/s]."""
     cameras: list[Camera] = Field(default_factory=lambda: list[Camera](("top", "front")))
-    """Cameras whose pictures are stored as videos."""
     pixels: Annotated[StrictInt, Field(ge=64, le=512, multiple_of=2)] = 96
     """Height and width of pictures and masks [pixels]."""
 
@@ -117,12 +104,9 @@ class OutcomeOptions(Record):
     """Tests of each outcome, in addition to its score."""
 
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
-    """Number of additional disturbed simulations of each fold.
-
-    The dataset contains the success rate of the fold in these simulations.
-    """
+    """Number of scenarios that are simulated with each fold, besides the episodes."""
     simulator: Literal["mujoco", "blender"] | None = None
-    """A second simulator that repeats the hands' motion of each episode; None for no second simulator."""
+    """A second simulator, in which the hands move the same."""
 
 
 class DatasetSpecification(Record):
@@ -133,14 +117,14 @@ class DatasetSpecification(Record):
     seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] = 0
     formats: Annotated[list[Format], Field(min_length=1)] = Field(default_factory=lambda: list[Format](FORMATS))
     disturbances: str = "default"
-    """The disturbances: `default`, `none`, or a file. They are drawn at random for every episode."""
+    """`default`, `none`, or a file."""
     per_fold: Annotated[StrictInt, Field(ge=1, le=10_000)] = 1
-    """Number of episodes with the same fold. The disturbances are drawn again for each of them."""
+    """Number of episodes with the same fold."""
     garment: GarmentDraw | None = None
-    """Garment of randomly drawn folds; None for the towel of `tatamu learn towel`."""
+    """Only for drawn folds; None for the default towel."""
     fold: FoldDraw = FoldDraw()
     robot: RobotDraw | None = None
-    """The robot whose arms fold; None for floating hands."""
+    """None for floating hands."""
     record: RecordOptions = RecordOptions()
     outcome: OutcomeOptions = OutcomeOptions()
 
@@ -160,12 +144,12 @@ class DatasetSpecification(Record):
 
     @property
     def drawn_garment(self) -> GarmentDraw:
-        """The garment of randomly drawn folds."""
+        """The garment of drawn folds."""
         return self.garment or GarmentDraw()
 
     @property
     def cameras(self) -> list[Camera]:
-        """Cameras whose pictures are recorded."""
+        """Cameras that are recorded."""
         return self.record.cameras if "lerobot" in self.formats else []
 
 

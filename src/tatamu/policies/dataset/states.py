@@ -1,7 +1,7 @@
-"""States in the format Zarr 3: the positions of every vertex and hand over time.
+"""States in the format Zarr 3.
 
-The arrays are padded to the longest episode and the largest cloth. A shard is a file with a part of an array. A shard
-contains whole episodes, and one process writes it only once.
+Arrays are padded to the longest episode and the largest cloth. A shard, which is one file, contains whole episodes and
+is written once.
 """
 
 from __future__ import annotations
@@ -19,34 +19,30 @@ from tatamu.lerobot.extras import needed
 from tatamu.policies.dataset.episode import Episode
 
 SHARD = 16 << 20
-"""Largest size of a shard before compression [bytes]. A shard contains as many episodes as fit."""
+"""Largest size of a shard before compression [bytes]."""
 MOST_IN_SHARD = 64
-"""Largest number of episodes in a shard."""
 FRAMES = 16
-"""Number of frames in a chunk, which is the part of a shard that is read at once."""
+"""Frames in a chunk, which is read at once."""
 GAP: Mapping[str, Any] = {"f": np.nan, "i": -1, "b": False, "u": 0}
-"""Values that fill the unused parts of an array, by the kind of its numbers: float, int, bool, unsigned int.
-
-An array is unused after the last frame of an episode, and after the last vertex of a cloth.
-"""
+"""Values of padding, by the kind of numbers."""
 PER_FRAME = ("positions", "key_points", "hands", "mask", "state", "action", "reward")
-"""Names of an episode's arrays that have a row for each frame or action."""
+"""Arrays with a row for each frame or action."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """The shape and the type of an array of an episode. The shape is large enough for this array in every episode."""
+    """A shape that is large enough for an array of every episode, and its type."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
 
     def joined(self, array: np.ndarray) -> Extent:
-        """Return this extent, enlarged so that the array of another episode fits too."""
+        """Return the extent that the array of another episode fits, too."""
         return Extent(tuple(map(max, self.shape, array.shape)), self.dtype)
 
 
 def extend(extents: dict[str, Extent], episode: Episode) -> None:
-    """Enlarge the extents, one for each array, so that the arrays of another episode fit too."""
+    """Enlarge the extents of all arrays for another episode."""
     for name in (*PER_FRAME, "faces"):
         if name in episode.arrays:
             array = episode.arrays[name]
@@ -54,16 +50,16 @@ def extend(extents: dict[str, Extent], episode: Episode) -> None:
 
 
 class StateWriter:
-    """A Zarr group that is being written. Each shard, a file with several episodes, is written only once."""
+    """A Zarr group that is being written."""
 
     def __init__(self, root: Path, count: int, extents: Mapping[str, Extent], about: Mapping[str, Any]) -> None:
-        """Create the arrays of the Zarr group.
+        """Create the arrays.
 
         Args:
             root: Folder of the group.
             count: Number of episodes.
-            extents: Largest shape and type of each array, by the name of the array.
-            about: Attributes of the group, such as the version of tatamu.
+            extents: Extent of each array.
+            about: Attributes of the group.
 
         Raises:
             InputError: If the folder cannot be written, or zarr is not installed.
@@ -82,11 +78,7 @@ class StateWriter:
             raise unwritable(root, error) from None
 
     def add(self, episode: Episode) -> None:
-        """Append an episode.
-
-        Raises:
-            InputError: If a file cannot be written.
-        """
+        """Append an episode."""
         self._lengths.append(episode.record.frames)
         self._successes.append(episode.record.success)
         done = len(self._lengths)
@@ -101,11 +93,7 @@ class StateWriter:
             raise unwritable(self._root, error) from None
 
     def finish(self) -> None:
-        """Write the length and the success of each episode.
-
-        Raises:
-            InputError: If a file cannot be written.
-        """
+        """Write the length and the success of each episode."""
         try:
             self._group.create_array("length", data=np.array(self._lengths))
             self._group.create_array("success", data=np.array(self._successes))
@@ -114,12 +102,7 @@ class StateWriter:
 
 
 def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.ndarray]:
-    """Return the arrays of an episode from the Zarr group, without their padding.
-
-    Args:
-        root: Folder of the group.
-        episode: Number of the episode.
-        names: Names of the arrays.
+    """Return arrays of an episode without their padding.
 
     Raises:
         InputError: If there is no such array or episode, or the group is broken.
@@ -156,7 +139,6 @@ def _padded(array: np.ndarray, extent: Extent) -> np.ndarray:
 
 
 def _cut(array: np.ndarray, name: str, frames: int) -> np.ndarray:
-    """Return an array of one episode without the frames after its end and without padded vertices."""
     if name in PER_FRAME:
         array = array[: frames + (name not in ("action", "reward"))]
     if name in ("positions", "key_points"):

@@ -1,4 +1,4 @@
-"""The task of an episode as names and plain numbers, from which the task can be made again."""
+"""The task of an episode as names and numbers, from which it can be made again."""
 
 from __future__ import annotations
 
@@ -12,32 +12,30 @@ from tatamu.simulation.material import Material
 
 
 class Subject(OpenRecord):
-    """A garment, and a step of a fold plan."""
+    """A garment, and a step of a plan."""
 
     garment: str
-    """Name or file of the garment."""
     plan: str
-    """Name or file of the fold plan."""
     step: int = 0
-    """Number of the plan's step, from 0."""
+    """Index of the step."""
     size: list[float] | None = None
-    """Width and length of the garment [m]; None for the garment's own size."""
+    """[m]; None for the garment's own."""
     spacing: float | None = None
-    """Distance between vertices of the mesh [m]; None for the garment's own spacing."""
+    """[m]; None for the garment's own."""
     scale: float | None = None
     """Metres per unit of the garment's file; None if the file contains its unit."""
     hands: int | None = None
-    """Number of hands that fold; None for the plan's number."""
+    """None for the plan's number."""
     material: dict[str, float] | str | None = None
-    """Material without disturbances: its fields, its name or its file; None for the garment's own material."""
+    """Its fields, name or file; None for the garment's own."""
     start: list[float] | None = None
-    """Positions of the cloth before the fold [m]: x, y, z of each vertex; None if the cloth is flat on the table."""
+    """x, y, z of each vertex before the fold [m]; None if the cloth lies flat."""
 
     def make_task(self) -> Task:
-        """Return the task of the subject. The tasks that were made last are kept in memory.
+        """Return the task. The last ones are kept in memory.
 
         Raises:
-            InputError: If a file of the garment or the plan does not exist, or the names and numbers do not fit.
+            InputError: If a file does not exist, or the names and numbers do not fit.
         """
         return _made(self.model_dump_json(include=set(Subject.model_fields)))
 

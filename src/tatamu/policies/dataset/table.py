@@ -23,16 +23,12 @@ class TableWriter:
         self._rows: list[dict[str, Any]] = []
 
     def add(self, record: EpisodeRecord, final: np.ndarray) -> None:
-        """Append an episode with the final positions of the cloth [m], shape (n, 3)."""
+        """Append an episode with its final positions [m], shape (n, 3)."""
         kept = {"record": record.model_dump_json(), "final": final.ravel()}
         self._rows.append({"episode": record.episode, **columns_of(record), **kept})
 
     def write(self, path: Path) -> None:
-        """Write the table, as a whole or not at all.
-
-        Raises:
-            InputError: If the file cannot be written.
-        """
+        """Write the table, as a whole or not at all."""
         arrow = needed("pyarrow")
         columns = {name: arrow.array([row[name] for row in self._rows]) for name in self._rows[0]}
         whole = {name: each.cast("float64") if each.type == arrow.null() else each for name, each in columns.items()}
@@ -52,7 +48,7 @@ def read_records(path: Path) -> list[EpisodeRecord]:
 
 
 def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
-    """Return the record of an episode, and the final positions of the cloth [m], shape (n, 3).
+    """Return the record of an episode, and its final positions [m], shape (n, 3).
 
     Raises:
         InputError: If the file is missing or broken, or there is no such episode.

@@ -1,4 +1,4 @@
-"""Named cameras that quickly make small pictures of cloth and hands, from which a policy learns."""
+"""Small pictures of cloth and hands by named cameras, from which a policy learns."""
 
 from __future__ import annotations
 
@@ -14,26 +14,18 @@ from tatamu.simulation.mesh.zbuffer import z_buffer
 
 Camera = Literal["top", "front", "left", "right"]
 CAMERAS: tuple[Camera, ...] = get_args(Camera)
-"""Names of the cameras.
-
-The camera `top` looks straight down. The others look at the cloth from three sides, 45 degrees above the table.
-"""
+"""`top` looks straight down, the others from three sides at 45 degrees."""
 FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
-"""Direction from the cloth to each camera: angle about z from +x, and angle above the table [degrees].
-
-At the start of a fold, the hands are on the side of -x.
-"""
+"""Direction to each camera: angle about z from +x, and above the table [degrees]. The hands start on the side of -x."""
 FAR = 3.0
-"""Distance of a camera from the middle of the cloth, as a multiple of the visible area's radius."""
+"""Distance of a camera, in radii of what it sees."""
 ROOM = 1.1
-"""Ratio of the radius of the visible area to the radius of the flat cloth."""
+"""Radius of what is seen, in radii of the flat cloth."""
 HAND = 0.02
-"""Half the length of the octahedron that represents a hand in a picture [m]."""
+"""Half the length of a hand, which is shown as an octahedron [m]."""
 CORNERS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
 FACES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5]])
-"""Triangles of an octahedron, as numbers of its corners."""
 COLOURS = (LEFT, RIGHT)
-"""Colours of the left hand and of the right hand."""
 
 
 class Studio:
@@ -57,12 +49,12 @@ class Studio:
         self._table = to_pixels(np.append(rgb(TABLE), 1.0)[None, None])[0, 0, :3]
 
     def picture(self, camera: Camera, points: np.ndarray, hands: np.ndarray | None = None) -> np.ndarray:
-        """Return the picture of a camera: RGB, uint8, shape (h, w, 3).
+        """Return a picture: RGB, uint8, shape (h, w, 3).
 
         Args:
             camera: Name of the camera.
             points: Positions of the cloth [m], shape (n, 3).
-            hands: Positions of the hands [m], shape (k, 3); None to draw no hands.
+            hands: Positions of the hands [m], shape (k, 3); None to draw none.
         """
         mesh = self._mesh(points, np.empty((0, 3)) if hands is None else hands)
         view = _view(self.middle, self.radius, self.pixels, *FROM[camera])
@@ -73,10 +65,7 @@ class Studio:
         return picture
 
     def heights(self, points: np.ndarray) -> np.ndarray:
-        """Return the height of the highest layer at each pixel, as seen from above [m]: float32, shape (h, w).
-
-        The height is 0 if the pixel shows no cloth. The pixels are the same as in pictures of the camera `top`.
-        """
+        """Return the height of the cloth at each pixel of `top` [m], 0 beside it: float32, shape (h, w)."""
         scale = self.pixels / (2.0 * self.radius)
         across = (points[:, :2] - self.middle[:2]) * scale
         grid = np.column_stack([self.pixels / 2 - across, points[:, 2]])  # +x is up, +y to the left
@@ -84,7 +73,7 @@ class Studio:
         return np.where(np.isfinite(found), found, 0.0).astype(np.float32)
 
     def _mesh(self, points: np.ndarray, hands: np.ndarray) -> PaintedMesh:
-        """Return one mesh for a picture, which contains the cloth and an octahedron for each hand."""
+        """Return cloth and hands as one mesh."""
         count = len(points)
         faces = [self._faces, *(FACES + count + len(CORNERS) * number for number in range(len(hands)))]
         shapes = [points, *(hand + HAND * CORNERS for hand in hands)]
@@ -99,10 +88,7 @@ class Studio:
 
 
 def _view(middle: np.ndarray, radius: float, pixels: int, angle: float, height: float) -> View:
-    """Return the view of a camera that shows a ball around `middle` [m].
-
-    The camera's direction is given by an angle about z and an angle above the table [degrees].
-    """
+    """Return the view of a camera that shows a ball around `middle` [m], by the camera's angles [degrees]."""
     turn, rise = np.radians([angle, height])
     near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
     right = np.array([-np.sin(turn), np.cos(turn), 0.0])

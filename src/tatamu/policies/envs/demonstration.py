@@ -1,7 +1,4 @@
-"""A scripted policy: actions that move the hands along a manipulation, step by step.
-
-A manipulation is a planned motion of the hands that makes a fold.
-"""
+"""A scripted policy: actions that move the hands along a manipulation."""
 
 from __future__ import annotations
 
@@ -15,19 +12,16 @@ from tatamu.folding.manipulation import Manipulation
 
 @dataclass(frozen=True)
 class Led:
-    """The positions of all hands at the end of each step, and whether their jaws are closed during the step."""
+    """The hands' path, step by step."""
 
     places: np.ndarray
-    """Positions of the hands at the end of each step [m], shape (steps, hands, 3)."""
+    """At the end of each step [m], shape (steps, hands, 3)."""
     closed: np.ndarray
-    """Whether the jaws are closed in each step, shape (steps,)."""
+    """During each step, shape (steps,)."""
 
 
 def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: float) -> Led:
-    """Return the motion of the hands in a manipulation.
-
-    The hands go to their grasps with open jaws, then close and follow their paths, then open. If the hands are slower
-    than the manipulation, they need more time for the same paths.
+    """Return the path of the hands: open to the grasps, then closed along the manipulation. Slower hands take longer.
 
     Args:
         manipulation: The manipulation.
@@ -50,15 +44,13 @@ def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: fl
 
 
 def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.ndarray:
-    """Return the actions for a motion of the hands, float32, shape (steps + wait, 4 * hands).
-
-    An action has four numbers for each hand. After the motion, the hands wait with open jaws.
+    """Return the actions for a path, after which the hands wait open: float32, shape (steps + wait, 4 * hands).
 
     Args:
         led: Path of the hands.
-        start: Positions of the hands before the motion [m], shape (hands, 3).
+        start: Positions of the hands before it [m], shape (hands, 3).
         largest: Largest motion of a hand in a step, along each axis [m].
-        wait: Number of steps in which the hands wait.
+        wait: Number of steps to wait.
     """
     moves = np.diff(led.places, axis=0, prepend=start[None]) / largest
     jaws = np.broadcast_to(np.where(led.closed, 1.0, -1.0)[:, None, None], (*moves.shape[:2], 1))
@@ -69,20 +61,12 @@ def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.nda
 def follow(
     manipulation: Manipulation, start: np.ndarray, largest: float, rate: float, steps: int
 ) -> Iterator[np.ndarray]:
-    """Yield the actions of all hands for a demonstration of the manipulation.
-
-    Args:
-        manipulation: The manipulation.
-        start: Present positions of the hands [m], shape (hands, 3).
-        largest: Largest motion of a hand in a step, along each axis [m].
-        rate: Steps per second [1/s].
-        steps: Number of steps.
-    """
+    """Yield at most `steps` actions that demonstrate a manipulation. `lead` explains the arguments."""
     yield from actions_of(lead(manipulation, start, largest, rate), start, largest, steps)[:steps]
 
 
 def _places(manipulation: Manipulation, instants: np.ndarray) -> np.ndarray:
-    """Return how far each hand has moved from its grasp at k times [m], shape (k, hands, 3)."""
+    """Return how far the hands have moved from their grasps [m], shape (k, hands, 3)."""
     times, paths = manipulation.motion()
     return np.stack(
         [np.column_stack([np.interp(instants, times, column) for column in path.T]) for path in paths], axis=1

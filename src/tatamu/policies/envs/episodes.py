@@ -1,4 +1,4 @@
-"""Episodes of one task. A new world, which is one random draw of all disturbances, is drawn for each episode."""
+"""Episodes of one task, each in a scenario of its own."""
 
 from __future__ import annotations
 
@@ -31,16 +31,13 @@ class Episodes:
         return self.task.fold
 
     def draw(self, generator: np.random.Generator) -> World:
-        """Draw the world of an episode: values of all disturbances. Without disturbances, all values are nominal."""
+        """Draw the scenario of an episode."""
         if self.disturbances is None:
             return NOMINAL
         return worlds_of(self.disturbances, [generator.standard_normal(len(CHANNELS))])[0]
 
     def untouched(self, world: World) -> Scene:
-        """Return the scene of a world without hands: its cloth and its table.
-
-        A world is one random draw of all disturbances.
-        """
+        """Return the scene of a scenario without hands."""
         touched = disturbed_scene(self.fold, self.task.manipulation(arched_curve(self.fold)), world)
         return touched.model_copy(update={"grippers": []})
 
@@ -53,11 +50,7 @@ def make_episodes(
     spacing: float | None,
     disturbances: Disturbances | Path | str | None,
 ) -> Episodes:
-    """Make the episodes of an environment. The arguments have the same meaning as the environment's arguments.
-
-    Raises:
-        InputError: If an argument is wrong; the message names it.
-    """
+    """Make the episodes of an environment, whose arguments these are."""
     if not (disturbances is None or isinstance(disturbances, Disturbances)):
         disturbances = load_disturbances(str(disturbances))
     if isinstance(garment, Task):
@@ -69,14 +62,7 @@ def make_episodes(
 
 
 def hand_errors(fold: Fold, world: World, hands: int) -> np.ndarray:
-    """Return the error of each hand's assumed position [m], shape (hands, 3).
-
-    Args:
-        fold: The fold.
-        world: Values of all disturbances. Only the disturbances of the hands, of the table's height, and of the cloth's
-            position have an effect.
-        hands: Number of hands.
-    """
+    """Return the error of each hand's assumed position in a scenario [m], shape (hands, 3)."""
     place = np.array([world["cloth.place.along"], world["cloth.place.across"], world["table.height"]])
     shared = world.vector("hands.offset") - place
     apart = 0.5 * world.vector("hands.difference")

@@ -1,8 +1,4 @@
-"""The environment `tatamu/Fold-v0`, in which one action makes one fold.
-
-An action contains the six parameters of the hands' curve, Eq. (9). The reward is -C, where C is the objective of a
-fold, Eq. (10).
-"""
+"""The environment `tatamu/Fold-v0`: an action is the parameters of a curve, Eq. (9), and the reward -C, Eq. (10)."""
 
 from __future__ import annotations
 
@@ -23,7 +19,7 @@ from tatamu.search import Parameters
 from tatamu.simulation.material import Material
 
 NAMES = ("x1", "z1", "x2", "z2", "g1", "g2")
-"""Names of the numbers of an action, in their order."""
+"""Numbers of an action."""
 
 
 class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
@@ -47,13 +43,12 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         """Make the environment.
 
         Args:
-            garment: A garment, or the name or file of a garment.
-            fold: Name or file of a fold plan. Only the first fold of the plan is made.
-            size: Width and length of the garment [m]; None for the garment's own size.
-            material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
-            spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
-            disturbances: Disturbances, "default", or the file of disturbances. They are drawn again for each episode.
-                None for no disturbances.
+            garment: A garment, its name or file.
+            fold: Name or file of a plan, whose first fold is made.
+            size: Width and length of the garment [m]; None for the garment's own.
+            material: Material, its preset or file; None for the garment's own.
+            spacing: Distance between vertices of the mesh [m]; None for the garment's own.
+            disturbances: Disturbances that are drawn for each episode, "default" or a file; None for none.
             observation: Name of an observation, or several names.
             pixels: Height and width of masks, depths and pictures.
             render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
@@ -74,13 +69,6 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Lay the garment down, and draw new disturbances.
-
-        Args:
-            seed: Random seed for the disturbances of this and the following episodes; None to continue the random
-                sequence.
-            options: Must be None or empty, because there are no options.
-        """
         super().reset(seed=seed)
         self._world = self.episodes.draw(self.np_random)
         self._positions = self.task.fold.start
@@ -90,8 +78,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         """Make one fold, which ends the episode.
 
         Args:
-            action: The six parameters of the hands' curve, Eq. (9), shape (6,). Each parameter is scaled so that its
-                bounds become -1 and 1.
+            action: Parameters whose bounds are scaled to -1 and 1, shape (6,).
 
         Raises:
             InputError: If the action does not have this shape, or is not finite.
@@ -109,7 +96,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observe(), -found.objective, True, False, info
 
     def parameters(self, action: np.ndarray) -> Parameters:
-        """Return the parameters of the hands' curve, Eq. (9), for an action. Values below -1 or above 1 are clipped.
+        """Return the parameters of an action. Values below -1 or above 1 are clipped.
 
         Raises:
             InputError: If the action does not have the shape (6,), or is not finite.
@@ -124,7 +111,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return {name: bounds[name].nearest(bounds[name].low + each * ranges[name]) for name, each in given_parts}
 
     def action(self, parameters: Parameters) -> np.ndarray:
-        """Return the action for the parameters of the hands' curve, Eq. (9), shape (6,)."""
+        """Return the action for parameters, shape (6,)."""
         self.task.space.check(parameters)
         bounds = [self.task.space.bounds[name] for name in NAMES]
         values = [parameters[name] for name in NAMES]
@@ -133,7 +120,6 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return np.array(2.0 * np.array(parts) - 1.0, dtype=np.float32)
 
     def render(self) -> np.ndarray | None:
-        """Return the picture of the camera `front`: RGB, uint8, shape (h, w, 3); None without a render mode."""
         if self.render_mode is None:
             return None
         return self._observer.studio.picture("front", self._positions)

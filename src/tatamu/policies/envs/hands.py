@@ -31,18 +31,11 @@ RATE = 10
 MOST_RATE = 60
 """Largest number of steps per second [1/s]."""
 NEVER = 1e6
-"""A time after the end of every episode [s].
-
-The grippers of the scene are set to close at this time, so they never close by themselves. Instead, they follow the
-targets that each step gives them.
-"""
+"""Time at which the scene's grippers close by themselves, after every episode [s]."""
 
 
 class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
-    """An environment with hands that fold a garment step by step.
-
-    docs/reference/env-hands.md has the spaces and the rewards.
-    """
+    """An environment in which hands fold step by step. docs/reference/env-hands.md has the spaces and the rewards."""
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012 (Gymnasium's name and form)
 
@@ -66,20 +59,18 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """Make the environment.
 
         Args:
-            garment: A garment, or the name or file of a garment. It may also be a task, which already contains
-                the fold, the size, the material and the spacing.
-            fold: Name or file of a fold plan. Only the first fold of the plan is made.
-            size: Width and length of the garment [m]; None for the garment's own size.
-            material: Material of the cloth, or the preset or file of a material; None for the garment's own material.
-            spacing: Distance between vertices of the mesh [m]; None for the garment's own spacing.
-            disturbances: Disturbances, "default", or the file of disturbances. They are drawn again for each episode.
-                None for no disturbances.
+            garment: A garment, its name or file; or a task, with its fold, size, material and spacing.
+            fold: Name or file of a plan, whose first fold is made.
+            size: Width and length of the garment [m]; None for the garment's own.
+            material: Material, its preset or file; None for the garment's own.
+            spacing: Distance between vertices of the mesh [m]; None for the garment's own.
+            disturbances: Disturbances that are drawn for each episode, "default" or a file; None for none.
             observation: Name of an observation, or several names.
             pixels: Height and width of masks, depths and pictures.
-            reward: "dense" to reward progress towards the target and success, "sparse" to reward only success.
+            reward: "dense" to reward progress and success, "sparse" to reward only success.
             seconds: Length of an episode [s].
             rate: Steps per second [1/s].
-            options: Limits of the hands and conditions of success; None for the defaults.
+            options: Limits of the hands, and conditions of success; None for the defaults.
             render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
 
         Raises:
@@ -113,15 +104,11 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Lay the garment down, and draw new disturbances.
-
-        The hands are open, at the corners that the fold moves.
+        """Lay the garment down, with open hands at the corners that the fold moves.
 
         Args:
-            seed: Random seed for the disturbances of this and the following episodes; None to continue the random
-                sequence.
-            options: None, or a dictionary with the entry "world": values of disturbances by their names. With this
-                entry, no disturbances are drawn.
+            seed: Seed of the disturbances from here on; None to continue the sequence.
+            options: "world", the values of disturbances by name, instead of random ones.
         """
         super().reset(seed=seed)
         given = (options or {}).get("world")
@@ -144,12 +131,11 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observer.observe(self._view), {**self._info(False, None, ""), "world": dict(world.values)}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Move the hands for one step, which lasts a tenth of a second by default.
+        """Move the hands for one step.
 
         Args:
-            action: Four numbers from -1 to 1 for each hand, in one array of length 4 x hands. The first three numbers
-                are the hand's motion along x, y and z, as fractions of the largest motion. If the fourth number is
-                above 0, the jaw closes.
+            action: For each hand its motion along x, y and z, as a fraction of the largest one, and a number above 0 to
+                close its jaws; from -1 to 1, shape (4 * hands,).
 
         Raises:
             InputError: If the action does not have this shape, or is not finite.
@@ -176,11 +162,11 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Move the hands to the positions `places` in one step. Unlike `step`, this method does not limit their speed.
+        """Move the hands in one step, however fast.
 
         Args:
             places: Assumed positions of the hands at the end of the step [m], shape (hands, 3).
-            closed: Whether each jaw is closed from the start of the step, shape (hands,).
+            closed: Whether the jaws are closed from its start, shape (hands,).
         """
         self._done += 1
         targets = [
@@ -202,13 +188,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observer.observe(self._view), progress + float(success), success, over and not success, info
 
     def follow(self, parameters: Parameters) -> Iterator[np.ndarray]:
-        """Yield actions with which the hands follow a manipulation, as a demonstration.
-
-        A manipulation is a planned motion of the hands that makes a fold. The hands first go to the grasps with open
-        jaws, then close and follow their paths.
-
-        Args:
-            parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of the hands' curve, Eq. (9).
+        """Yield actions that demonstrate the fold of these parameters: to the grasps, then along the curve.
 
         Raises:
             InputError: If a parameter is wrong.
@@ -216,14 +196,10 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return follow(self.task.manipulation(parameters), self.start, self.largest, self.rate, self.steps)
 
     def scene(self) -> Scene:
-        """Return the hands' motion in this episode so far as a scene, which any simulator can run.
-
-        The scene ends `SETTLE` seconds after the last step.
-        """
+        """Return the episode so far as a scene, which ends `SETTLE` seconds after the last step."""
         return scene_of_led(self._scene, self._led, self.rate)
 
     def render(self) -> np.ndarray | None:
-        """Return the picture of the camera `front`: RGB, uint8, shape (h, w, 3); None without a render mode."""
         if self.render_mode is None:
             return None
         return self._observer.studio.picture("front", self._view.positions, self._view.seen)
@@ -233,10 +209,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._view.positions, self._score()
 
     def _near(self, jaw: Jaw) -> tuple[int, ...]:
-        """Return the vertices that a jaw grasps if it closes now.
-
-        These are the vertices within the jaw's reach that no other jaw holds.
-        """
+        """Return the vertices within reach that no other jaw holds."""
         reach = max(self.options.reach, 0.6 * self.task.garment.spacing)
         near = np.flatnonzero(np.linalg.norm(self._simulation.positions - jaw.actual, axis=1) <= reach)
         held = {vertex for other in self._jaws for vertex in other.held}
@@ -252,14 +225,10 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         )
 
     def _measure(self) -> float:
-        """Return the mean distance of the vertices from their target positions [m]."""
         return float(vertex_distances(self.task.fold.target, self._view.positions).mean())
 
     def _succeeds(self) -> bool:
-        """Return whether the fold is successful.
-
-        It is successful if its `Score` is good, the hands are open, and the cloth is at rest.
-        """
+        """Return whether the score is good, the hands are open, and the cloth rests."""
         if self._view.closed.any() or np.linalg.norm(self._view.velocities, axis=1).mean() > self.options.calm:
             return False
         near = self._distance <= Limits().mean_vertex_distance  # tested first, because the view from above takes longer

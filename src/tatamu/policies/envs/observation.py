@@ -14,39 +14,31 @@ from tatamu.garments import Garment
 from tatamu.policies.envs.cameras import Camera, Studio
 
 Observation = np.ndarray | dict[str, np.ndarray]
-"""One array, or several arrays by their names."""
 PLAIN = ("vertices", "velocities", "key_points", "mask", "depth", "hands")
-"""Names of the observations that are not pictures."""
 OBSERVATIONS = (*PLAIN, *get_args(Camera))
-"""Names of all observations. The last names are those of the cameras, whose observations are pictures."""
+"""All observations; those with the names of cameras are pictures."""
 WIDEST = 1e3
-"""Largest coordinate [m] and largest velocity [m/s] that the observation space allows."""
+"""Bound of coordinates [m] and velocities [m/s] in the observation space."""
 
 
 @dataclass(frozen=True)
 class View:
-    """The state of a scene at one time, from which observations are made."""
+    """The state of a scene, from which observations are made."""
 
     positions: np.ndarray
     """Positions of the cloth [m], shape (n, 3)."""
     velocities: np.ndarray
     """Velocities of the cloth [m/s], shape (n, 3)."""
     hands: np.ndarray
-    """Assumed positions of the hands, without their errors [m], shape (k, 3)."""
+    """Assumed positions of the hands [m], shape (k, 3)."""
     seen: np.ndarray
-    """Actual positions of the hands, which cameras show [m], shape (k, 3)."""
+    """Actual positions of the hands [m], shape (k, 3)."""
     closed: np.ndarray
-    """State of each hand, shape (k,): 1 if the hand holds cloth, 0 if not."""
+    """1 for hands that hold cloth, shape (k,)."""
 
 
 def key_points(garment: Garment) -> np.ndarray:
-    """Return the vertices at which a named edge of the garment ends.
-
-    These are corners, and the ends of hems, openings and seams.
-
-    Returns:
-        Numbers of the vertices, in increasing order, shape (k,).
-    """
+    """Return the vertices at which a named edge ends, in increasing order, shape (k,)."""
     ends = [end for path in garment.edges.values() for end in (path[0], path[-1])]
     return np.unique(np.array(ends, dtype=np.int64))
 
@@ -62,8 +54,8 @@ class Observer:
         Args:
             garment: The garment.
             start: Positions of the cloth before the fold [m], shape (n, 3).
-            names: One name of `OBSERVATIONS` to get an array, or several names to get arrays by name.
-            hands: Number of hands whose positions can be observed.
+            names: A name to get an array, or several to get arrays by name.
+            hands: Number of hands that can be observed.
             pixels: Height and width of masks, depths and pictures.
 
         Raises:

@@ -12,9 +12,7 @@ from tatamu.simulation.scene import Gripper, Scene
 
 
 def scene_of_led(untouched: Scene, led: Sequence[Sequence[HandTarget | None]], rate: float) -> Scene:
-    """Return the scene of hands that were moved step by step.
-
-    The scene ends `SETTLE` seconds after the last step.
+    """Return the scene of hands that were moved step by step, which ends `SETTLE` seconds after the last step.
 
     Args:
         untouched: The scene without hands.
@@ -28,7 +26,7 @@ def scene_of_led(untouched: Scene, led: Sequence[Sequence[HandTarget | None]], r
 
 
 def _grippers(hand: int, targets: Sequence[HandTarget | None], rate: float) -> list[Gripper]:
-    """Return the grippers of one hand: one gripper for each period in which the hand was closed."""
+    """Return a gripper for each period in which a hand was closed."""
     found: list[Gripper] = []
     times: list[float] = []
     places: list[np.ndarray] = []

@@ -1,7 +1,4 @@
-"""Several environments that are simulated at the same time, in threads.
-
-The simulations run in compiled code, so the threads do not wait for each other.
-"""
+"""Several environments at a time, in threads, as compiled code does not hold Python's lock."""
 
 from __future__ import annotations
 
@@ -23,10 +20,7 @@ Env = gymnasium.Env[Any, Any]
 
 
 class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
-    """Environments of the same kind that are stepped together.
-
-    If the episode of an environment has ended, its next step resets the environment.
-    """
+    """Environments that are stepped together. The step after the end of an episode resets it, with reward 0."""
 
     def __init__(self, make: Callable[[], Env], num_envs: int) -> None:
         """Make the environments.
@@ -57,9 +51,8 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         """Reset all environments.
 
         Args:
-            seed: Seed of the first environment; each further environment has the next larger seed. It may also be a
-                list with one seed for each environment. None to continue the random sequences.
-            options: Options that every environment gets.
+            seed: Seed of the first environment, from which the others count on, or a list of seeds; None to go on.
+            options: Options for every environment.
         """
         seeds = [seed + number for number in range(self.num_envs)] if isinstance(seed, int) else seed
         each = seeds or [None] * self.num_envs
@@ -72,13 +65,11 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Step all environments.
 
-        If the episode of an environment has ended, the environment is reset instead, with reward 0.
-
         Args:
             actions: One action for each environment, shape (num_envs, ...).
 
         Raises:
-            InputError: If the number of actions differs from the number of environments, or an action is wrong.
+            InputError: If the number of actions is wrong, or an action is.
         """
         if len(actions) != self.num_envs:
             raise InputError(f"actions: must be one for each of {self.num_envs} environments, given {len(actions)}")
@@ -89,11 +80,9 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         return self._batch(observations), np.array(rewards, dtype=np.float64), *flags, self._infos(infos)
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return the pictures of all environments; None without a render mode."""
         return None if self.render_mode is None else tuple(env.render() for env in self.envs)
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Close the environments, and end the threads."""
         for env in self.envs:
             env.close()
         self._pool.shutdown()
@@ -129,10 +118,10 @@ def _step_or_reset(env: Env, action: Any, ended: bool) -> tuple[Any, float, bool
 
 
 def vector_of_folds(num_envs: int = 1, **arguments: Any) -> ThreadedVectorEnv:
-    """Make several `FoldEnv` environments with the same arguments, which are stepped together."""
+    """Make `FoldEnv` environments with the same arguments."""
     return ThreadedVectorEnv(lambda: FoldEnv(**arguments), num_envs)
 
 
 def vector_of_hands(num_envs: int = 1, **arguments: Any) -> ThreadedVectorEnv:
-    """Make several `HandsEnv` environments with the same arguments, which are stepped together."""
+    """Make `HandsEnv` environments with the same arguments."""
     return ThreadedVectorEnv(lambda: HandsEnv(**arguments), num_envs)
