@@ -183,7 +183,7 @@ def test_a_full_disk_is_one_line_and_the_run_is_resumed(tmp_path: Path) -> None:
 
 
 def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="must be the folder of a dataset, and is no folder"):
+    with pytest.raises(InputError, match="must be the folder of a dataset, but is not a folder"):
         replay(tmp_path / "nothing", 0)
     with pytest.raises(InputError, match=r"has no dataset\.json"):
         replay(tmp_path, 0)

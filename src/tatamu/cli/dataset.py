@@ -74,8 +74,10 @@ def replay(
     from tatamu.cli.progress import prepare
     from tatamu.policies.dataset import DatasetFolder
     from tatamu.policies.dataset import replay as again
+    from tatamu.policies.dataset.table import read_outcome
 
-    DatasetFolder(folder).read()  # a wrong folder is named before the compiling
+    DatasetFolder(folder).read()
+    read_outcome(DatasetFolder(folder).table, episode)  # wrong arguments are refused before the simulator is compiled
     prepare("native")
     found = again(folder, episode)
     before = found.recorded.score

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import logging
+import re
 import sys
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tatamu.base.errors import InputError, UnavailableError
-from tatamu.cluster.address import SchedulerAddress, parse_address
 
 if TYPE_CHECKING:
     import distributed
 
     from tatamu.cluster.executor import DaskExecutor
 
+MOST_LOCAL = 1024
+"""Largest number of worker processes that can be started on this machine."""
 CONNECT_SECONDS = 5.0
 """Time limit for a scheduler's answer when the program connects to the scheduler [s]."""
 KILLED_WORKERS = 3
@@ -33,6 +36,35 @@ SETTINGS: dict[str, Any] = {
     "distributed.admin.tick.interval": "1s",  # the default is fifty ticks a second in every Dask process
     "distributed.deploy.lost-worker-timeout": "1 day",  # with less, a worker that dies twice in 15 s is not restarted
 }
+
+
+@dataclass(frozen=True)
+class SchedulerAddress:
+    """The address of a scheduler."""
+
+    text: str
+    """The address as the user gave it."""
+    local: int | None
+    """Number of worker processes to start on this machine; None if the scheduler is already running."""
+
+
+def parse_address(text: str) -> SchedulerAddress:
+    """Read an address.
+
+    Raises:
+        InputError: If the text is not an address.
+    """
+    if found := re.fullmatch(r"local:([0-9]{1,6})", text):
+        count = int(found[1])
+        if not 1 <= count <= MOST_LOCAL:
+            raise InputError(f"--scheduler: local:N takes from 1 to {MOST_LOCAL} workers, given {text!r}")
+        return SchedulerAddress(text, count)
+    if found := re.fullmatch(r"(?:tcp|tls)://(?:\[[0-9a-fA-F:.%]+\]|[\w.-]+):([0-9]{1,5})", text):
+        if 1 <= int(found[1]) <= 65535:
+            return SchedulerAddress(text, None)
+    raise InputError(
+        f"--scheduler: must be tcp://HOST:PORT, tls://HOST:PORT, or local:N for N processes here, given {text!r}"
+    )
 
 
 @contextmanager

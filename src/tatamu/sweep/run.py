@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
-from threading import Event, RLock
+from threading import Event, Lock
 from typing import Any
 
 from tatamu.base.errors import TatamuError, UnavailableError
@@ -54,10 +53,46 @@ def run_sweep(
     """
     with lock_folder(folder.path, ".sweep-lock", "another sweep is running here"):
         before = {record.name: record for record in folder.read()}
-        state = _Sweep(folder, [_begun(task, before, folder, trials) for task in tasks], show)
-        state.write()
-        state.run(learned, at_a_time)
-        return state.records
+        records = {task.name: _begun(task, before, folder, trials) for task in tasks}
+        folder.write(list(records.values()))
+        lock, stopped = Lock(), Event()
+
+        def keep(record: TaskRecord) -> None:
+            with lock:
+                records[record.name] = record
+                folder.write(list(records.values()))
+            show(record, None)
+
+        def run(task: TaskRecord) -> None:
+            running = task.model_copy(update={"state": "running"})
+
+            def progress(now: Any) -> None:
+                if stopped.is_set():
+                    raise _StoppedError
+                show(running, now)
+
+            try:
+                progress(None)
+                learned(task.options, folder.of_task(task.name), progress)
+                ended = completed(task, folder.of_task(task.name))
+            except (_StoppedError, UnavailableError):
+                raise
+            except Exception as error:
+                if stopped.is_set():
+                    raise
+                ended = task.model_copy(update={"state": "failed", "error": _said(error)})
+            keep(ended)
+
+        with ThreadPoolExecutor(at_a_time, thread_name_prefix="sweep") as pool:
+            begun = [pool.submit(run, record) for record in records.values() if record.state != "complete"]
+            try:
+                for future in as_completed(begun):
+                    future.result()
+            except BaseException:
+                stopped.set()
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+        return list(records.values())
 
 
 def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, trials: int) -> TaskRecord:
@@ -67,81 +102,6 @@ def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, 
     if known is not None and holds_task(known, folder.of_task(task.name), wanted):
         return known
     return TaskRecord(name=task.name, options=task.options)
-
-
-@dataclass
-class _Sweep:
-    """A sweep whose tasks are being run."""
-
-    folder: SweepFolder
-    records: list[TaskRecord]
-    show: Shown
-
-    def __post_init__(self) -> None:
-        self._lock = RLock()
-        self._stop = Event()
-
-    def run(self, learned: Learned, at_a_time: int) -> None:
-        """Run all tasks that are not complete.
-
-        Raises:
-            UnavailableError: If a task raises this error. Then all tasks are stopped.
-        """
-        with ThreadPoolExecutor(at_a_time, thread_name_prefix="sweep") as pool:
-            numbers = [k for k, record in enumerate(self.records) if record.state != "complete"]
-            futures = [pool.submit(self._one, number, learned) for number in numbers]
-            try:
-                _first_error(futures)
-            except BaseException:
-                self._stop.set()
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
-
-    def write(self) -> None:
-        """Write `sweep.json`. A running task is written with the state "waiting"."""
-        with self._lock:
-            waiting = {"state": "waiting"}
-            self.folder.write([r.model_copy(update=waiting) if r.state == "running" else r for r in self.records])
-
-    def _one(self, number: int, learned: Learned) -> None:
-        record = self.records[number]
-        self._change(number, record.model_copy(update={"state": "running"}))
-        path = self.folder.of_task(record.name)
-
-        def progress(now: Any) -> None:
-            if self._stop.is_set():
-                raise _StoppedError
-            self.show(self.records[number], now)
-
-        try:
-            progress(None)
-            learned(record.options, path, progress)
-            ended = completed(record, path)
-        except (_StoppedError, UnavailableError):
-            self._change(number, record)
-            raise
-        except Exception as error:
-            if self._stop.is_set():
-                self._change(number, record)
-                raise
-            ended = record.model_copy(update={"state": "failed", "error": _said(error)})
-        self._change(number, ended)
-        self.write()
-
-    def _change(self, number: int, record: TaskRecord) -> None:
-        with self._lock:
-            self.records[number] = record
-        self.show(record, None)
-
-
-def _first_error(futures: Sequence[Future[None]]) -> None:
-    """Wait for all futures. If a future ends with an error, raise this error at once."""
-    waiting = set(futures)
-    while waiting:
-        ended, waiting = wait(waiting, return_when="FIRST_COMPLETED")
-        for future in futures:  # in the order of tasks, because several may have ended
-            if future in ended:
-                future.result()
 
 
 def _said(error: Exception) -> str:

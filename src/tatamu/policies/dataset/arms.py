@@ -21,6 +21,7 @@ from tatamu.robots import load
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import HandMotion
+from tatamu.robots.kinematics import follow
 from tatamu.robots.model import Robot, state_names
 from tatamu.robots.pairs import DISTANCES
 from tatamu.robots.paths import tool_poses
@@ -28,8 +29,6 @@ from tatamu.robots.placement import Grip, Hold, Placement
 from tatamu.robots.pose import pose
 from tatamu.robots.reach import best_placements, search, table_heights
 
-REACHED = 1e-5
-"""Largest error of a reached pose [m]; rotations [rad] count by `chain.LENGTH`."""
 ROUNDS = 4
 """Largest number of times that a motion is slowed down because a joint is too fast."""
 
@@ -168,19 +167,12 @@ class Arms:
         X_BF = self.placement.matrix
         points = (places @ X_BF[:3, :3].T + X_BF[:3, 3]).transpose(1, 0, 2)
         trunk = self.placement.trunk(places.transpose(1, 0, 2))
-        both = []
-        for chain, arm, tool, path in zip(self._chains, self.robot.arms, self._tools, points, strict=True):
-            rotation, offset = tool
-            targets = chain.before_trunk(pose(rotation, path + offset), trunk)
-            angles = [arm.initial]
-            for number, target in enumerate(targets):
-                steps = 60 if number == 0 else 20
-                found, reached = chain.solve(target[None], angles[-1][None], steps=steps, tolerance=REACHED)
-                if not reached[0]:
-                    raise OutOfReachError(f"{arm.name} does not reach step {number}")
-                angles.append(found[0])
-            both.append(np.array(angles[1:]))
-        return self.robot.configuration(both, trunk)
+        tools = [pose(rotation, path + offset) for (rotation, offset), path in zip(self._tools, points, strict=True)]
+        start = self.robot.configuration([arm.initial for arm in self.robot.arms])
+        q, missed = follow(self.robot, self._chains, np.stack(tools), trunk, start)
+        if missed is not None:
+            raise OutOfReachError(f"{missed.arm} does not reach step {missed.point}: {missed.reason}")
+        return q
 
     def _check_clearance(self, q: np.ndarray) -> None:
         clearance = Clearance(self.robot)

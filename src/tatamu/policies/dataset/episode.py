@@ -17,9 +17,8 @@ from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.score import score
 from tatamu.folding.task import Task
 from tatamu.policies.dataset.arms import Arms, OutOfReachError, Stand
-from tatamu.policies.dataset.curve import parameters_of
 from tatamu.policies.dataset.record import EpisodeRecord
-from tatamu.policies.dataset.sources import DrawnFold, LearnedFold, draw_fold
+from tatamu.policies.dataset.sources import DrawnFold, LearnedFold, draw_fold, parameters_of
 from tatamu.policies.dataset.specification import DatasetSpecification
 from tatamu.policies.dataset.subject import fields_of
 from tatamu.policies.envs.cameras import Camera, Studio

@@ -100,7 +100,7 @@ class DatasetFolder:
             InputError: If there is none, or one of another version.
         """
         if not self.path.is_dir():
-            raise InputError(f"{self.path}: must be the folder of a dataset, and is no folder")
+            raise InputError(f"{self.path}: must be the folder of a dataset, but is not a folder")
         if not self.file.exists():
             unfinished = self.started_file.exists()
             why = "it is unfinished: run the same `tatamu dataset` again" if unfinished else "has no dataset.json"

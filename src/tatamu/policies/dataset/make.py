@@ -18,13 +18,12 @@ from tatamu.evaluation.disturbances import load_disturbances
 from tatamu.lerobot.extras import needed
 from tatamu.lerobot.video import check_codec
 from tatamu.policies.dataset.arms import Stand, find_stand
-from tatamu.policies.dataset.curve import parameters_of
 from tatamu.policies.dataset.demonstrations import add_demonstration, start_writer
 from tatamu.policies.dataset.episode import Episode, Recorder, record_episode
 from tatamu.policies.dataset.folder import DatasetFolder, DatasetRecord
 from tatamu.policies.dataset.page import page
 from tatamu.policies.dataset.record import EpisodeRecord, with_shares
-from tatamu.policies.dataset.sources import LearnedFold, check_names, draw_fold, read_runs
+from tatamu.policies.dataset.sources import LearnedFold, check_names, draw_fold, parameters_of, read_runs
 from tatamu.policies.dataset.specification import DatasetSpecification, read_specification
 from tatamu.policies.dataset.states import Extent, StateWriter, extend
 from tatamu.policies.dataset.table import TableWriter

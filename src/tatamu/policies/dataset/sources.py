@@ -10,6 +10,8 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.evaluation.success import Success
+from tatamu.folding.parameters import arched_curve
+from tatamu.folding.task import Task
 from tatamu.policies.dataset.distribution import choose, draw
 from tatamu.policies.dataset.specification import DatasetSpecification
 from tatamu.policies.dataset.subject import Subject, fields_of
@@ -92,6 +94,22 @@ def draw_fold(
     return DrawnFold("drawn", subject, _unit(generator))
 
 
+def parameters_of(drawn: DrawnFold, task: Task, spread: float) -> Parameters:
+    """Return the parameters of a drawn fold.
+
+    Args:
+        drawn: The random numbers of the fold.
+        task: The task of the fold.
+        spread: Largest deviation from the middle curve, as a fraction of each parameter's range.
+    """
+    middle = drawn.middle or arched_curve(task.fold)
+    bounds = task.space.bounds
+    return {
+        name: bounds[name].nearest(middle[name] + spread * each * (bounds[name].high - bounds[name].low))
+        for name, each in zip(bounds, drawn.unit, strict=True)
+    }
+
+
 def check_names(specification: DatasetSpecification) -> None:
     """Refuse unknown garments, plans and materials, and sizes that do not fit, before any episode is recorded."""
     garment = specification.drawn_garment
@@ -138,7 +156,7 @@ def _steps(path: Path) -> list[Path]:
     """Return the folders of a plan's steps, or the folder of a single fold."""
     folder = ResultFolder(path)
     if not path.is_dir():
-        raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")
+        raise InputError(f"{path}: must be the folder of a learned fold, but is not a folder")
     return [step.path for step in folder.learned_steps()] if folder.holds_plan else [path]
 
 
