@@ -152,6 +152,18 @@ def test_another_version_is_refused(tmp_path: Path) -> None:
         LeRobotReader(tmp_path / "data")
 
 
+def test_a_foreign_dataset_names_no_file_outside(tmp_path: Path) -> None:
+    episodes = _write(tmp_path / "data", [3])
+    file = tmp_path / "data/meta/info.json"
+    info = json.loads(file.read_text())
+    info["data_path"], info["video_path"] = "../{chunk_index:999999d}.parquet", "/etc/{video_key}{file_index}"
+    file.write_text(json.dumps(info))
+    reader = LeRobotReader(tmp_path / "data")
+    state = reader.numbers(0, "observation.state")["observation.state"]
+    np.testing.assert_array_equal(state, episodes[0]["observation.state"])
+    assert len(list(reader.pictures(0, "observation.images.top"))) == 3
+
+
 def test_a_missing_encoder_is_reported_before_anything_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

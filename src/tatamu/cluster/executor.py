@@ -84,6 +84,8 @@ class DaskExecutor(Executor):
         if isinstance(error, distributed.scheduler.KilledWorker):
             error = WorkerKilledError(f"killed {error.allowed_failures + 1} workers, or kept them too long")
         if error is not None:
+            if error.__traceback__ is not None:  # its first frame would keep the call at the scheduler
+                error = error.with_traceback(error.__traceback__.tb_next)
             self._end(answer, error=error)
             return
         seconds, result = ended.result()

@@ -78,8 +78,7 @@ class LeRobotReader:
         row = self.row(episode)
         if unknown := [name for name in names if name not in self.info["features"]]:
             raise InputError(f"{self.root}: has no feature {unknown[0]!r}")
-        place = {"chunk_index": row["data/chunk_index"], "file_index": row["data/file_index"]}
-        file = self.root / self.info["data_path"].format(**place)
+        file = self._file(layout.DATA, row["data/chunk_index"], row["data/file_index"])
         with foreign(file, "a Parquet file"):
             rule = [("episode_index", "==", episode)]
             table = needed("pyarrow.parquet").read_table(file, columns=list(names), filters=rule)
@@ -95,7 +94,11 @@ class LeRobotReader:
         row = self.row(episode)
         if f"videos/{name}/file_index" not in row:
             raise InputError(f"{self.root}: has no camera {name!r}")
-        place = {kind: row[f"videos/{name}/{kind}"] for kind in ("chunk_index", "file_index")}
+        file = self._file(layout.VIDEOS, row[f"videos/{name}/chunk_index"], row[f"videos/{name}/file_index"], name)
         first = round(row[f"videos/{name}/from_timestamp"] * self.fps)
         last = round(row[f"videos/{name}/to_timestamp"] * self.fps)
-        yield from islice(read_video(self.root / self.info["video_path"].format(video_key=name, **place)), first, last)
+        yield from islice(read_video(file), first, last)
+
+    def _file(self, pattern: str, chunk: int, file: int, key: str = "") -> Path:
+        """Return a file by the names of the format, because those in `info.json` could lead anywhere."""
+        return self.root / pattern.format(chunk_index=int(chunk), file_index=int(file), video_key=key)
