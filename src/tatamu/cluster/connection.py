@@ -117,11 +117,7 @@ def _configure() -> None:
 
 
 def _check_certificates(address: str) -> None:
-    """Check that Dask's configuration names the certificate files that an address `tls://` needs.
-
-    Raises:
-        InputError: If the configuration does not name a file, or a file does not exist.
-    """
+    """Refuse an address `tls://` without the files of certificates."""
     import dask
 
     for field in CERTIFICATES:

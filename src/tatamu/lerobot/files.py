@@ -30,9 +30,6 @@ class NumberFiles:
 
         Args:
             columns: Values by the names of the features, shape (frames, k).
-
-        Raises:
-            InputError: If a file cannot be written.
         """
         table = needed("pyarrow").table({name: _column(array) for name, array in columns.items()})
         try:
@@ -92,9 +89,6 @@ class VideoFiles:
 
         Args:
             pictures: RGB, uint8, shape (frames, h, w, 3).
-
-        Raises:
-            InputError: If a file cannot be written.
         """
         if self._video is None or self._video.size > self._largest:
             self.close()

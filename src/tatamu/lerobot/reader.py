@@ -60,11 +60,7 @@ class LeRobotReader:
         return [row["task"] for row in sorted(rows, key=lambda row: int(row["task_index"]))]
 
     def row(self, episode: int) -> dict[str, Any]:
-        """Return the row of an episode in the table of episodes.
-
-        Raises:
-            InputError: If there is no such episode.
-        """
+        """Return the row of an episode in the table of episodes."""
         if not 0 <= episode < len(self.episodes):
             raise InputError(f"episode: must be from 0 to {len(self.episodes) - 1}, given {episode}")
         return self.episodes[episode]

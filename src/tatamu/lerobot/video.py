@@ -112,11 +112,7 @@ def _unchanged_priority() -> Iterator[None]:
 
 
 def read_video(path: Path) -> Iterator[np.ndarray]:
-    """Yield the pictures of a video: RGB, uint8, shape (h, w, 3).
-
-    Raises:
-        InputError: If the file cannot be read.
-    """
+    """Yield the pictures of a video: RGB, uint8, shape (h, w, 3)."""
     av = needed("av")
     with foreign(path, "a video"), av.open(str(path)) as container:
         for frame in container.decode(video=0):

@@ -35,9 +35,6 @@ def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
 
     Returns:
         Path of the page.
-
-    Raises:
-        InputError: If a file cannot be written.
     """
     write_parquet(records, folder.table_file)
     write_text(folder.page_file, page(records))

@@ -46,9 +46,6 @@ def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
     """Write a table with a row for each task.
 
     The columns are the name, the state, the options as `option.NAME`, and the measures in SI units.
-
-    Raises:
-        InputError: If the file cannot be written.
     """
     import pyarrow
     import pyarrow.parquet

@@ -1,9 +1,8 @@
-"""Makes datasets of folds from which robot policies learn. A specification describes the folds of a dataset.
+"""Makes datasets of folds from which robot policies learn.
 
     specification ──▶ draw ──▶ episode ──▶ part of the folder ──▶ LeRobot and Zarr, table, page
 
-An episode is one fold of the dataset, with its observations and actions. An episode depends only on the specification
-and on its own number. Therefore any process can record any episode, in any order.
+An episode depends only on the specification and on its index, so any process can record any episode.
 """
 
 from tatamu.policies.dataset.folder import DatasetFolder

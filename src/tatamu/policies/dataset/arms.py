@@ -90,11 +90,7 @@ class Arms:
 
     @classmethod
     def at(cls, stand: Stand) -> Arms:
-        """Make the arms.
-
-        Raises:
-            InputError: If no robot has this name.
-        """
+        """Make the arms."""
         x, y, z, yaw, turning = stand.place
         robot = load(stand.robot)
         grips = tuple(Grip(arm.jaw, *grip) for arm, grip in zip(robot.arms, stand.grips, strict=True))

@@ -152,11 +152,7 @@ class DatasetFolder:
         write_npz(self.episode_file(episode.record.episode), {**episode.arrays, "record": about})
 
     def kept(self, number: int) -> Episode:
-        """Return a stored episode.
-
-        Raises:
-            InputError: If its file is missing or broken.
-        """
+        """Return a stored episode."""
         file = self.episode_file(number)
         arrays = read_npz(file, "a recorded episode")
         return Episode(_record(file, arrays.pop("record")), arrays)

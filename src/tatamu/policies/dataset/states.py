@@ -53,13 +53,7 @@ class StateWriter:
     """A Zarr group that is being written."""
 
     def __init__(self, root: Path, count: int, extents: Mapping[str, Extent], about: Mapping[str, Any]) -> None:
-        """Create the arrays.
-
-        Args:
-            root: Folder of the group.
-            count: Number of episodes.
-            extents: Extent of each array.
-            about: Attributes of the group.
+        """Create the arrays of `count` episodes, in a group with the attributes `about`.
 
         Raises:
             InputError: If the folder cannot be written, or zarr is not installed.

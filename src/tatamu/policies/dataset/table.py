@@ -37,11 +37,7 @@ class TableWriter:
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:
-    """Return the record of every episode in the table.
-
-    Raises:
-        InputError: If the file is missing or broken.
-    """
+    """Return the record of every episode in the table."""
     with foreign(path, "a table of episodes"):
         texts: Sequence[str] = needed("pyarrow.parquet").read_table(path, columns=["record"])["record"].to_pylist()
     return [_record(path, text) for text in texts]

@@ -1,10 +1,6 @@
-"""Two Gymnasium environments. In `Fold-v0`, one action makes a whole fold. In `Hands-v0`, a policy moves the hands.
+"""Two Gymnasium environments: `Fold-v0` makes a fold in one action, and in `Hands-v0` a policy moves the hands.
 
-    import gymnasium as gym
-
-    env = gym.make("tatamu.envs:tatamu/Hands-v0", garment="towel", observation="key_points")
-
-The import of this package registers both environments with Gymnasium.
+env = gymnasium.make("tatamu.envs:tatamu/Hands-v0", garment="towel", observation="key_points")
 """
 
 from __future__ import annotations

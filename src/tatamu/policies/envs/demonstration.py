@@ -44,14 +44,7 @@ def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: fl
 
 
 def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.ndarray:
-    """Return the actions for a path, after which the hands wait open: float32, shape (steps + wait, 4 * hands).
-
-    Args:
-        led: Path of the hands.
-        start: Positions of the hands before it [m], shape (hands, 3).
-        largest: Largest motion of a hand in a step, along each axis [m].
-        wait: Number of steps to wait.
-    """
+    """Return the actions for a path from `start` on, after which the hands wait open: float32, shape (n, 4 * hands)."""
     moves = np.diff(led.places, axis=0, prepend=start[None]) / largest
     jaws = np.broadcast_to(np.where(led.closed, 1.0, -1.0)[:, None, None], (*moves.shape[:2], 1))
     still = np.tile([0.0, 0.0, 0.0, -1.0], (wait, moves.shape[1]))

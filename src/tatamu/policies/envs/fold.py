@@ -40,18 +40,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         pixels: int = 96,
         render_mode: str | None = None,
     ) -> None:
-        """Make the environment.
-
-        Args:
-            garment: A garment, its name or file.
-            fold: Name or file of a plan, whose first fold is made.
-            size: Width and length of the garment [m]; None for the garment's own.
-            material: Material, its preset or file; None for the garment's own.
-            spacing: Distance between vertices of the mesh [m]; None for the garment's own.
-            disturbances: Disturbances that are drawn for each episode, "default" or a file; None for none.
-            observation: Name of an observation, or several names.
-            pixels: Height and width of masks, depths and pictures.
-            render_mode: "rgb_array" to get pictures from `render`; None for no pictures.
+        """Make the environment. `HandsEnv` explains the arguments.
 
         Raises:
             InputError: If an argument is wrong; the message names it.

@@ -188,11 +188,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observer.observe(self._view), progress + float(success), success, over and not success, info
 
     def follow(self, parameters: Parameters) -> Iterator[np.ndarray]:
-        """Yield actions that demonstrate the fold of these parameters: to the grasps, then along the curve.
-
-        Raises:
-            InputError: If a parameter is wrong.
-        """
+        """Yield actions that demonstrate the fold of these parameters: to the grasps, then along the curve."""
         return follow(self.task.manipulation(parameters), self.start, self.largest, self.rate, self.steps)
 
     def scene(self) -> Scene:
