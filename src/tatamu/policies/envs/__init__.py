@@ -1,6 +1,8 @@
 """Two Gymnasium environments: `Fold-v0` makes a fold in one action, and in `Hands-v0` a policy moves the hands.
 
-env = gymnasium.make("tatamu.envs:tatamu/Hands-v0", garment="towel", observation="key_points")
+For example::
+
+    env = gymnasium.make("tatamu.envs:tatamu/Hands-v0", garment="towel", observation="key_points")
 """
 
 from __future__ import annotations
