@@ -41,9 +41,9 @@ def written(folder: Path, episodes: int) -> Path:
 
 
 def refused(ended: Ended, words: str) -> None:
-    """Check that a command ended with exit code 2 and one line that contains the words."""
-    assert ended.returncode == 2 and not ended.stdout
-    (line,) = ended.stderr.splitlines()
+    """Check that a command ended with exit code 2 and, after its progress, one line that contains the words."""
+    assert ended.returncode == 2 and not ended.stdout and "Traceback" not in ended.stderr
+    line = ended.stderr.splitlines()[-1]
     assert line.startswith("tatamu: ") and words in line, line
 
 
