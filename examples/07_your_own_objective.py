@@ -22,10 +22,10 @@ def unlike(parameters: Mapping[str, int | float]) -> float:
 class LikeShown(tt.Wrapper):
     """Adds the distance from the demonstration to the objective."""
 
-    def __call__(self, parameters: Mapping[str, int | float], *beat: object) -> tt.Evaluation:
-        """Evaluate a manipulation; `beat`, which allows bad trials to end early, is not passed on."""
-        found = self.inner(parameters)
-        return replace(found, objective=found.objective + unlike(parameters))
+    def __call__(self, ask: tt.Ask) -> tt.Evaluation:
+        """Evaluate a manipulation."""
+        found = self.inner(ask)
+        return replace(found, objective=found.objective + unlike(ask.parameters))
 
 
 def main() -> float:

@@ -109,7 +109,7 @@ def learn(
     if held is None:
         check_reach(task)
     parallel = options.parallel or (held.parallel if held else usual_pending(task.simulator))
-    study = _Learning(options, parallel, disturbances, evaluate, executor, database, progress)
+    study = _Learning(folder, options, parallel, disturbances, evaluate, executor, database, progress)
     if not several:
         return study.step(task, folder, [*study.initial(task.fold), *first])
     with locked(folder) if folder else nullcontext():
@@ -177,6 +177,7 @@ def _typical_folds(fold: Fold) -> Iterator[dict[str, float]]:
 class _Learning:
     """What the steps of a plan share."""
 
+    home: ResultFolder | None
     options: LearnOptions
     parallel: int
     disturbances: Disturbances | None
@@ -253,8 +254,8 @@ class _Learning:
             if done > most:
                 where = folder.path if folder else "the study"
                 raise InputError(f"trials: must be {done} or more, because {where} has {done} trials, given {most}")
-            if folder is not None:
-                keep_inputs(folder.path, _sources(task, self.disturbances))
+            if self.home is not None:
+                keep_inputs(self.home.path, _sources(task, self.disturbances))
             return self._run(study, folder, most)
 
     def _evaluator(self, task: Task) -> Evaluator:
