@@ -276,7 +276,7 @@ def test_the_film_lasts_as_long_as_the_motion(done: Rehearsal, tmp_path: Path) -
         ("plan.json", "{}", "version"),
         ("plan.json", "[", "JSON"),
         ("joint_trajectory.csv", "time,a\n0,0\n", "header"),
-        ("robot.xml", "<mujoco>", "cannot be rehearsed"),
+        ("robot.xml", "<mujoco>", "robot.xml: .*XML"),
         ("robot.xml", ("larm_tool", "larm_t"), "robot.xml: .*larm_tool"),
         ("plan.json", ('"WAIST"', '"HIP"'), "robot.xml: .*HIP"),
     ],
