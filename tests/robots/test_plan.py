@@ -249,7 +249,7 @@ def test_a_link_to_a_plan_stays_a_link_and_the_folder_one_stands_in_is_refused(
     save(plan_fold(fold, load("hironx")), tmp_path / "link")
     assert (tmp_path / "link").is_symlink() and (tmp_path / "plan" / "plan.json").is_file()
     monkeypatch.chdir(tmp_path / "plan")
-    with pytest.raises(InputError, match="the folder that you are in"):
+    with pytest.raises(InputError, match="current folder"):
         check_out(Path())
 
 
