@@ -36,6 +36,18 @@ def copy(x: np.ndarray, to: np.ndarray) -> None:
             to[v, k] = x[v, k]
 
 
+@kernel
+def longest_displacement(x: np.ndarray, start: np.ndarray) -> float:
+    """Return the longest distance from a vertex in `start` to the same vertex in x [m]. Both have the shape (n, 3)."""
+    square = 0.0
+    for v in range(x.shape[0]):
+        dx = x[v, 0] - start[v, 0]
+        dy = x[v, 1] - start[v, 1]
+        dz = x[v, 2] - start[v, 2]
+        square = max(square, dx * dx + dy * dy + dz * dz)
+    return np.sqrt(square)
+
+
 @inlined
 def difference(x: np.ndarray, v: int, a: int) -> Vector:
     """Return the vector from vertex a to vertex v [m]. Positions have the shape (n, 3)."""

@@ -19,6 +19,7 @@ from tatamu.simulation.native.contact.bodies.state import Bodies
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.native.contact.state import ContactMesh, ContactState
 from tatamu.simulation.native.contact.table import TablePlane
+from tatamu.simulation.native.geometry import longest_displacement
 from tatamu.simulation.native.options import ContactOptions
 
 
@@ -46,18 +47,6 @@ def _sweep(
     if plane.present:  # last, because the layers pass their load on to the table
         call(kernels.sweep_table, None, (positions, mesh.inverse_mass, contact, plane, options, step))
     return min(gap, edge_gap / options.edge_gap) / mesh.thickness
-
-
-@kernel
-def _largest_correction(x: np.ndarray, predicted: np.ndarray) -> float:
-    """Return the longest distance by which contact moved a vertex [m]."""
-    square = 0.0
-    for v in range(x.shape[0]):
-        dx = x[v, 0] - predicted[v, 0]
-        dy = x[v, 1] - predicted[v, 1]
-        dz = x[v, 2] - predicted[v, 2]
-        square = max(square, dx * dx + dy * dy + dz * dz)
-    return np.sqrt(square)
 
 
 @kernel
@@ -117,7 +106,7 @@ def resolve(
         if gap >= restored:
             break
         gap = _sweep(positions, mesh, contact, bodies, plane, options, kernels, step, restored)
-    longest = _largest_correction(positions.x, positions.predicted)
+    longest = longest_displacement(positions.x, positions.predicted)
     if longest > options.calm * mesh.thickness or counters.rounds > 1:
         motion.reach(positions, contact)  # a vertex that contact moved may have come near to a sleeping pair
         call(kernels.hold_zones, types.int64, (positions, mesh, contact, options))

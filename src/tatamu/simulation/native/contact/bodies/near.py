@@ -15,7 +15,7 @@ from tatamu.simulation.native.compiled import allocating, kernel
 from tatamu.simulation.native.contact.bodies.push import to_frame
 from tatamu.simulation.native.contact.bodies.state import Bodies, Candidates, Pose
 from tatamu.simulation.native.contact.state import ContactMesh
-from tatamu.simulation.native.geometry import copy
+from tatamu.simulation.native.geometry import copy, longest_displacement
 
 MARGIN = 0.01
 """Margin of the search for contact of cloth with rigid bodies [m].
@@ -32,18 +32,6 @@ SLACK = 5e-4
 
 Narrow candidates are the parts of the cloth that may touch a body in this round. They are the parts within this
 allowance, plus the motion by the velocities at the start of the round."""
-
-
-@kernel
-def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
-    """Return the largest distance by which any vertex has moved from `start` to x, which contain positions [m]."""
-    square = 0.0
-    for v in range(x.shape[0]):
-        dx = x[v, 0] - start[v, 0]
-        dy = x[v, 1] - start[v, 1]
-        dz = x[v, 2] - start[v, 2]
-        square = max(square, dx * dx + dy * dy + dz * dz)
-    return np.sqrt(square)
 
 
 @kernel
@@ -79,7 +67,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
     """
     near = bodies.near
     moves = longest_way + _body_motion(bodies, bodies.start, bodies.end)
-    worn = _longest_motion(x, near.searched_at) + _body_motion(bodies, near.searched_pose, bodies.start)
+    worn = longest_displacement(x, near.searched_at) + _body_motion(bodies, near.searched_pose, bodies.start)
     search = worn + moves > WEAR * MARGIN
     if search:
         copy(x, near.searched_at)
