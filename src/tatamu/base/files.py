@@ -288,3 +288,15 @@ def validated(model: type[Model], value: Any, source: Path | str) -> Model:
         raise InputError(f"{source}: {describe(error)}") from None
     except InputError as error:  # raised by a record that checks itself
         raise InputError(f"{source}: {error}") from None
+
+
+def read_record(model: type[Model], table: str, path: Path) -> Model:
+    """Read a record of the type `model` from a TOML file whose only table has the name `table`.
+
+    Raises:
+        InputError: If the file cannot be read, has other tables, or a field is wrong.
+    """
+    value = read_toml(path)
+    if list(value) != [table]:
+        raise InputError(f"{path}: must have one table [{table}], given {', '.join(map(str, value)) or 'none'}")
+    return validated(model, value[table], path)

@@ -18,8 +18,7 @@ import numpy as np
 import tomli_w
 from pydantic import Field
 
-from tatamu.base.errors import InputError
-from tatamu.base.files import read_toml, validated, write_text
+from tatamu.base.files import read_record, write_text
 from tatamu.base.records import Record
 from tatamu.cameras.opencv import opencv
 
@@ -103,10 +102,7 @@ def load_board(path: Path) -> Board:
     Raises:
         InputError: If the file cannot be read, or a field is wrong.
     """
-    value = read_toml(path)
-    if list(value) != ["board"]:
-        raise InputError(f"{path}: must have one table [board], given {', '.join(map(str, value)) or 'none'}")
-    return validated(Board, value["board"], path)
+    return read_record(Board, "board", path)
 
 
 def write_board(board: Board, path: Path, pdf: Path) -> None:

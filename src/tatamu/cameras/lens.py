@@ -15,7 +15,7 @@ import tomli_w
 from pydantic import Field
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_toml, validated, write_text
+from tatamu.base.files import read_record, write_text
 from tatamu.base.records import Record
 from tatamu.cameras.opencv import opencv
 
@@ -74,10 +74,7 @@ def load_lens(path: Path) -> Lens:
     Raises:
         InputError: If the file cannot be read, or a field is wrong.
     """
-    value = read_toml(path)
-    if list(value) != ["lens"]:
-        raise InputError(f"{path}: must have one table [lens], given {', '.join(map(str, value)) or 'none'}")
-    return validated(Lens, value["lens"], path)
+    return read_record(Lens, "lens", path)
 
 
 def write_lens(lens: Lens, path: Path) -> None:
