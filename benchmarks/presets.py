@@ -15,10 +15,10 @@ from typing import Any
 
 from benchmarks.tables import markdown, merged, publish, published
 from tatamu.base.errors import InputError
+from tatamu.folding.reachable import check_reach
 from tatamu.folding.task import Reach, make_task
 from tatamu.robots import ReachConstraint, Robot, load
 from tatamu.robots.catalog import NAMES
-from tatamu.study.learn import check_reach
 
 MATERIAL = "polyester"
 """Material so limp that the smallest towel has room for a crease."""

@@ -11,8 +11,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import tomli_w
+
 from tatamu.base.errors import InputError
 from tatamu.base.files import MIB, read_bytes, read_json, replacing, write_json, write_text
+from tatamu.evaluation.disturbances import Disturbances, default_disturbances
+from tatamu.folding.task import Task
+from tatamu.garments.garmentfile import files_of
+from tatamu.simulation.material import is_preset
 
 INPUTS = "inputs"
 INDEX = "files.json"
@@ -32,6 +38,26 @@ class Sources:
     text: str = ""
     name: str = field(default="", kw_only=True)
     """File name under which the text is stored."""
+
+
+def sources_of(task: Task, disturbances: Disturbances | None) -> dict[str, Sources]:
+    """Return the user's files from which a task was made, with a plan that was proposed for an own garment."""
+    asked = task.asked
+    if asked is None:
+        return {}
+    found = {}
+    if task.garment.own:
+        found["garment"] = Sources(files_of(Path(asked.garment)))
+        found["fold"] = Sources(text=task.plan.to_toml(), name=f"{task.plan.name}.toml")
+    if asked.fold.endswith(".toml"):
+        found["fold"] = Sources([Path(asked.fold)])
+    if asked.material and not is_preset(Path(asked.material)):
+        found["material"] = Sources([Path(asked.material)])
+    if task.reach and task.reach.files:
+        found["robot"] = Sources(task.reach.files)
+    if disturbances is not None and disturbances != default_disturbances():
+        found["disturbances"] = Sources(text=tomli_w.dumps(disturbances.describe()), name="disturbances.toml")
+    return found
 
 
 def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import shutil
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import tomli_w
 
 from tatamu.base.errors import InputError, TatamuError
 from tatamu.base.version import __version__
@@ -31,16 +29,15 @@ from tatamu.evaluation.nominal import Nominal
 from tatamu.evaluation.scenarios import Scenarios
 from tatamu.evaluation.success import Success
 from tatamu.folding.advice import UncarriedWarning, advice
-from tatamu.folding.fold import Fold, ideal_folds
+from tatamu.folding.fold import Fold
 from tatamu.folding.parameters import initial_curves, later_curves, search_space, transfer
-from tatamu.folding.task import Reach, Task, digest
-from tatamu.garments.garmentfile import files_of
+from tatamu.folding.reachable import check_reach
+from tatamu.folding.task import Task, digest
 from tatamu.search import Parameters, Proposal, find_search
-from tatamu.simulation.material import is_preset
 from tatamu.simulation.side_by_side import executor_of
 from tatamu.simulation.simulators import SIMULATORS, capabilities
 from tatamu.study.folder import ResultFolder, locked
-from tatamu.study.inputs import Sources, keep_inputs
+from tatamu.study.inputs import keep_inputs, sources_of
 from tatamu.study.loop import MIN_GAIN, Progress, Study, max_trials
 from tatamu.study.options import USUAL_PENDING, LearnOptions, TaskRequest, parse_aim
 from tatamu.study.plan import PlanResult
@@ -50,9 +47,6 @@ from tatamu.study.trial import Trial
 
 if TYPE_CHECKING:
     from tatamu.study.database import SharedDatabase
-
-HEIGHTS = (0.2, 0.5)
-"""Heights of the typical folds with which a robot's reach is checked before the search, in spans."""
 
 
 def learn(
@@ -133,44 +127,6 @@ def check_pending(options: LearnOptions, simulator: str) -> None:
 def usual_pending(simulator: str) -> int:
     """Return the default number of trials that are pending at a time."""
     return USUAL_PENDING if capabilities(simulator).parallel else 1
-
-
-def check_reach(task: Task) -> None:
-    """Check that the task's robot can carry out a typical fold in every step of the plan.
-
-    Raises:
-        InputError: If all typical folds of a step are out of reach.
-    """
-    if task.reach is None:
-        return
-    folds = ideal_folds(task.garment, task.plan, task.hands)
-    for number in range(task.number, len(folds)):
-        _check_step(task.at(number, folds[number - 1].target if number else None), task.reach)
-
-
-def _check_step(task: Task, reach: Reach) -> None:
-    number, count = task.step
-    name = f"step {number}, {task.title}," if count > 1 else f"the fold {task.title or task.plan.name}"
-    if task.fold.press is not None:
-        raise InputError(f"press: {reach.robot} cannot press {name}; leave press out of the fold plan")
-    refusals = []
-    for parameters in _typical_folds(task.fold):
-        refusal = reach.refusal(task.manipulation(parameters))
-        if refusal is None:
-            return
-        refusals.append(refusal)
-    raise InputError(
-        f"robot: {name} is out of reach of {reach.robot} in all of {len(refusals)} typical folds; of the first, "
-        f"{refusals[0]}"
-    )
-
-
-def _typical_folds(fold: Fold) -> Iterator[dict[str, float]]:
-    last = fold.candidates - 1
-    for grasp in dict.fromkeys((0, last // 2, last)):
-        for height in HEIGHTS:
-            up = height * fold.span
-            yield {"x1": 0.1 * fold.span, "z1": up, "x2": 0.8 * fold.span, "z2": up, "g1": grasp, "g2": grasp}
 
 
 @dataclass(frozen=True)
@@ -255,7 +211,7 @@ class _Learning:
                 where = folder.path if folder else "the study"
                 raise InputError(f"trials: must be {done} or more, because {where} has {done} trials, given {most}")
             if self.home is not None:
-                keep_inputs(self.home.path, _sources(task, self.disturbances))
+                keep_inputs(self.home.path, sources_of(task, self.disturbances))
             return self._run(study, folder, most)
 
     def _evaluator(self, task: Task) -> Evaluator:
@@ -364,8 +320,7 @@ class _Learning:
 
 
 def _write(result: Result, folder: ResultFolder) -> None:
-    folder.write_record(result.record)
-    folder.write_best(result.manipulation, result.scene, result.rollout)
+    result.save(folder.path)
     result.write_report()
 
 
@@ -408,26 +363,6 @@ def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | Non
     if not isinstance(given, str | Path | None):
         raise InputError(f"disturbances: must be default, none, a file, or Disturbances, given {given!r}")
     return load_disturbances("default" if given is None else str(given))
-
-
-def _sources(task: Task, disturbances: Disturbances | None) -> dict[str, Sources]:
-    """Return the user's files from which a task was made, with a plan that was proposed for an own garment."""
-    asked = task.asked
-    if asked is None:
-        return {}
-    found = {}
-    if task.garment.own:
-        found["garment"] = Sources(files_of(Path(asked.garment)))
-        found["fold"] = Sources(text=task.plan.to_toml(), name=f"{task.plan.name}.toml")
-    if asked.fold.endswith(".toml"):
-        found["fold"] = Sources([Path(asked.fold)])
-    if asked.material and not is_preset(Path(asked.material)):
-        found["material"] = Sources([Path(asked.material)])
-    if task.reach and task.reach.files:
-        found["robot"] = Sources(task.reach.files)
-    if disturbances is not None and disturbances != default_disturbances():
-        found["disturbances"] = Sources(text=tomli_w.dumps(disturbances.describe()), name="disturbances.toml")
-    return found
 
 
 def _refuse_other(folder: ResultFolder, several: bool) -> None:
