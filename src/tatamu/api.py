@@ -20,9 +20,11 @@ from tatamu.base.files import validated
 from tatamu.base.size import parse_size
 from tatamu.calibration import Calibration, Measurements, load_measurements
 from tatamu.calibration import calibrate as calibrate_measurements
-from tatamu.evaluation.disturbances import Disturbances, default_disturbances, load_disturbances
+from tatamu.evaluation.disturbances import Disturbances, require_disturbances
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator, Wrapper
 from tatamu.evaluation.nominal import Nominal
+from tatamu.evaluation.success import Success
+from tatamu.folding.score import Limits
 from tatamu.folding.task import Task, make_task
 from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
@@ -144,10 +146,13 @@ def measure_margins(
     *,
     disturbances: Disturbances | str | None = None,
     seed: int = 0,
+    limits: Limits | None = None,
     simulator: str | None = None,
     out: Path | str | None = None,
     alone: bool = True,
     executor: Executor | None = None,
+    progress: Callable[[int, int], object] = lambda done, total: None,
+    together: Callable[[Success], object] = lambda success: None,
 ) -> Measured:
     """Measure how large each disturbance may be before a fold fails, and how often the fold succeeds.
 
@@ -158,25 +163,30 @@ def measure_margins(
         draws: Number of draws. In each draw, all disturbances have random values.
         disturbances: `Disturbances`, "default", or a file; None for the disturbances of the study, or the defaults.
         seed: Random seed of the draws.
+        limits: Limits of a successful fold; None for the usual ones.
         simulator: Name of the simulator; None for the simulator in which the fold was learned.
         out: Folder in which the results of simulations are kept; None if they are not kept.
         alone: Whether to measure the range of each disturbance alone, too.
         executor: Executor of the simulations; None for threads on all processors.
+        progress: Called after every simulation, with the numbers of finished and of all simulations.
+        together: Called with the success rate, before the ranges are found.
 
     Raises:
         InputError: If an argument is out of range.
     """
-    if disturbances is None:
-        used = result.record.disturbances
-        given = default_disturbances() if used is None else Disturbances.model_validate(used)
-    else:
-        loaded = load_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
-        if loaded is None:
-            raise InputError("disturbances: must be `default` or a .toml file, given none")
-        given = loaded
-    folder = None if out is None else Path(out)
+    given = require_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
     return measure(
-        result, given, out=folder, draws=draws, seed=seed, simulator=simulator, alone=alone, executor=executor
+        result,
+        given or result.disturbances,
+        out=None if out is None else Path(out),
+        draws=draws,
+        seed=seed,
+        limits=limits,
+        simulator=simulator,
+        alone=alone,
+        executor=executor,
+        progress=progress,
+        together=together,
     )
 
 

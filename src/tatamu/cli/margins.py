@@ -59,10 +59,11 @@ def margins(
     Every simulation is kept. To resume an interrupted command, run the same command again.
     """
     from tatamu.cluster import executor_at
+    from tatamu.evaluation.disturbances import require_disturbances
     from tatamu.folding.score import Limits
     from tatamu.study.folder import ResultFolder
 
-    given = None if disturbances is None else _load(disturbances)
+    given = None if disturbances is None else require_disturbances(disturbances)
     if not 0.0 < distance <= 1.0:
         raise InputError(f"--distance: must be above 0 and at most 1 m, given {distance:g}")
     if not 0.0 <= iou <= 1.0:
@@ -76,33 +77,12 @@ def margins(
         raise InputError("--out: must be given with the folder of one step, given that of a whole plan")
     with executor_at(scheduler) as executor:
         for step in steps:
-            _one(step, given or _disturbances(step), out, draws, seed, simulator, limits, executor)
-
-
-def _disturbances(folder: ResultFolder) -> Disturbances:
-    """Return the disturbances with which a fold was learned.
-
-    If the fold was learned without disturbances, return the default disturbances.
-    """
-    from tatamu.evaluation.disturbances import Disturbances
-
-    used = folder.record.disturbances
-    return _load("default") if used is None else Disturbances.model_validate(used)
-
-
-def _load(given: str) -> Disturbances:
-    """Return the disturbances that the user gave, either by name or as a file."""
-    from tatamu.evaluation.disturbances import load_disturbances
-
-    found = load_disturbances(given)
-    if found is None:
-        raise InputError("disturbances: must be default or a file .toml, given none")
-    return found
+            _one(step, given, out, draws, seed, simulator, limits, executor)
 
 
 def _one(
     folder: ResultFolder,
-    disturbances: Disturbances,
+    disturbances: Disturbances | None,
     out: Path | None,
     draws: int,
     seed: int,
@@ -110,9 +90,9 @@ def _one(
     limits: Limits,
     executor: Executor | None,
 ) -> None:
-    from tatamu.after.margins import measure
     from tatamu.after.margins.page import write_page
     from tatamu.after.margins.terminal import summary, table
+    from tatamu.api import measure_margins
     from tatamu.cli.progress import prepare, resumable
     from tatamu.report import write_report
     from tatamu.show.progress import progress
@@ -127,11 +107,11 @@ def _one(
     target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
     kept = f"finished simulations are kept in {target}"
     with resumable(kept), progress(f"margins of {folder.path.name}", unit="simulations") as report:
-        measured = measure(
+        measured = measure_margins(
             learned,
-            disturbances,
+            draws,
+            disturbances=disturbances,
             out=target,
-            draws=draws,
             seed=seed,
             limits=limits,
             simulator=simulator,

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.evaluation.disturbances import Disturbances, default_disturbances
 from tatamu.evaluation.success import Success
 from tatamu.folding.aim import Aim
 from tatamu.folding.manipulation import ArmPath, Manipulation, ManipulationFile
@@ -78,6 +79,12 @@ class Result:
         """Former name of `success`."""
         warnings.warn("Result.held is now Result.success", FutureWarning, stacklevel=2)
         return self.success
+
+    @property
+    def disturbances(self) -> Disturbances:
+        """The disturbances with which the fold was learned; the default ones if it was learned without."""
+        kept = self.record.disturbances
+        return default_disturbances() if kept is None else Disturbances.model_validate(kept)
 
     @property
     def trials(self) -> list[Trial]:

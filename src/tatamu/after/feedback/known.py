@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tatamu.after.feedback.correction import added, shifts_against
 from tatamu.after.feedback.folder import FeedbackFolder
-from tatamu.after.feedback.observe import disturbances_of, feedback_of
+from tatamu.after.feedback.observe import feedback_of
 from tatamu.after.feedback.posterior import posterior
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, mean_world
@@ -55,7 +55,7 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
 
 def _posterior(folders: Sequence[FeedbackFolder]) -> Disturbances:
     found = [feedback_of(Result.load(folder.path), folder) for folder in folders]
-    source = disturbances_of(found[0].learned)
+    source = found[0].learned.disturbances
     for each in found[1:]:
         if each.disturbances != source:
             raise InputError(

@@ -15,7 +15,7 @@ from tatamu.after.feedback.folder import FeedbackFolder, write_measured
 from tatamu.after.feedback.measured import MeasuredFold
 from tatamu.after.feedback.posterior import IMPLAUSIBLE, Fold, Posterior, posterior
 from tatamu.base.errors import InputError
-from tatamu.evaluation.disturbances import Disturbances, default_disturbances, split
+from tatamu.evaluation.disturbances import Disturbances, split
 from tatamu.evaluation.draws import Progress
 from tatamu.folding.shift import HandShift
 from tatamu.study.folder import ResultFolder
@@ -47,7 +47,7 @@ class Feedback:
     @property
     def disturbances(self) -> Disturbances:
         """The disturbances before any fold was measured."""
-        return disturbances_of(self.learned)
+        return self.learned.disturbances
 
     @cached_property
     def posterior(self) -> Posterior:
@@ -73,12 +73,6 @@ class Feedback:
         """Return a measured fold that was carried out with a shift of each hand."""
         change = as_disturbances(shift, self.learned.task.shift)
         return Fold(measured, self.emulator, self.emulator.moved(change))
-
-
-def disturbances_of(learned: Result) -> Disturbances:
-    """Return the disturbances in which a fold was learned; the default ones if it was learned without."""
-    own = learned.record.disturbances
-    return default_disturbances() if own is None else Disturbances.model_validate(own)
 
 
 def observe(
@@ -131,7 +125,7 @@ def feedback_of(
 
     `base` is the fold as it was learned; `folder` is None if it is only in memory.
     """
-    disturbances = disturbances_of(base)
+    disturbances = base.disturbances
     simulated = simulate_scenarios(
         base, disturbances, None if folder is None else ResultFolder(folder.path).margins_folder, executor, progress
     )

@@ -11,6 +11,7 @@ from tatamu.evaluation.disturbances.description import (
     disturbances_in,
     load_disturbances,
     read_disturbances,
+    require_disturbances,
     with_calibrated,
 )
 from tatamu.evaluation.disturbances.disturbed import disturbed_scene, hand_errors, hand_failure
@@ -42,6 +43,7 @@ __all__ = [
     "load_disturbances",
     "mean_world",
     "read_disturbances",
+    "require_disturbances",
     "sample_worlds",
     "split",
     "with_calibrated",

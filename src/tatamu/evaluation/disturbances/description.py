@@ -219,6 +219,18 @@ def load_disturbances(name: str) -> Disturbances | None:
     return default_disturbances() if name == DEFAULT else read_disturbances(Path(name))
 
 
+def require_disturbances(name: str) -> Disturbances:
+    """Return the disturbances of a file, or the default disturbances.
+
+    Raises:
+        InputError: If there are none, the file cannot be read, or a field is wrong.
+    """
+    found = load_disturbances(name)
+    if found is None:
+        raise InputError("disturbances: must be default or a file .toml, given none")
+    return found
+
+
 def default_disturbances() -> Disturbances:
     """Return the disturbances that are used if the user gives none."""
     return read_disturbances(OWN / "default.toml")
