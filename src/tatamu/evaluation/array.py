@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+LEVEL = 1.5
+"""Size of the disturbances in the scenarios of a search, in their standard deviations."""
+
 
 def orthogonal_array(columns: int) -> np.ndarray:
     """Return an array of plus and minus one, shape (n, columns), with n the next multiple of four above `columns`.

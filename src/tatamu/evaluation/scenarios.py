@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation.array import orthogonal_array
+from tatamu.evaluation.array import LEVEL, orthogonal_array
 from tatamu.evaluation.disturbances import Disturbances, World
 from tatamu.evaluation.disturbances.channels import CHANNELS
 from tatamu.evaluation.disturbances.world import deviations, worlds_of
@@ -36,7 +36,7 @@ MAX_AHEAD = 4
 """Maximum number of scenarios that are simulated at a time once there is something to beat."""
 
 
-def array_scenarios(disturbances: Disturbances, level: float = 1.5) -> list[World]:
+def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[World]:
     """Return the scenarios of an orthogonal array, with every disturbance at plus or minus `level` deviations.
 
     Correlated disturbances are drawn in the space of independent normal variables.
@@ -67,7 +67,7 @@ class Scenarios(Evaluator):
 
     inner: Nominal
     disturbances: Disturbances
-    level: float = 1.5
+    level: float = LEVEL
     """Size of every disturbance, in its deviations."""
     limits: Limits = field(default_factory=Limits)
 

@@ -88,39 +88,35 @@ def _trials(result: ResultRecord) -> dict[str, Any]:
 
 
 def _both(trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
-    """Return filled dots for complete trials on the fine mesh, and hollow dots for all other trials."""
-    shorter = [_fails(trial) for trial in trials]
+    """Return filled dots, and hollow dots for trials that failed in a scenario."""
+    failures = [_failure(trial) for trial in trials]
     plots = []
-    for kind in sorted(set(shorter), reverse=True):
-        here = [(t.number, v) for t, v, each in zip(trials, values, shorter, strict=True) if each == kind]
+    for kind in sorted(set(failures), reverse=True):
+        here = [(t.number, v) for t, v, each in zip(trials, values, failures, strict=True) if each == kind]
         plots.append(_dots(here, text, kind))
     return plots
 
 
-def _fails(trial: Trial) -> str:
+def _failure(trial: Trial) -> str:
     """Return in which scenarios a trial failed; empty if it did not fail in any."""
     tried = trial.scenarios
     failed = tried is not None and tried.succeeded < tried.simulated
     return f"failed in a scenario, after {tried.succeeded} successes" if failed and tried else ""
 
 
-def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
-    """Return the dots of some trials in a chart, each at the number of the trial and its value.
-
-    The text `shorter` is the reason why these trials took less time than others. If there is such a reason, the dots
-    are hollow.
-    """
+def _dots(places: list[tuple[int, float]], text: str, failure: str) -> dict[str, Any]:
+    """Return the dots of trials, each at its number and value; hollow if a `failure` is named."""
     return {
         "x": [number for number, _ in places],
         "y": [value for _, value in places],
         "mode": "markers",
         "marker": {
-            "symbol": "circle-open" if shorter else "circle",
+            "symbol": "circle-open" if failure else "circle",
             "size": 6.5,
-            "color": "@muted" if shorter else "@plot",
-            "opacity": 0.8 if shorter else 0.5,
+            "color": "@muted" if failure else "@plot",
+            "opacity": 0.8 if failure else 0.5,
         },
-        "hovertemplate": f"trial %{{x}}<br>{text}{shorter and '<br>' + shorter}<extra></extra>",
+        "hovertemplate": f"trial %{{x}}<br>{text}{failure and '<br>' + failure}<extra></extra>",
     }
 
 

@@ -19,9 +19,7 @@ class Capabilities:
     parallel: bool = False
     """Whether several threads of one process can call `simulate` at the same time, without a change of the results."""
     coarse_search: bool = False
-    """Whether the search for the best fold can start on a mesh that is coarser than the final mesh.
-
-    This is possible if the best folds on the coarse mesh are also among the best folds on the final mesh."""
+    """Whether folds can be learned on a mesh that is coarser than the garment's own."""
     compression: bool = False
     """Whether the simulator can simulate cloth that resists compression less than tension (`Material.compression`).
 

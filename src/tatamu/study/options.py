@@ -13,6 +13,7 @@ from pydantic import ConfigDict, Field, StrictBool, StrictInt, ValidationError, 
 
 from tatamu.base.errors import InputError, describe
 from tatamu.base.records import Record
+from tatamu.evaluation.array import LEVEL
 from tatamu.folding.aim import Aim
 
 MOST_PARALLEL = 16
@@ -111,7 +112,7 @@ class LearnOptions(Options):
     )
     """Name or file as on the command line, or `Disturbances`; None for the default disturbances."""
     level: float = Field(
-        1.5, description="Size of the disturbances in the scenarios of the search, in their standard deviations."
+        LEVEL, description="Size of the disturbances in the scenarios of the search, in their standard deviations."
     )
     aim: str | None = Field(
         None,

@@ -1,8 +1,4 @@
-"""Margins: how large each disturbance may be before a learned fold fails, and how often the fold succeeds.
-
-A draw is one random value of each disturbance. A world is the situation that a draw gives. The nominal world has no
-disturbances.
-"""
+"""Margins: how large each disturbance may be before a learned fold fails, and how often the fold succeeds."""
 
 from tatamu.after.margins.measurement import DRAWS, Measured, measure
 

@@ -193,10 +193,7 @@ def _replayed(measured: Measured) -> list[Replayed]:
 
 
 def _simulated(subject: Subject, draw: Draw) -> Replayed | None:
-    """Simulate a draw of the disturbances again on the fine mesh.
-
-    Return None if this simulation fails, which can happen if the draw was only simulated on the coarse mesh before.
-    """
+    """Simulate a draw again; None if this fails, though it did not on the machine that simulated it before."""
     try:
         task = subject.task
         scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.scenario)

@@ -1,7 +1,6 @@
 """Disturbances of hands, grasps, cloth and table: their file, random draws of them, and the disturbed scenes.
 
-A world is one random draw of all disturbances. The nominal world has no disturbances. A scene is made from a world, a
-fold and a manipulation. It does not depend on a simulator.
+A scene is made from a scenario, a fold and a manipulation. It does not depend on a simulator.
 """
 
 from tatamu.evaluation.disturbances.channels import CHANNELS, Channel

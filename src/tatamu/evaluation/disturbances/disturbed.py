@@ -1,7 +1,7 @@
-"""The scene of a manipulation in a world, which is one random draw of all disturbances.
+"""The scene of a manipulation in a scenario.
 
 Positions are relative to the cloth. A table that is too high is therefore simulated as hands that are too low. In the
-same way, displaced cloth is simulated as displaced hands. The target shape is thus the same in all worlds.
+same way, displaced cloth is simulated as displaced hands. The target shape is thus the same in all scenarios.
 """
 
 from __future__ import annotations
@@ -49,9 +49,7 @@ SIDES = (("left", 1.0), ("right", -1.0))
 
 
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
-    """Return the scene of a manipulation in a world, which is one draw of the disturbances.
-
-    In the world without disturbances, this is the scene of `scene_of`.
+    """Return the scene of a manipulation in a scenario. Without disturbances, it is that of `scene_of`.
 
     A corrected manipulation may send a hand to a point next to its vertex. The hand then closes at this point.
 
@@ -71,9 +69,7 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 
 
 def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
-    """Return why a hand fails in a world, if this is known without a simulation; None if no hand fails.
-
-    A world is one draw of the disturbances.
+    """Return why a hand fails in a scenario, if this is known without a simulation; None if no hand fails.
 
     A hand that grasps next to the cloth holds nothing. A hand that is commanded too far below the table must stop.
     """
@@ -150,7 +146,7 @@ class _Grasp:
 
 @dataclass(frozen=True)
 class _DisturbedHand:
-    """The motion of a hand in a world, which is one draw of the disturbances."""
+    """The motion of a hand in a scenario."""
 
     carry: Carry | None
     """Motion of the hand; None if the hand holds nothing."""

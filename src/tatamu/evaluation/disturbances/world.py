@@ -23,7 +23,7 @@ class Stream(IntEnum):
 
 @dataclass(frozen=True)
 class World:
-    """The value of every disturbance in one draw."""
+    """A scenario: the value of every disturbance."""
 
     values: Mapping[str, float]
     """Values by the names of `CHANNELS`. Relative values are logarithms of factors, and missing values are 0."""
@@ -82,24 +82,19 @@ def _of_hands(name: str, value: LengthOfHands) -> dict[str, float]:
 
 
 def mean_world(disturbances: Disturbances) -> World:
-    """Return the world (value of every disturbance) in which every disturbance has its mean.
-
-    If all means are zero, this is the nominal world, which has no disturbances.
-    """
+    """Return the scenario in which every disturbance has its mean."""
     means = disturbances.mean
     return World({channel.name: means[channel.name] for channel in CHANNELS if means.get(channel.name)})
 
 
 def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
-    """Draw independent worlds, which are values of all disturbances.
-
-    Each world has its own random numbers. Therefore the first worlds stay the same for a larger `count`.
+    """Draw independent scenarios. Each has its own random numbers, so the first ones are the same for any `count`.
 
     Args:
         disturbances: Standard deviations and correlations of the disturbances.
-        count: Number of worlds.
+        count: Number of scenarios.
         seed: Random seed.
-        stream: Purpose of the worlds. Worlds with different purposes are independent.
+        stream: Purpose of the scenarios. Those with different purposes are independent.
     """
     rows = [
         np.random.default_rng(np.random.SeedSequence([seed, stream, number])).standard_normal(len(CHANNELS))
@@ -109,10 +104,7 @@ def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Str
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
-    """Return n worlds (values of all disturbances) from standard normal numbers, shape (n, k).
-
-    Each of the k disturbances has a column.
-    """
+    """Return n scenarios from standard normal numbers, shape (n, k), with a column for each of the k disturbances."""
     scales = deviations(disturbances)
     means = mean_world(disturbances).values
     mixing = correlations_root(disturbances)
