@@ -1,12 +1,8 @@
 """Defines the printed board that lies next to the cloth and gives a photograph its scale.
 
-The board shows a ChArUco pattern of known size: a chessboard with a coded marker in every white square (Garrido-Jurado
-et al. 2014). The corners of the squares are found to a fraction of a pixel. Each corner has a number, so it is
-identified even if other corners are covered.
-
-The board's frame has its origin at mark A, the lower left corner of the pattern. The x axis points to mark B on the
-right of A, y points to mark C above A, and z points out of the paper. A board may have several pages with different
-markers. The first page defines the frame. The other pages may lie anywhere flat on the table.
+Each page is a ChArUco pattern: a chessboard with a coded marker in every white square (Garrido-Jurado et al. 2014). Its
+corners are numbered, so a few visible ones suffice. The first page gives the board's frame: the origin is mark A, the
+lower left corner of the pattern, x points to mark B and y to mark C. Further pages may lie anywhere on the table.
 """
 
 from __future__ import annotations
@@ -27,15 +23,14 @@ PAPERS = {"a4": (0.210, 0.297), "letter": (0.2159, 0.2794)}
 COLUMNS, ROWS = 6, 8
 """Numbers of squares of the board's chessboard, across and along the page."""
 SQUARE = 0.030
-"""Intended side length of a square of the board's printed chessboard [m]."""
+"""Intended side length of a square [m]."""
 MARKER = 0.024
-"""Intended side length of a coded marker, which is printed inside a white square of the chessboard [m]."""
+"""Intended side length of a coded marker [m]."""
 BAR = 0.150
 """Intended length of the scale bar that is printed on the board [m]."""
 TOP = 0.012
 """Distance between the board's chessboard and the upper edge of the paper [m]."""
 MARKERS = COLUMNS * ROWS // 2
-"""Number of coded markers on a page of the board."""
 Paper = Literal["a4", "letter"]
 
 HEAD = """\
@@ -80,10 +75,7 @@ class Board(Record):
 
     @property
     def corners(self) -> np.ndarray:
-        """Positions of the inner corners of a page's chessboard in the frame of this page [m], shape (35, 2).
-
-        They have the order in which OpenCV numbers them.
-        """
+        """Inner corners of a chessboard in the frame of its page, in OpenCV's order [m], shape (35, 2)."""
         across, down = np.meshgrid(np.arange(1, COLUMNS), np.arange(1, ROWS))
         places = np.column_stack([across.ravel(), ROWS - down.ravel()])
         return self.scale * SQUARE * places
@@ -97,14 +89,10 @@ class Board(Record):
 
 
 def load_board(path: Path) -> Board:
-    """Read a board from its file.
-
-    Raises:
-        InputError: If the file cannot be read, or a field is wrong.
-    """
+    """Read a board from its file."""
     return read_record(Board, "board", path)
 
 
 def write_board(board: Board, path: Path, pdf: Path) -> None:
-    """Write the file that describes a board; `pdf` is the PDF file from which the board is printed."""
+    """Write the file that describes a board, which is printed from the file `pdf`."""
     write_text(path, HEAD.format(pdf=pdf.name) + tomli_w.dumps({"board": board.model_dump()}))

@@ -1,22 +1,12 @@
 """Estimates the camera of a photograph, which converts positions on the table to pixels and back.
 
-The parameters are:
-
-- the focal length, the centre and two terms of distortion of the lens,
-- the pose of the board's first page relative to the camera,
-- the position of every further page on the table.
-
-The estimated parameters minimise
+The parameters are focal length, centre and two terms of distortion of the lens, the camera's pose relative to the
+board's first page, and the position of every further page on the table. They minimise
 
     sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
 
-The first sum is over the corners of the board. For each corner, `seen` is its pixel in the photo, and `projected` is
-its pixel according to the estimated camera. The standard error of a pixel is sigma. The second sum is over the
-parameters of the lens, whose values are roughly known in advance (a prior). `expected` is the value that is known in
-advance, and `deviation` is its standard deviation.
-
-The board covers only a small part of the picture. Outside the board, the uncertainty of positions depends mostly on the
-prior. The covariance of the parameters describes the uncertainty.
+over the board's corners, with the standard error sigma of a pixel, and over the parameters of the lens. The second sum
+is a prior. Outside the board, which covers little of the picture, the uncertainty depends mostly on this prior.
 """
 
 from __future__ import annotations
@@ -44,39 +34,25 @@ from tatamu.cameras.opencv import opencv
 from tatamu.cameras.pose import Pose
 
 FINEST = 0.05
-"""Smallest error that is assumed for the position of a corner of the board in the photo [pixels]."""
+"""Minimum standard error of a corner of the board in the photo [pixels]."""
 SQUARE = 0.6
-"""Difference between two heights at which a camera sees the rim of a cloth, as a fraction of the rim's height.
-
-The outline of the cloth in a photo shows a higher point of the rim on the far side than on the near side. The
-difference would be 1 for a rim with a square cross-section, and 0.3 for a round rim.
-"""
+"""How much higher on a cloth's rim the outline lies on the far side than on the near side, as a fraction of its height.
+It would be 1 for a square rim, and 0.3 for a round one."""
 SMOOTH = 2
-"""Number of points on each side of a point of an outline, from which the outline's direction is computed."""
+"""Number of points on each side of an outline's point that give its direction there."""
 WORST = 5e-4
-"""Largest root mean square distance in a photo between the board's corners and the corners of a fitted flat board.
-
-It is a fraction of the picture's longer side.
-"""
+"""Maximum root mean square error of the board's corners, as a fraction of the picture's longer side."""
 GRAZING = 75.0
-"""Largest allowed angle between the direction in which a camera looks and straight down [degrees]."""
+"""Maximum angle between the direction in which the camera looks and straight down [degrees]."""
 LENS = 5
-"""Number of those parameters of a camera that describe its lens."""
 OTHER_LENS = 6.0
-"""Largest difference between a lens file and what the board shows, in standard deviations of the lens file.
-
-With two pages of a board and a camera that is tilted by 15 to 50 degrees, a focal length that is wrong by 2 % differs
-by up to 3 standard deviations, and one that is wrong by 10 % by 4 to 12.
-"""
+"""Maximum difference between a lens file and what the board shows, in standard deviations of the lens file. Tilted by
+15 to 50 degrees, a focal length wrong by 2 % differs by up to 3, and one wrong by 10 % by 4 to 12."""
 GUESSES = (1.0, 0.6, 1.6)
-"""Focal lengths at which the search for the camera starts, as multiples of the expected focal length."""
+"""Focal lengths at which the search starts, as multiples of the expected focal length."""
 
 Seen = tuple[np.ndarray, np.ndarray]
-"""Positions of the k visible corners of a page of the board.
-
-The first array has the positions in the frame of the page [m], and the second has those in the photo [pixels]. Both
-have the shape (k, 2).
-"""
+"""Visible corners of a page of the board, in the frame of the page [m] and in the photo [pixels], shape (k, 2) each."""
 
 
 @dataclass(frozen=True)
@@ -108,22 +84,14 @@ class Camera:
         return float(np.arccos(np.clip(-self.rotation[2, 2], -1.0, 1.0)))
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Return the pixels at which the camera sees points of the board's frame.
-
-        The points [m] have shape (n, 3), and the pixels have shape (n, 2).
-        """
+        """Return the pixels, shape (n, 2), of points of the board's frame [m], shape (n, 3)."""
         pixels, _ = opencv().projectPoints(
             np.ascontiguousarray(points, dtype=float), self.turn, self.shift, self.matrix, self.distortion
         )
         return np.asarray(pixels)[:, 0]
 
     def on_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the positions on the table [m] that the camera sees at n pixels, shape (n, 2).
-
-        Args:
-            pixels: Pixels of the photograph, shape (n, 2).
-            height: Height of the positions above the table [m]. It is one number for all pixels, or a number for each
-                pixel, shape (n,).
+        """Return the positions on the table [m], shape (n, 2), seen at pixels, shape (n, 2), at a height [m].
 
         Raises:
             InputError: If a pixel lies above the horizon of the table.
@@ -139,16 +107,11 @@ class Camera:
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
 
     def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
-        """Return the positions on the table [m] of n points of the outline of a cloth in a photo, shape (n, 2).
+        """Return the positions on the table [m] of a cloth's outline in a photo [pixels], shape (n, 2) each.
 
-        The rim of the cloth reaches from the table up to the height `top`. On the side of the cloth that is nearer to
-        the camera, the outline in the photo shows points near the rim's lower edge. On the far side, the outline shows
-        points near the upper edge. Because a hem is round, the points on both sides are not exactly at these edges, but
-        closer to the height `top` / 2.
-
-        Args:
-            outline: Outline as a closed curve [pixels], shape (n, 2).
-            top: Height of the rim's upper edge above the table [m].
+        The cloth's rim reaches from the table up to `top` [m]. On the near side the outline shows points towards the
+        lower edge of the rim, and on the far side towards its upper edge. A hem is round, so these points lie between
+        the edges.
         """
         middle = self.on_table(outline, 0.5 * top)
         after, before = np.roll(middle, -SMOOTH, axis=0), np.roll(middle, SMOOTH, axis=0)
@@ -167,56 +130,44 @@ class View:
 
     camera: Camera
     parameters: np.ndarray
-    """The p estimated parameters of the lens, the camera's pose and the board's further pages, shape (p,)."""
+    """Parameters of the lens, the camera's pose and the board's further pages, shape (p,)."""
     covariance: np.ndarray
-    """Covariance matrix of the camera's p estimated parameters, shape (p, p)."""
+    """Covariance of the parameters, shape (p, p)."""
     rms: float
-    """Root mean square distance between the board's corners in the photo and in the estimated camera [pixels]."""
+    """Root mean square error of the board's corners [pixels]."""
     penalty: float
-    """Value of the sum of squared errors that the estimate minimises.
-
-    The smaller the value, the better the camera fits the photograph.
-    """
+    """The sum that the estimate minimises; smaller is better."""
     lens: Lens | None
     size: tuple[int, int]
     """Width and height of the photograph [pixels]."""
 
     def varied(self) -> Iterator[Camera]:
-        """Yield cameras for the computation of uncertainties.
+        """Yield cameras that differ by one standard deviation in one independent direction of the parameters each.
 
-        Each yielded camera differs from the estimated camera by one standard deviation, in one independent direction of
-        the parameters. To get the variance of a result, the squares of its changes with these cameras are added.
+        The variance of a result is the sum of the squares of its changes with these cameras.
         """
         values, vectors = np.linalg.eigh(self.covariance)
         for value, vector in zip(values, vectors.T, strict=True):
             yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
 
     def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the standard deviations of n positions [m], shape (n,), due to the uncertainty of the camera.
-
-        The camera sees the positions at n pixels, shape (n, 2). The positions have the height `height` above the table
-        [m].
-        """
+        """Return the deviations [m] due to the camera, shape (n,), of positions seen at pixels, shape (n, 2)."""
         middle = self.camera.on_table(pixels, height)
         moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]
         return np.sqrt(np.sum(np.square(moved), axis=(0, 2)))
 
     @property
     def pages(self) -> list[Pose]:
-        """Poses of all pages of the board on the table, in the frame of the first page."""
+        """Poses of all pages of the board in the frame of the first page."""
         return _poses(self.parameters)
 
 
 def estimate(
     pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None = None, focal: float | None = None
 ) -> View:
-    """Find the camera of a photo from the corners of a board.
+    """Find the camera of a photo from the corners of a board; the first page defines the board's frame.
 
-    Args:
-        pages: Visible corners of each page; the first page defines the board's frame.
-        size: Width and height of the photo [pixels].
-        lens: Lens of the camera; None if the lens is not known.
-        focal: Focal length that the photo's file states [pixels]; None if the file states none.
+    A lens and a focal length that the photo's file states [pixels] are used if they are known.
 
     Raises:
         InputError: If the corners do not fit a flat board.
@@ -270,7 +221,7 @@ def _fit(
     guess: float,
     start: np.ndarray | None = None,
 ) -> OptimizeResult:
-    """Fit the parameters of a camera by `least_squares`. Each residual is divided by its standard deviation."""
+    """Fit the parameters of a camera by `least_squares`; residuals are divided by their standard deviations."""
 
     def residuals(parameters: np.ndarray) -> np.ndarray:
         camera = _camera(parameters, size, lens)

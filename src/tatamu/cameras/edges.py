@@ -32,8 +32,7 @@ class Edges:
 def closed_normals(curve: np.ndarray) -> np.ndarray:
     """Return the unit normals of a closed curve, shape (n, 2).
 
-    If y points up, the normals point out of a counter-clockwise curve. If y points down, as in pixels, they point out
-    of a curve that is clockwise on the screen.
+    They point out of a curve that is counter-clockwise where y points up, and clockwise where y points down.
     """
     smooth = gaussian_filter1d(curve, 2.0, axis=0, mode="wrap")
     along = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
@@ -42,15 +41,9 @@ def closed_normals(curve: np.ndarray) -> np.ndarray:
 
 
 def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reach: float) -> Edges:
-    """Find the edge of cloth near each of n points.
+    """Find the edge of cloth near n points [pixels], shape (n, 2), in order along the edge of an 8-bit RGB photograph.
 
-    The edge is where the colour changes most along a line through the point.
-
-    Args:
-        pixels: Photograph as 8-bit RGB, shape (h, w, 3).
-        points: Points near the edge, in order along the edge [pixels], shape (n, 2).
-        normals: Direction of the line through each point, shape (n, 2).
-        reach: Largest distance between the edge and the points [pixels].
+    It is where the colour changes most along the normal through the point, up to the distance `reach` [pixels].
     """
     at = np.arange(-2.0 * reach, 2.0 * reach + 1e-9, STEP)
     places = points[:, None] + at[:, None] * normals[:, None]
@@ -74,10 +67,7 @@ def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reac
 
 
 def sample(pixels: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the colours of an 8-bit picture at s positions on each of n lines, shape (n, s, 3).
-
-    The positions [pixels] have the shape (n, s, 2).
-    """
+    """Return the colours of an 8-bit picture, shape (n, s, 3), at places [pixels], shape (n, s, 2)."""
     cv2 = opencv()
     maps = places.astype(np.float32)
     return np.asarray(

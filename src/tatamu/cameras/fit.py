@@ -1,9 +1,7 @@
 """Fits the outline of a garment to an outline that was found in a photograph.
 
-The parameters are the position x and y, the angle yaw, and the scales along the garment and across it. The fit
-minimises a sum over the distances between the found points and the garment's outline. Small distances count with their
-squares. Large distances count less, because they may have other causes. For example, a corner of the cloth may be
-folded under.
+The parameters are x, y, yaw and the scales along and across the garment. The fit minimises the squared distances of the
+found points from the outline; large distances, as of a corner that is folded under, count less.
 """
 
 from __future__ import annotations
@@ -25,34 +23,22 @@ GIVEN = 0.001
 LARGEST = 1.5
 """Natural logarithm of the largest factor by which the fit may scale a garment."""
 TIE = 0.001
-"""Largest difference in score between two poses that count as equally good [m].
-
-The score of a pose is the error of the fit, plus the penalty `STRETCH` for changed proportions.
-"""
+"""Difference in score below which two poses are equally good [m]; a score is the fit's error plus a penalty."""
 STRETCH = 0.02
-"""Penalty for changed proportions [m], because a pose that keeps the proportions is more probable.
-
-This value is added to the score of a pose if the logarithm of length over width changes by 1.
-"""
+"""Penalty for a change of 1 in the logarithm of length over width [m], because cloth keeps its proportions."""
 CORRELATED = 0.05
 """Length along an outline within which the errors of points are correlated, so they do not average out [m]."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The pose and the size of a garment, fitted to an outline in a photograph."""
+    """The pose and the size of a garment, fitted to an outline."""
 
     shape: Shape
     parameters: np.ndarray
-    """Parameters of the fit, shape (5,): x, y [m], yaw [rad], and logarithms of two scales.
-
-    The scales are the factors along the garment and across it.
-    """
+    """x, y [m], yaw [rad] and the logarithms of the scales along and across the garment, shape (5,)."""
     off: np.ndarray
-    """Distance of each point of the outline in the photograph from the fitted outline [m], shape (n,).
-
-    The distance is positive if the point is outside the fitted outline.
-    """
+    """Signed distance of each point from the fitted outline [m], shape (n,); positive outside."""
     covariance: np.ndarray
     """Covariance of the parameters that results from errors of the outline in the photograph, shape (5, 5)."""
 
@@ -68,10 +54,7 @@ class Fit:
         return np.exp(self.parameters[3:])
 
     def place(self, points: np.ndarray) -> np.ndarray:
-        """Convert points of the garment's frame, shape (n, 2), to positions on the table, shape (n, 2).
-
-        The points are scaled and moved.
-        """
+        """Convert points of the garment's frame to positions on the table, shape (n, 2) each."""
         return self.pose.place(points * self.scale)
 
     @property
@@ -82,17 +65,10 @@ class Fit:
 
 
 def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outward: Pose | None = None) -> Fit:
-    """Fit the outline of a garment to an outline that was found in a photograph.
+    """Fit the outline of a garment to n found points, shape (n, 2), and to corners given by name [m], shape (2,).
 
-    A rectangle fits equally well in several poses. In such a case, the pose with the smallest yaw, positive or
-    negative, is chosen.
-
-    Args:
-        shape: Outline of the garment.
-        found: Points of the outline that was found [m], shape (n, 2).
-        given: Positions of corners that the user gives, by the name of the corner [m], shape (2,).
-        outward: Pose of the frame of `found` in the robot's frame. If it is given, poses are compared by their yaw in
-            the robot's frame. If it is None, they are compared by their yaw in the frame of `found`.
+    A rectangle fits in several poses, of which the one with the smallest absolute yaw is chosen, measured in the
+    robot's frame if `outward` is given: the pose of the frame of `found` in the robot's frame.
     """
     box = np.array(shapely.Polygon(found).minimum_rotated_rectangle.exterior.coords)
     first, second = box[1] - box[0], box[2] - box[1]
@@ -118,10 +94,7 @@ def _score(fit: Fit) -> float:
 
 
 def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], start: np.ndarray) -> Fit:
-    """Fit the outline of a garment to an outline that was found in a photograph.
-
-    The search starts from the parameters `start`.
-    """
+    """Fit the outline of a garment from the parameters `start` on."""
     names = list(given)
     own = np.array([shape.corners[name] for name in names]).reshape(-1, 2)
     wanted = np.array([given[name] for name in names]).reshape(-1, 2)

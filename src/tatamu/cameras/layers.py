@@ -1,9 +1,8 @@
 """Finds edges of cloth that lies on cloth: faint straight lines inside an outline.
 
-The photo is resampled in a rectangular window around an expected edge, with one side of the window along the edge. For
-many lines through the window, the mean gradient of brightness across the line is computed. A line is the edge if its
-gradient is much larger than the gradients of the other lines. This works because the rim of a layer differs in
-brightness from the cloth around it, and casts a shadow.
+The photo is resampled in a window along the expected edge, and the mean gradient of brightness across many lines in it
+is computed. The edge is a line whose gradient is much larger than those of the others, because the rim of a layer has
+another brightness and casts a shadow.
 """
 
 from __future__ import annotations
@@ -38,10 +37,8 @@ WIDE = 0.006
 SEEN = 0.7
 """Standard deviation of the blur of the camera's picture [pixels]."""
 SECOND = 0.35
-"""Least gradient of brightness at the fainter side of the band that the rim of a layer makes in the picture.
-
-It is a fraction of the gradient at the other side.
-"""
+"""Minimum gradient at the fainter side of the band that a layer's rim makes, as a fraction of that at the other
+side."""
 
 
 @dataclass(frozen=True)
@@ -65,13 +62,7 @@ class Window:
         return away @ self.along, away @ self.outward
 
     def line(self, middle: float, turn: float, rms: float) -> Line:
-        """Return the line that has a given position and slope in the window.
-
-        Args:
-            middle: Distance of the line from the expected edge at half the length of the window [m].
-            turn: Slope of the line relative to the expected edge.
-            rms: Error of the line [m].
-        """
+        """Return the line with a position [m] at half the window's length, a slope to the expected edge and an rms."""
         direction = self.along + turn * self.outward
         origin = self.corner + 0.5 * self.length * self.along + middle * self.outward
         return Line(origin, direction / np.linalg.norm(direction), rms, self.length / np.sqrt(12.0), 1)
@@ -82,12 +73,7 @@ def inner_edge(
 ) -> Line | None:
     """Return the edge of a layer that lies on other cloth; None if no line is clearly an edge.
 
-    Args:
-        photograph: The photograph.
-        frame: Pose of the fold's frame on the board.
-        window: Area in which the edge is expected.
-        height: Height of the edge above the table [m].
-        cloth: Area inside the outline of the cloth, in the fold's frame.
+    `window`, and the area `cloth` inside the outline, are in the fold's frame, which has the pose `frame` on the board.
     """
     step = max(FINEST, 0.7 * photograph.resolution(frame.place(window.corner[None])))
     along = np.arange(0.008, window.length, step)
@@ -127,9 +113,8 @@ def inner_edge(
 def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> float:
     """Return the coordinate at which a layer of cloth ends, from the gradients of brightness across its edge.
 
-    The rim of a layer may be a dark or bright band, which has a strong gradient at each end. The stronger of the two
-    gradients has the index `best`. The band has a width w and is blurred by `soft`. On both sides of the band, the
-    gradient is largest at the distance sqrt(soft^2 + w^2/4) from the band's middle.
+    The rim may be a dark or bright band of width w, blurred by `soft`, with a strong gradient at each end: at the
+    distance sqrt(soft^2 + w^2/4) from its middle. The stronger one has the index `best`.
     """
     reach = round(WIDE / float(across[1] - across[0]))
     strength = np.abs(slopes)
@@ -144,14 +129,7 @@ def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> floa
 
 
 def outer_edge(points: np.ndarray, window: Window) -> Line | None:
-    """Fit a line to the part of a cloth's outline that lies in a window.
-
-    The result is None if no part of the outline runs along the window.
-
-    Args:
-        points: Points of the outline in the fold's frame [m], shape (n, 2).
-        window: Area in which the edge is expected.
-    """
+    """Fit a line to the part of an outline, shape (n, 2) [m], in a window; None if no part runs along the window."""
     along, across = window.coordinates(points)
     near = (along > 0.01) & (along < window.length) & (np.abs(across) < window.reach)
     if near.sum() < 8 or np.ptp(along[near]) < 0.6 * window.length:

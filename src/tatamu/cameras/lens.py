@@ -1,7 +1,6 @@
-"""Describes the lens of a camera by its focal length, centre and distortion.
+"""Describes the lens of a camera by its focal length, centre and distortion, assumed or measured with a board.
 
-These values are assumed, or are measured from several photographs of a board. The distortion has OpenCV's coefficients
-k1, k2, p1, p2, k3. In its formulas, distances from the centre are divided by the focal length.
+The distortion is OpenCV's k1, k2, p1, p2, k3, for distances from the centre divided by the focal length.
 """
 
 from __future__ import annotations
@@ -22,30 +21,19 @@ from tatamu.cameras.opencv import opencv
 DIAGONAL = 0.04327
 """Diagonal of 35 mm film [m]. The focal length that a photo's file states refers to this film."""
 USUAL, SPREAD = 0.85, 0.35
-"""Usual focal length of a phone's camera, and its relative standard deviation.
-
-The focal length is a fraction of the picture's longer side.
-"""
+"""Focal length of a usual phone, as a fraction of the picture's longer side, and its relative standard deviation."""
 STATED_SPREAD = 0.05
 """Relative standard deviation of a focal length that a photo's file states."""
 KNOWN_SPREAD = 0.005
-"""Relative standard deviation of a focal length from a lens file. It is not zero because focusing changes the focal
-length."""
+"""Relative standard deviation of a focal length from a lens file, because focusing changes the focal length."""
 CENTRE_SPREAD, KNOWN_CENTRE = 0.01, 0.001
-"""Standard deviation of the lens's centre in the picture, as a fraction of the picture's longer side.
-
-The first value is used without a lens file, the second with a lens file.
-"""
+"""Standard deviation of the lens's centre without and with a lens file, as a fraction of the picture's longer side."""
 BENT, BENT_MORE = 0.03, 0.01
-"""Standard deviations of the distortion coefficients k1 and k2 without a lens file. They are small because phones
-correct most of the distortion themselves."""
+"""Standard deviations of k1 and k2 without a lens file; phones correct most of the distortion."""
 APART = 20.0
-"""Smallest angle by which the board must turn between two of the photos that determine a lens [degrees].
-
-At least one pair of the photos must differ by this angle.
-"""
+"""Minimum angle by which the board must turn between two of the photos that determine a lens [degrees]."""
 FEWEST = 4
-"""Smallest number of photos of a board from which a lens can be determined."""
+"""Minimum number of photos that determine a lens."""
 
 TURNS = {
     **{1: ((1, 0), (0, 1)), 2: ((-1, 0), (0, 1)), 3: ((-1, 0), (0, -1)), 4: ((1, 0), (0, -1))},
@@ -69,11 +57,7 @@ class Lens(Record):
 
 
 def load_lens(path: Path) -> Lens:
-    """Read a lens from its file.
-
-    Raises:
-        InputError: If the file cannot be read, or a field is wrong.
-    """
+    """Read a lens from its file."""
     return read_record(Lens, "lens", path)
 
 
@@ -103,10 +87,7 @@ def turned(lens: Lens, orientation: int) -> Lens:
 def possible_lenses(lens: Lens, size: tuple[int, int], orientation: int) -> list[Lens]:
     """Return the lenses that an upright photo may have been taken with; there are two if its file was turned untold.
 
-    Args:
-        lens: Lens for the pixels of the camera's sensor.
-        size: Width and height of the upright photo [pixels].
-        orientation: Orientation tag of the photo's file.
+    `lens` is that of the camera's sensor, and `orientation` the tag of the photo's file.
 
     Raises:
         InputError: If the ratio of the sides is different.
@@ -120,11 +101,7 @@ def possible_lenses(lens: Lens, size: tuple[int, int], orientation: int) -> list
 
 
 def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
-    """Return the lens for pictures of another width and height [pixels].
-
-    Raises:
-        InputError: If the ratio of the sides is different.
-    """
+    """Return the lens for pictures of another width and height [pixels] in the same ratio."""
     factor = size[0] / lens.width
     if abs(size[1] / lens.height - factor) > 0.01 * factor:
         raise InputError(
@@ -136,18 +113,10 @@ def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
 
 
 def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[int, int]) -> tuple[Lens, float]:
-    """Find the lens from several photos of one page of a board.
-
-    Args:
-        seen: Two arrays for each photo: the positions of k corners in the page's frame [m], and in the photo [pixels].
-            Both have the shape (k, 2).
-        size: Width and height of the photos [pixels].
-
-    Returns:
-        The lens, and the root mean square error of the corners with this lens [pixels].
+    """Find the lens from photos of one page of a board, and the root mean square error of the corners [pixels].
 
     Raises:
-        InputError: If there are fewer than `FEWEST` photos, or the photos are too similar.
+        InputError: If there are too few photos, or they are too similar.
     """
     if len(seen) < FEWEST:
         raise InputError(f"photos: must be at least {FEWEST}, from different sides and angles, given {len(seen)}")

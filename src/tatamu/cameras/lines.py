@@ -28,10 +28,7 @@ class Line:
 
     @classmethod
     def through(cls, points: np.ndarray) -> Line:
-        """Fit a line to n points, shape (n, 2), by total least squares.
-
-        Distant points get small weights (Cauchy's weights).
-        """
+        """Fit a line to points, shape (n, 2), by total least squares with Cauchy's weights."""
         weight = np.ones(len(points))
         for _ in range(ROUNDS):
             origin = weight @ points / weight.sum()
@@ -54,12 +51,7 @@ class Line:
         return np.asarray((points - self.origin) @ self.normal)
 
     def deviation_at(self, point: np.ndarray, independent: float) -> float:
-        """Return how exactly the line is known near a point: the standard deviation of its position across the line.
-
-        Args:
-            point: The point at which the deviation is computed, shape (2,).
-            independent: Number of fitted points whose errors are independent of one another.
-        """
+        """Return the standard deviation of the line across itself at a point, shape (2,), from independent errors."""
         away = float((point - self.origin) @ self.direction) / max(self.spread, 1e-9)
         return float(self.rms * np.sqrt((1.0 + away**2) / max(independent, 1.0)))
 

@@ -20,25 +20,15 @@ from tatamu.garments import make_garment
 from tatamu.study.result import Result
 
 TURNED_IN = 0.015
-"""Largest distance between a corner of the garment and the found outline [m]. With a larger distance, the corner of the
-cloth counts as turned in."""
+"""Distance between a corner and the found outline [m] above which the corner counts as turned in."""
 OTHER = 0.15
-"""Largest relative difference in width or length between the cloth and the garment of a learned fold.
-
-With a larger difference, the cloth is another garment, or is only partly visible.
-"""
+"""Maximum relative difference in width or length between the cloth and the expected garment."""
 OTHER_LENS = 0.015
 """Smallest logarithm of a change of size at which the size without the lens file is looked at."""
 MOST_TURNED = 2
-"""Largest number of a garment's corners that may be turned in.
-
-With more turned corners, the cloth counts as another garment.
-"""
+"""Maximum number of corners that may be turned in; otherwise the cloth is another garment."""
 UNLIKE = 0.010
-"""Largest root mean square distance between the outline in a photo and the garment's outline [m].
-
-With a larger distance, the cloth is another garment or has wrinkles.
-"""
+"""Maximum root mean square distance between the outline in a photo and the garment's outline [m]."""
 
 
 def locate(
@@ -57,18 +47,16 @@ def locate(
     """Find a garment on the table in a photo. The command `tatamu locate` does the same.
 
     Args:
-        photo: File of the photo. The photo shows all of the cloth and, next to the cloth, the board.
+        photo: File of the photo, which shows all of the cloth and, next to it, the board.
         board: File of the board, or "a4" or "letter" for a plain white sheet.
-        run: Learned fold, or the folder of a learned fold. The cloth is then compared with the garment of this fold. If
-            it is None, the cloth is compared with `garment`.
-        garment: Name or file of the garment.
+        run: Learned fold, or its folder, with whose garment the cloth is compared.
+        garment: Name or file of the garment with which the cloth is compared if there is no `run`.
         size: Width and length with which the cloth is compared [m]; None to accept any size.
-        board_pose: Pose of the board in the robot's base frame [m, m, rad]; None if it is not known.
-        touched: Positions of the board's marks A, B and C in the robot's base frame [m], shape (3, 2) or (3, 3). They
-            are measured by touching the marks with the robot. None if the marks were not touched.
-        lens: File of the camera's lens; None if the lens is not known.
-        corners: Pixels of corners that the user gives, by the name of the corner, shape (2,). They replace the corners
-            that are found.
+        board_pose: Pose of the board in the robot's base frame [m, m, rad].
+        touched: Positions of the marks A, B and C that the robot touched, in its base frame [m], shape (3, 2) or (3,
+            3).
+        lens: File of the camera's lens.
+        corners: Pixels of corners by name, shape (2,), which replace those that are found.
         join: Whether all regions that differ from the table belong to the cloth.
 
     Raises:
@@ -93,11 +81,7 @@ def locate(
 
 
 def learned_shape(run: Result | Path | str) -> Shape:
-    """Return the shape of the garment of a learned fold, as it lies before the fold.
-
-    Raises:
-        InputError: If the folder does not contain a learned fold.
-    """
+    """Return the shape of the garment of a learned fold, as it lies before the fold."""
     result = run if isinstance(run, Result) else Result.load(run)
     return shape_of(result.task.fold.garment, result.start)
 
@@ -111,15 +95,9 @@ def locate_shape(
     given: Mapping[str, np.ndarray] | None = None,
     join: bool = False,
 ) -> Located:
-    """Find a garment with a given outline on the table.
+    """Find a garment with a given outline on the table; `locate` explains the arguments.
 
-    Args:
-        photograph: Photograph of the table.
-        shape: Outline of the garment.
-        board_pose: Pose of the board in the robot's base frame; None if this pose is not known.
-        learned: Whether the cloth must have the size of `shape`. If false, the cloth may have any size.
-        given: Pixels of corners that the user gives, by the name of the corner, shape (2,).
-        join: Whether all regions that differ from the table belong to the cloth.
+    If `learned` is true, the cloth must have the size of `shape`.
 
     Raises:
         InputError: If the garment is not found, or one of its corners is turned in.
@@ -163,17 +141,14 @@ def locate_shape(
 
 
 def _turned(covariance: np.ndarray, outer: Pose) -> tuple[float, float, float]:
-    """Return the standard deviations of x, y and yaw in an outer frame, from their covariance in an inner frame.
-
-    `outer` is the pose of the inner frame in the outer frame.
-    """
+    """Return the deviations of x, y and yaw in an outer frame, in which the covariance's frame has the pose `outer`."""
     plane = outer.rotation @ covariance[:2, :2] @ outer.rotation.T
     x, y, yaw = np.sqrt([plane[0, 0], plane[1, 1], covariance[2, 2]]).tolist()
     return x, y, yaw
 
 
 def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the covariance of a fit's parameters that results from the uncertainty of the camera, shape (5, 5)."""
+    """Return the covariance of a fit's parameters due to the uncertainty of the camera, shape (5, 5)."""
     total = np.zeros((5, 5))
     height = fit.shape.height
     for camera in photograph.view.varied():
@@ -203,10 +178,7 @@ def _lens_doubt(photograph: Photograph, fit: Fit, edge: np.ndarray) -> tuple[str
 
 
 def _check_size(path: object, fit: Fit) -> None:
-    """Refuse cloth whose size differs much from the expected size.
-
-    A part of the cloth was then probably taken for the table.
-    """
+    """Refuse cloth whose size differs much from the expected size, because part of it was probably taken for table."""
     if not (np.abs(np.log(fit.scale)) < OTHER).all():
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"

@@ -1,7 +1,4 @@
-"""Describes a garment that was found on the table: pose, size and outline.
-
-It also describes how the garment differs from the garment of a learned fold.
-"""
+"""Describes a garment on the table: pose, size, outline, and how it differs from the garment of a learned fold."""
 
 from __future__ import annotations
 
@@ -16,25 +13,16 @@ from tatamu.cameras.photograph import Photograph
 from tatamu.cameras.pose import Pose
 
 DOUBTFUL = 0.003
-"""Largest standard deviation of a located garment's position [m].
-
-If it is larger, the user is asked for a better photo.
-"""
+"""Standard deviation of a position [m] above which the user is asked for a better photo."""
 WRINKLED = 0.03
-"""Largest relative loss of area of a cloth. If the loss is larger, the cloth counts as wrinkled or shrunk."""
+"""Relative loss of area above which a cloth counts as wrinkled or shrunk."""
 OTHER_SIZE = 0.02
-"""Largest relative difference in width or length between a cloth and the garment of a learned fold.
-
-If the difference is larger, the cloth counts as having another size.
-"""
+"""Relative difference in width or length above which a cloth counts as having another size."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The garment with which the cloth in a photograph is compared.
-
-    Its size is given by the user, or comes from a learned fold.
-    """
+    """The garment with which the cloth is compared, of a size that was given or learned."""
 
     size: tuple[float, float]
     """Width and length of the garment [m]."""
@@ -42,7 +30,7 @@ class Comparison:
     """Area of the garment [m2]."""
 
     def lines(self, located: Located) -> list[str]:
-        """Return a text that compares a located garment with this garment, as a list of lines."""
+        """Return the differences between a located garment and this one, as lines of text."""
         sides = [
             f"{name} {100 * (now / then - 1):+.1f} %"
             for name, now, then in zip(("width", "length"), located.size, self.size, strict=True)
@@ -66,7 +54,7 @@ class Located:
     pose: Pose
     """Pose of the garment's frame in the board's frame."""
     place: Pose | None
-    """Pose of the garment's frame in the robot's base frame; None if the board's pose in this frame is not known."""
+    """Pose of the garment's frame in the robot's base frame, if the board's pose there is known."""
     deviation: tuple[float, float, float]
     """Standard deviations of x, y [m] and yaw [rad] of the garment's pose."""
     size: tuple[float, float]
@@ -76,26 +64,23 @@ class Located:
     area: float
     """Area inside the garment's outline [m2]."""
     outline: np.ndarray
-    """Points of the outline that was found in the photograph [m], shape (n, 2).
-
-    If the board's pose in the robot's base frame is known, the points are in the robot's base frame. Otherwise they are
-    in the board's frame.
-    """
+    """Points of the outline [m], shape (n, 2), in the robot's base frame if `place` is known, otherwise in the
+    board's."""
     corners: Mapping[str, np.ndarray]
     """Corners of the fitted outline by name, in the frame of `outline` [m], shape (2,)."""
     rms: float
-    """Root mean square of the distances between the found outline and the garment's outline [m]."""
+    """Root mean square distance between the found and the fitted outline [m]."""
     learned: Comparison | None
-    """Garment with which the cloth is compared; None if neither a learned fold nor a size was given."""
+    """Garment with which the cloth is compared, if one was learned or a size was given."""
     fit: Fit = field(repr=False)
     photograph: Photograph = field(repr=False)
     edge: np.ndarray = field(repr=False)
-    """Points of the garment's outline in the photograph [pixels], shape (n, 2)."""
+    """Outline in the photograph [pixels], shape (n, 2)."""
     notes: tuple[str, ...] = ()
     """Notes for the user on files that probably do not belong to the photograph."""
 
     def describe(self) -> dict[str, Any]:
-        """Return the pose, size and outline of the garment as a dictionary for a JSON file."""
+        """Return the contents of the JSON file."""
         place = self.place
         learned = self.learned
         return {

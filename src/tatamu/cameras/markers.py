@@ -12,30 +12,17 @@ from tatamu.cameras.camera import Seen
 from tatamu.cameras.opencv import opencv
 
 FEWEST = 8
-"""Smallest number of corners of a chessboard from which the pose of a page of the board is determined."""
+"""Minimum number of corners that give the pose of a page."""
 WINDOW = 0.13
-"""Half the side of the window of pixels around a corner of a chessboard, from which its position is computed.
-
-It is a fraction of the side of a square of the chessboard. The window must be so small that it does not contain the
-markers inside the squares.
-"""
+"""Half the side of the window around a corner, as a fraction of a square; it must not reach the markers inside."""
 WINDOWS = (2, 10)
-"""Smallest and largest value of half the side of the window from which a corner's position is computed [pixels]."""
+"""Minimum and maximum of half the side of this window [pixels]."""
 LOST = 2.0
-"""Largest distance by which the more exact computation may move a corner of a chessboard [pixels].
-
-A corner that moves farther is dropped.
-"""
+"""Distance [pixels] by which the refinement may move a corner; one that moves farther is dropped."""
 ROUNDS = 8
-"""Number of rounds in which a corner of a chessboard is located.
-
-In each round, the window around the corner is moved to the position that the last round found.
-"""
+"""Rounds of the refinement; the window follows the corner."""
 BLURRED = 9.0
-"""Largest width of the sharpest edges of a photograph, in thousandths of its longer side.
-
-If the edges are wider, the photograph counts as blurred.
-"""
+"""Width of a photograph's sharpest edges, in thousandths of its longer side, above which it counts as blurred."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +35,9 @@ class FoundPage:
 
 
 def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
-    """Find the pages of a board in a photograph. The first page of the board comes first in the result.
+    """Find the pages of a board in a grey photograph, uint8, shape (h, w); the first page comes first.
 
     Further pages are found even if the board's file states fewer pages.
-
-    Args:
-        grey: Grey photograph, uint8, shape (h, w).
-        board: Description of the board.
 
     Raises:
         InputError: If too little of the first page is visible.
@@ -83,10 +66,7 @@ def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
 
 
 def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
-    """Compute the pixels of a chessboard's corners more exactly.
-
-    Return the corners' positions on the page, and their new pixels. Corners that move too far are dropped.
-    """
+    """Return a chessboard's corners on the page and their refined pixels, without those that move too far."""
     first = pixels.reshape(-1, 2)
     found = saddles(grey, first)
     kept = np.linalg.norm(found - first, axis=1) < LOST
@@ -96,14 +76,10 @@ def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
 def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Return the positions of a chessboard's corners with an error of a few hundredths of a pixel, shape (n, 2).
 
-    At a corner, the brightness has a saddle point. A quadratic function is fitted to the brightness around each corner,
-    and the saddle point of this function is the result. The method is by Lucchese and Mitra (2002, Asia-Pacific
-    Conference on Circuits and Systems). OpenCV's own refinement is not used, because edges of markers next to the
-    corner disturb it. They cause an error of a quarter of a pixel.
-
-    Args:
-        grey: Grey photograph, uint8, shape (h, w).
-        corners: Positions of the corners with an error of about a pixel [pixels], shape (n, 2).
+    A quadratic function is fitted to the brightness around each corner of a grey photograph, uint8, and its saddle
+    point is the corner (Lucchese and Mitra 2002, Asia-Pacific Conference on Circuits and Systems). The given `corners`
+    are right to about a pixel. OpenCV's own refinement is disturbed by the markers' edges and errs by a quarter of a
+    pixel.
     """
     apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
     np.fill_diagonal(apart, np.inf)
@@ -141,10 +117,7 @@ def _check(seen: np.ndarray, grey: np.ndarray) -> None:
 
 
 def _other_dictionary(grey: np.ndarray) -> str:
-    """Return the name of a set of markers ("dictionary") that the photo shows, but that this board does not use.
-
-    The name is empty if there is none.
-    """
+    """Return the name of another set of markers that the photo shows; empty if there is none."""
     aruco = opencv().aruco
     for name in ("DICT_5X5_250", "DICT_6X6_250", "DICT_APRILTAG_36h11"):
         dictionary = aruco.getPredefinedDictionary(getattr(aruco, name))

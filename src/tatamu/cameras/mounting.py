@@ -1,7 +1,4 @@
-"""Determines the pose of a board in the robot's base frame.
-
-The user gives the pose, or lets the robot touch the board's marks.
-"""
+"""Determines the pose of a board in the robot's base frame, which the user gives or the robot touches."""
 
 from __future__ import annotations
 
@@ -11,22 +8,15 @@ from tatamu.base.errors import InputError
 from tatamu.cameras.pose import Pose
 
 FARTHEST = 10.0
-"""Largest allowed coordinate of a board or a touched mark in the robot's base frame [m]."""
+"""Maximum coordinate in the robot's base frame [m]."""
 TOUCHED = 0.005
-"""Largest distance between the place at which the robot touched a mark and the mark's place on the board [m].
-
-If the distance is larger, the touched places are refused.
-"""
+"""Maximum distance between a touched mark and its place on the board [m]."""
 LEVEL = 0.01
-"""Largest difference in height between the touched marks [m]. If it is larger, the table is not level."""
+"""Maximum difference in height between the touched marks [m]."""
 
 
 def parse_pose(text: str, option: str) -> Pose:
-    """Read the pose of a board from a text "x,y,yaw" [m, m, rad].
-
-    Raises:
-        InputError: If the text is not a pose. The message names the command line option `option`.
-    """
+    """Read the pose of a board from a text "x,y,yaw" [m, m, rad] of the command's `option`."""
     values = _numbers(text, option, "x,y,yaw in metres and radians", (3,))
     if max(abs(values[0]), abs(values[1])) > FARTHEST or abs(values[2]) > 6.3:
         raise InputError(f"{option}: x and y must be within {FARTHEST:g} m and yaw within 6.3 rad, given {text!r}")
@@ -34,11 +24,7 @@ def parse_pose(text: str, option: str) -> Pose:
 
 
 def parse_touched(text: str) -> np.ndarray:
-    """Read the positions of three touched marks [m] from a text "x,y[,z] x,y[,z] x,y[,z]", shape (3, 2) or (3, 3).
-
-    Raises:
-        InputError: If the text does not contain three positions.
-    """
+    """Read three touched marks [m] from a text "x,y[,z] x,y[,z] x,y[,z]", shape (3, 2) or (3, 3)."""
     parts = text.split()
     if len(parts) != 3:
         raise InputError(f"touch: must be the three marks A, B and C, each as x,y or x,y,z in metres, given {text!r}")
@@ -52,11 +38,7 @@ def parse_touched(text: str) -> np.ndarray:
 
 
 def touched_pose(marks: np.ndarray, touched: np.ndarray) -> Pose:
-    """Return the pose of a board in the robot's base frame.
-
-    Args:
-        marks: Positions of the marks A, B and C in the board's frame [m], shape (3, 2).
-        touched: Positions of the marks in the robot's frame, where the robot touched them [m], shape (3, 2) or (3, 3).
+    """Return the pose of a board in the robot's base frame, in which its marks A, B and C were touched.
 
     Raises:
         InputError: If the touched positions do not fit the board, or the table is not level.

@@ -9,11 +9,7 @@ from tatamu.base.errors import InputError
 
 
 def opencv() -> Any:
-    """Return `cv2`, the Python module of OpenCV.
-
-    Raises:
-        InputError: If OpenCV is not installed.
-    """
+    """Return the module `cv2`; raise InputError if it is not installed."""
     if find_spec("cv2") is None:
         raise InputError("photographs need the package opencv-python-headless: pip install 'tatamu[photo]'")
     import cv2

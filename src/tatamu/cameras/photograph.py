@@ -25,26 +25,19 @@ ROOM = 0.004
 SMALLEST = 400
 """Smallest allowed number of pixels along the shorter side of a photo."""
 WIDEST, WIDEST_PIXELS = 0.006, 10.0
-"""Largest width over which the colour changes at the outline of the cloth, in metres and in pixels.
-
-If the width exceeds both limits, the photograph counts as blurred. The limit in pixels is so large because JPEG files
-blur colours over 4 pixels.
-"""
+"""Width of the edge of the cloth, in metres and in pixels; a photograph above both limits counts as blurred. JPEG alone
+blurs colours over 4 pixels."""
 OTHER_FOCAL = 1.25
-"""Largest ratio of the focal lengths of a lens file and of a photo's file if both describe the same lens."""
+"""Maximum ratio of the focal lengths that a lens file and a photo's file state."""
 SPACING = 2.0
 """Distance between points along the outline of a cloth, in pixels of a reduced copy of the photograph."""
 
 Scale = Board | Sheet
-"""The object of known size that gives a photograph its scale: a printed board or a sheet of paper."""
+"""What gives a photograph its scale."""
 
 
 def load_scale(name: Path | str) -> Scale:
-    """Return the object that gives a photograph its scale: a plain sheet of paper, or the board of a file.
-
-    Raises:
-        InputError: If `name` is neither the name of a sheet nor the file of a board.
-    """
+    """Return the plain sheet of this name, or the board of this file."""
     return SHEETS[str(name)] if str(name) in SHEETS else load_board(Path(name))
 
 
@@ -58,7 +51,6 @@ class Photograph:
     papers: tuple[np.ndarray, ...]
     """Corners of each sheet of paper in the photograph, in the board's frame [m], shape (4, 2) each."""
     scale: Scale
-    """Board or sheet of paper that gives the scale."""
 
     @property
     def pixels(self) -> np.ndarray:
@@ -66,10 +58,7 @@ class Photograph:
         return self.picture.pixels
 
     def in_pixels(self, table: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the pixels at which the camera sees n positions, shape (n, 2).
-
-        The positions on the table have shape (n, 2), and are raised by `height` [m].
-        """
+        """Return the pixels of positions on the table at a height [m], shape (n, 2) each."""
         return self.view.camera.project(np.column_stack([table, np.full(len(table), height)]))
 
     def resolution(self, table: np.ndarray) -> float:
@@ -81,16 +70,7 @@ class Photograph:
 
 
 def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photograph:
-    """Read a photograph and find its camera.
-
-    Args:
-        path: Path of the photograph.
-        scale: Board or sheet of paper that the photograph shows.
-        lens: Lens of the camera; None if the lens is not known.
-
-    Raises:
-        InputError: If the file is not a picture, or the board or sheet is not found.
-    """
+    """Read a photograph and find its camera from the board or sheet that it shows."""
     picture = read_picture(path)
     tall, wide = picture.pixels.shape[:2]
     if min(tall, wide) < SMALLEST:
@@ -135,12 +115,10 @@ def _view(pixels: np.ndarray, scale: Scale, lens: Lens | None, focal: float | No
 
 
 def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
-    """Find the outline of the cloth in a photograph [pixels].
-
-    On the screen, the points of the outline are in clockwise order.
+    """Find the outline of the cloth in a photograph [pixels], clockwise on the screen.
 
     Raises:
-        InputError: If no cloth differs from the table, the cloth is cut off, or the photograph is blurred.
+        InputError: If no cloth differs from the table, it is cut off, or the photograph is blurred.
     """
     pixels = photograph.pixels
     reduced = reduction(pixels)
@@ -174,19 +152,13 @@ def _grey(pixels: np.ndarray) -> np.ndarray:
 
 
 def _signed_area(curve: np.ndarray) -> float:
-    """Return the area inside a curve.
-
-    The area is positive if the curve is clockwise on the screen, where y points down.
-    """
+    """Return the area inside a curve, positive if it is clockwise on the screen, where y points down."""
     after = np.roll(curve, -1, axis=0)
     return float(0.5 * (curve[:, 0] * after[:, 1] - curve[:, 1] * after[:, 0]).sum())
 
 
 def _drawn(photograph: Photograph, reduced: int, shape: tuple[int, int]) -> np.ndarray:
-    """Return a mask of the photograph, which is True where a pixel shows a sheet of paper, shape (h, w).
-
-    The photograph is a reduced copy with h x w pixels.
-    """
+    """Return whether each pixel of a reduced copy of the photograph, shape (h, w), shows a sheet of paper."""
     covered = np.zeros(shape, dtype=np.uint8)
     for corners in photograph.papers:
         middle = corners.mean(axis=0)
@@ -199,10 +171,7 @@ def _drawn(photograph: Photograph, reduced: int, shape: tuple[int, int]) -> np.n
 def board_corners(photos: Sequence[Path], board: Board) -> tuple[list[Seen], tuple[int, int]]:
     """Return the corners of a board's first page in several photos, and the common size of the photos [pixels].
 
-    Pixels are those of the camera's sensor, because a lens does not turn with the orientation tag of a photo.
-
-    Raises:
-        InputError: If a photo does not show the first page, or the photos have different sizes.
+    The pixels are those of the sensor, because a lens does not turn with the orientation tag of a photo.
     """
     seen: list[Seen] = []
     sizes: dict[tuple[int, int], Path] = {}

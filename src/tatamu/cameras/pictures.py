@@ -26,10 +26,7 @@ CLOSE = 1000
 ROOM = 0.25
 """Margin around the shown part of a photograph, as a fraction of the part's longer side."""
 OUTLINE, FITTED, AXES = "#d02090", "#ffffff", ("#d64a57", "#14968c")
-"""Colours of three kinds of lines in a picture.
-
-They are the found outline of the cloth, the garment's outline that is fitted to it, and the axes x and y.
-"""
+"""Colours of the found outline, of the fitted outline, and of the axes x and y."""
 ARROW = 0.08
 """Length with which the axes of a coordinate frame are drawn [m]."""
 MARGIN = 0.05
@@ -42,12 +39,7 @@ class Overlay:
     """A photograph, or a part of a photograph, on which curves and dots are drawn."""
 
     def __init__(self, photograph: Photograph, around: np.ndarray | None = None) -> None:
-        """Cut and resize the photograph on which curves and dots are drawn.
-
-        Args:
-            photograph: The photograph.
-            around: Pixels that must be visible in the picture, shape (n, 2); None to show the whole photograph.
-        """
+        """Resize the photograph, cut to the pixels `around`, shape (n, 2), if they are given."""
         self._photograph = photograph
         image = Image.fromarray(photograph.pixels)
         if around is None:
@@ -67,12 +59,10 @@ class Overlay:
         self._font = ImageFont.load_default(max(11, round(max(size) / 75)))
 
     def curve(self, pixels: np.ndarray, colour: str, width: float = 1.0, closed: bool = False) -> None:
-        """Draw a curve through n pixels of the photograph, shape (n, 2)."""
         points = np.vstack([pixels, pixels[:1]]) if closed else pixels
         self._canvas.line(self._at(points), day(colour), max(1, round(width * self._wide)), joint="curve")
 
     def dot(self, pixel: np.ndarray, colour: str, text: str = "", before: bool = False) -> None:
-        """Draw a dot at a pixel of the photograph, shape (2,), with a text after the dot or before it."""
         ((x, y),) = self._at(pixel[None])
         radius = 2 * self._wide
         self._canvas.ellipse((x - radius, y - radius, x + radius, y + radius), day(colour), "#ffffff", 1)
@@ -82,11 +72,9 @@ class Overlay:
             self._canvas.text(place, text, "#ffffff", anchor="rm" if before else "lm", **look)
 
     def table_curve(self, places: np.ndarray, colour: str, width: float = 1.0, closed: bool = False) -> None:
-        """Draw a curve through positions on the table [m], shape (n, 2)."""
         self.curve(self._photograph.in_pixels(places), colour, width, closed)
 
     def frame(self, origin: np.ndarray, turn: np.ndarray, name: str) -> None:
-        """Draw the axes of a frame on the table. The frame's origin has shape (2,), its rotation matrix (2, 2)."""
         for axis, colour, letter in zip(turn.T, AXES, "xy", strict=True):
             ends = self._photograph.in_pixels(np.array([origin, origin + ARROW * axis]))
             self.curve(ends, colour, 2.0)
@@ -114,14 +102,9 @@ def draw_located(located: Located) -> Image.Image:
 
 
 def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Image.Image:
-    """Draw what was read from a photograph after a fold.
+    """Draw what was read after a fold: the outline, the corners of the hems, and where the moved corners should be.
 
-    The picture shows the outline of the cloth, the corners of the hems, and the positions at which the corners of the
-    moved hem should be.
-
-    Args:
-        reading: Reading of the fold, with its photograph.
-        expected: Another outline to draw [pixels], shape (n, 2); None to draw no other outline.
+    `expected` is another outline to draw [pixels], shape (n, 2).
     """
     overlay = Overlay(reading.photograph, reading.outline)
     overlay.curve(reading.outline, OUTLINE, 1.0, closed=True)
@@ -137,11 +120,7 @@ def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Im
 
 
 def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
-    """Return a picture of the table from straight above.
-
-    The board's x axis points to the right in the picture, and its y axis points up. The picture shows the table around
-    the given positions [m], shape (n, 2).
-    """
+    """Return a picture of the table around positions [m], shape (n, 2), from above, with the board's x to the right."""
     low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
     pixel = max(FINEST, photograph.resolution(places), float((high - low).max()) / LONGEST)
     columns = np.arange(low[0], high[0], pixel)
@@ -153,11 +132,7 @@ def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
 
 
 def write_picture(image: Image.Image, path: Path) -> None:
-    """Write a picture as a PNG or JPEG file, depending on the ending of the file's name.
-
-    Raises:
-        InputError: If the name has another ending, or the file cannot be written.
-    """
+    """Write a picture as a PNG or JPEG file, depending on the name's ending."""
     check_picture(path, "picture")
     buffer = io.BytesIO()
     options: Mapping[str, Any] = {} if path.suffix.lower() == ".png" else {"quality": 90}
@@ -167,10 +142,6 @@ def write_picture(image: Image.Image, path: Path) -> None:
 
 
 def check_picture(path: Path, option: str) -> None:
-    """Refuse a file name that does not end in .png, .jpg or .jpeg.
-
-    Raises:
-        InputError: If the name has another ending.
-    """
+    """Refuse a file name that does not end in .png, .jpg or .jpeg."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{option}: must be a .png or .jpg file, given {path}")

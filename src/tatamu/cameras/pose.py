@@ -33,19 +33,13 @@ class Pose:
         return np.asarray((points - [self.x, self.y]) @ self.rotation)
 
     def within(self, outer: Pose) -> Pose:
-        """Return the pose of this frame in a third frame.
-
-        `outer` is the pose of the outer frame in the third frame.
-        """
+        """Return the pose of this frame in the frame in which its outer frame has the pose `outer`."""
         x, y = outer.place(np.array([[self.x, self.y]]))[0]
         return Pose(float(x), float(y), wrapped(self.yaw + outer.yaw))
 
     @classmethod
     def moving(cls, points: np.ndarray, places: np.ndarray) -> Pose:
-        """Return the pose that moves n points onto the n positions `places`, by least squares.
-
-        Both arrays have the shape (n, 2).
-        """
+        """Return the pose that moves points onto places by least squares, shape (n, 2) each."""
         a, b = points - points.mean(axis=0), places - places.mean(axis=0)
         yaw = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
         x, y = places.mean(axis=0) - cls(yaw=yaw).place(points).mean(axis=0)

@@ -1,7 +1,4 @@
-"""Writes the board as a PDF file that prints at its true size.
-
-Pages are bitmaps with 20 dots per millimetre, so every line of the pattern lies on whole dots.
-"""
+"""Writes the board as a PDF file that prints at its true size; every line lies on whole dots."""
 
 from __future__ import annotations
 
@@ -17,7 +14,6 @@ from tatamu.cameras.board import BAR, COLUMNS, MARKERS, PAPERS, ROWS, SQUARE, TO
 DOTS = 20_000
 """Number of dots per metre of a printed page."""
 INCH = 0.0254
-"""Length of an inch [m]."""
 MARK = 0.005
 """Length of the two lines that form a printed mark [m]."""
 LINE = 0.0003
@@ -47,11 +43,7 @@ def page(board: Board, number: int) -> Image.Image:
 
 
 def write_pdf(board: Board, path: Path) -> None:
-    """Write all pages of a board as a PDF file at their true size.
-
-    Raises:
-        InputError: If the file cannot be written.
-    """
+    """Write all pages of a board as a PDF file at their true size."""
     first, *others = (page(board, number).convert("1") for number in range(board.pages))
     with replacing(path) as temporary:
         dated: dict[str, Any] = {

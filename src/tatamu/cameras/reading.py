@@ -1,11 +1,8 @@
 """Reads a finished fold from a photograph: where the moved hem lies, and how far the lower hem has slipped.
 
-The fold moves a hem of the cloth onto the opposite hem, which is called the lower hem. The moved hem lies on top. Two
-cases are possible:
-
-- An edge is seen inside the outline. Then this edge is the moved hem, and the outline shows the lower hem.
-- No edge is seen inside the outline. Then the outline shows the moved hem, and the lower hem is hidden under the moved
-  hem. The position of the crease shows how far the hidden hem may be from the outline.
+The moved hem lies on the opposite, lower hem. If an edge is seen inside the outline, it is the moved hem, and the
+outline shows the lower hem. Otherwise the outline shows the moved hem, which hides the lower one, and the crease tells
+how far the hidden hem may be from the outline.
 """
 
 from __future__ import annotations
@@ -29,22 +26,13 @@ from tatamu.folding.marks import lower_hem
 from tatamu.study.result import Result
 
 REACH = 0.06
-"""Largest distance between an edge of the folded cloth and its target position [m].
-
-The photograph is not searched for edges that are farther away.
-"""
+"""Maximum distance of an edge from its target position [m]."""
 LENGTH = 0.12
 """Length of the part of a cloth's edge that is searched, measured from a corner of the cloth [m]."""
 UNSEEN = 0.012
-"""Largest distance at which a hidden hem may lie from the visible outline of the folded cloth [m].
-
-If the hem may lie farther away, the result contains no value for this hem.
-"""
+"""Distance from the visible outline [m] above which a hidden hem has no value."""
 WIDER = 0.006
-"""Largest difference between the visible width of a hem and the width that it should have [m].
-
-If the visible hem is even wider, its two corners probably belong to different layers.
-"""
+"""Excess of a hem's visible width [m] above which its corners probably belong to different layers."""
 GIVEN = 1.5
 """Assumed standard deviation of a corner of the cloth that the user gives [pixels]."""
 ROUND = 0.3
@@ -53,7 +41,7 @@ CORNERS = ("left", "right", "lower-left", "lower-right")
 """Names of corners that the user can give: two of the moved hem, and two of the opposite, lower hem."""
 
 Measured = dict[str, tuple[float, float]]
-"""Value and standard deviation of each quantity that was measured after a fold [m], by name."""
+"""Value and standard deviation of each measured quantity [m], by name."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +49,7 @@ class FoldReading:
     """The result of reading a finished fold from a photograph."""
 
     values: Measured
-    """Deviations of the finished fold from its target, as read from the photograph.
-
-    The keys are the names of `folding.marks.MARKS`."""
+    """Deviations of the fold from its target, by the names of `folding.marks.MARKS`."""
     corners: Mapping[str, np.ndarray]
     """Pixels of the corners that were found, shape (2,), by the names of `CORNERS`."""
     outline: np.ndarray
@@ -75,10 +61,7 @@ class FoldReading:
     photograph: Photograph = field(repr=False)
 
     def pixels_of(self, points: np.ndarray) -> np.ndarray:
-        """Return the pixels at which the camera sees n points, shape (n, 2).
-
-        The points are given in the fold's frame [m], shape (n, 3).
-        """
+        """Return the pixels of points of the fold's frame [m], shape (n, 3), as shape (n, 2)."""
         placed = np.column_stack([self.frame.place(points[:, :2]), points[:, 2]])
         return self.photograph.view.camera.project(placed)
 
@@ -104,11 +87,7 @@ def read_fold(
     lens: Path | str | None = None,
     corners: Mapping[str, np.ndarray] | None = None,
 ) -> Measured:
-    """Measure in a photograph how a fold ended.
-
-    The result is the field `values` of the result of `view_fold`. The arguments and the errors are explained at
-    `view_fold`.
-    """
+    """Measure in a photograph how a fold ended: the `values` of `view_fold`."""
     return view_fold(photo, board, frame, result, lens=lens, corners=corners).values
 
 
@@ -125,13 +104,11 @@ def view_fold(
 
     Args:
         photo: File of a photo that was taken after the fold.
-        board: File of the board in the photo, or "a4" or "letter" for a plain sheet. The board must not have moved
-            since `frame` was determined.
+        board: File of the board, or "a4" or "letter"; it must not have moved since `frame` was determined.
         frame: The cloth as it was located before the fold, or the pose of the cloth's frame on the board.
         result: The learned fold that the robot executed.
-        lens: File of the camera's lens; None if the lens is not known.
-        corners: Pixels of corners that the user gives, by the names of `CORNERS`, shape (2,). They replace the corners
-            that are found.
+        lens: File of the camera's lens.
+        corners: Pixels of corners by the names of `CORNERS`, shape (2,), which replace those that are found.
 
     Raises:
         InputError: If a file or a corner's name is wrong, or no corner of the hem is found.
@@ -146,13 +123,7 @@ class FoldReader:
     """Finds the edges of a finished fold in a photograph."""
 
     def __init__(self, photograph: Photograph, frame: Pose, spread: tuple[float, float, float], fold: Fold) -> None:
-        """Find the outline of the folded cloth in a photograph.
-
-        Args:
-            photograph: The photograph.
-            frame: Pose of the fold's frame on the board.
-            spread: Standard deviations of x, y [m] and yaw [rad] of the frame.
-            fold: The planned fold, with its target.
+        """Find the outline of the folded cloth; `spread` has the deviations of the frame's x, y [m] and yaw [rad].
 
         Raises:
             InputError: If the fold uses a single hand, or no cloth is found.
@@ -179,9 +150,7 @@ class FoldReader:
         return [int(self._fold.left[0]), int(self._fold.right[0])]
 
     def read(self, given: Mapping[str, np.ndarray]) -> FoldReading:
-        """Return what was measured of the fold.
-
-        `given` has the pixels of corners that the user gives, by their names.
+        """Return what was measured of the fold, with the pixels of given corners by name.
 
         Raises:
             InputError: If a given corner has an unknown name, or no corner of the hem is found.
@@ -211,10 +180,7 @@ class FoldReader:
         return FoldReading(values, pixels, self._edge, targets, self._frame, self._photograph)
 
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
-        """Drop the coordinates of the moved hem's corners across the fold if this hem appears too wide.
-
-        One of these corners then probably belongs to the lower layer.
-        """
+        """Drop the moved corners' coordinates across the fold if the hem is too wide, so one is of the lower layer."""
         if "left" not in found or "right" not in found:
             return
         left, right = (self._fold.target[vertex, :2] for vertex in self._hem)
@@ -247,10 +213,7 @@ class FoldReader:
         return values
 
     def _corner(self, side: str, vertex: int) -> tuple[_Corner | None, _Corner | None]:
-        """Return a corner of the moved hem, and the corner of the lower hem below it.
-
-        A corner that is not found is None.
-        """
+        """Return a corner of the moved hem and that of the lower hem below it; None for one that is not found."""
         hem, flank = self._windows(side, vertex)
         upper_hem, lower_hem = self._edges(hem)
         upper_flank, lower_flank = self._edges(flank)
@@ -263,10 +226,7 @@ class FoldReader:
         return upper, lower
 
     def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
-        """Return two areas near a corner of the moved hem.
-
-        The hem is expected in the first area, and the side edge of the cloth in the second.
-        """
+        """Return where the hem and the side edge are expected near a corner of the moved hem."""
         target = self._fold.target[:, :2]
         corner = target[vertex]
         other = target[self._hem[1] if side == "left" else self._hem[0]]
@@ -283,10 +243,7 @@ class FoldReader:
         )
 
     def _edges(self, window: Window) -> tuple[Line | None, Line | None]:
-        """Return the edges of the upper layer and of the lower layer of folded cloth in a window of the photograph.
-
-        An edge that is not found is None.
-        """
+        """Return the edges of the upper and the lower layer in a window; None for one that is not found."""
         top = self._heights["upper"] + self._rim  # inner end of the visible rim
         inner = inner_edge(self._photograph, self._frame, window, top, self._cloth)
         if inner is not None:
@@ -294,10 +251,7 @@ class FoldReader:
         return outer_edge(self._outlines["upper"], window), None
 
     def _unseen(self, edge: Line, hem: Window) -> float:
-        """Return the largest possible distance of a hidden hem from the visible hem [m].
-
-        It is infinite if no crease is visible.
-        """
+        """Return the maximum distance of a hidden hem from the visible hem [m]; infinite if no crease is visible."""
         crease = self._crease()
         if crease is None:
             return np.inf
@@ -320,10 +274,7 @@ class FoldReader:
         return _Corner(place, deviation, self._heights[layer])
 
     def _lower(self, side: str, hem: Line | None, flank: Line | None) -> _Corner:
-        """Return a corner of the lower hem from its visible edges.
-
-        If only one edge is visible, the coordinate along this edge has an infinite standard deviation.
-        """
+        """Return a corner of the lower hem; if one edge is not seen, the deviation along the other is infinite."""
         if hem is not None and flank is not None:
             return self._met(hem, flank, "lower")
         seen, k = (hem, 0) if hem is not None else (flank, 1)
@@ -340,10 +291,7 @@ class FoldReader:
         return _Corner(place, np.full(2, np.hypot(size, self._rim)), self._heights[layer])
 
     def _total(self, corner: _Corner) -> np.ndarray:
-        """Return the standard deviations of a corner's position along and across the fold, shape (2,).
-
-        They include the uncertainties of the camera and of the fold's frame.
-        """
+        """Return a corner's deviations along and across the fold, with those of camera and frame, shape (2,)."""
         pixel = self._photograph.in_pixels(self._frame.place(corner.place[None]), corner.height)
         camera = float(self._photograph.view.deviation(pixel, corner.height)[0]) / np.sqrt(2.0)
         x, y, yaw = self._spread

@@ -58,12 +58,7 @@ class Shape:
 
 
 def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
-    """Return the outline and the named corners of a lying garment, as seen from above.
-
-    Args:
-        garment: The garment.
-        lying: Positions of the garment's vertices [m], shape (n, 3); None if the garment lies flat.
-    """
+    """Return the outline and the named corners of a garment, which is flat or lies at vertices [m], shape (n, 3)."""
     points = garment.vertices if lying is None else lying
     polygon = silhouette(points, garment.faces)
     height = 0.5 * (float(points[:, 2].max()) + 0.5 * garment.material.thickness)
@@ -73,10 +68,7 @@ def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
 
 
 def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
-    """Return the region that the triangles of a mesh cover, seen from above, with holes filled.
-
-    If the region has several parts, the largest part is returned.
-    """
+    """Return the largest region that the triangles of a mesh cover, seen from above, with holes filled."""
     triangles = shapely.polygons(points[faces][:, :, :2])
     whole = shapely.union_all(triangles[shapely.area(triangles) > 1e-12], grid_size=1e-6)
     parts = shapely.get_parts(whole)
@@ -84,10 +76,7 @@ def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 
 def _named_corners(garment: Garment, points: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the positions of the ends of a garment's open edges, by name.
-
-    A vertex at which two edges end appears only once.
-    """
+    """Return the ends of a garment's open edges by name; a vertex at which two edges end appears once."""
     named: dict[str, np.ndarray] = {}
     known: set[int] = set()
     ends = {edge: [int(garment.edges[edge][k]) for k in (0, -1)] for edge in garment.openings}

@@ -1,7 +1,6 @@
 """Finds a plain white sheet of paper that lies next to the cloth and gives the scale of a photo.
 
-The origin of the sheet's frame is the middle of the sheet. The x axis is parallel to the long side, and points to the
-right in the photo. The z axis points up from the table.
+Its frame has its origin in the middle, and x along the long side to the right in the photo.
 """
 
 from __future__ import annotations
@@ -23,21 +22,11 @@ LONGEST = 1400
 SMALLEST, LARGEST = 0.002, 0.4
 """Smallest and largest fraction of the photo's area that a sheet of paper may cover."""
 PLAIN, SPOTS = 0.75, 0.02
-"""Two limits for the brightness of a plain sheet of paper.
-
-A pixel counts as dark if its brightness is less than the first number times the median brightness. The second number is
-the largest fraction of dark pixels.
-"""
+"""Minimum brightness of a plain sheet's pixels, as a fraction of their median, and maximum fraction of darker ones."""
 LEVELS = (0.6, 0.7, 0.8, 0.88)
-"""Thresholds that separate a sheet of paper from darker areas, as fractions of the largest brightness.
-
-Each threshold is tried.
-"""
+"""Thresholds that are tried to separate paper from darker areas, as fractions of the largest brightness."""
 RESIDUAL = 3.0
-"""Largest root mean square distance between the corners of a bright area and the corners of a sheet [pixels].
-
-If the distance is larger, the area is not the sheet.
-"""
+"""Maximum root mean square distance between the corners of a bright area and those of a sheet [pixels]."""
 SIDE = 60
 """Number of positions along each side of a sheet of paper at which the edge is located."""
 
@@ -58,10 +47,7 @@ class Sheet:
 
     @property
     def marks(self) -> np.ndarray:
-        """Positions of three corners of the sheet in its frame [m], shape (3, 2).
-
-        They are the corners at (-x, -y), (+x, -y) and (-x, +y).
-        """
+        """Corners of the sheet at (-x, -y), (+x, -y) and (-x, +y), in its frame [m], shape (3, 2)."""
         return self.corners[[0, 1, 3]]
 
 
@@ -69,11 +55,7 @@ SHEETS = {name: Sheet(name, (size[1], size[0])) for name, size in PAPERS.items()
 
 
 def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float | None) -> View:
-    """Find the camera of a photo from a sheet of paper in the photo.
-
-    Raises:
-        InputError: If no quadrangle in the photo can be this sheet.
-    """
+    """Find the camera of a photo from a sheet of paper; raise InputError if no quadrangle can be this sheet."""
     size = (pixels.shape[1], pixels.shape[0])
     views = []
     for quad in _quadrangles(pixels):
@@ -98,10 +80,7 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
 
 
 def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
-    """Return the corners of bright convex quadrangles in a photo [pixels], shape (4, 2) each.
-
-    The corners are counter-clockwise as seen from above the table.
-    """
+    """Return bright convex quadrangles [pixels], shape (4, 2) each, counter-clockwise as seen from above the table."""
     cv2 = opencv()
     factor = max(1.0, max(pixels.shape[:2]) / LONGEST)
     small = cv2.resize(pixels, None, fx=1 / factor, fy=1 / factor, interpolation=cv2.INTER_AREA)
@@ -127,10 +106,7 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
 
 
 def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
-    """Return whether a quadrangle in a photo has the same brightness everywhere.
-
-    If not, it may be a printed page.
-    """
+    """Return whether a quadrangle has the same brightness everywhere, unlike a printed page."""
     middle = quad.mean(axis=0)
     inner = np.round(middle + 0.85 * (quad - middle)).astype(np.int32)
     there = np.zeros(dark.shape, dtype=np.uint8)
@@ -140,10 +116,7 @@ def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
 
 
 def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
-    """Return more exact corners of a quadrangle in a photo [pixels], shape (4, 2); None if a side has no clear edge.
-
-    A line is fitted to the edge of each side. The corners are the points at which neighbouring lines meet.
-    """
+    """Return the intersections of a quadrangle's fitted sides [pixels], shape (4, 2); None if a side is unclear."""
     reach = 3.0 + max(pixels.shape[:2]) / LONGEST * 2.0
     lines = []
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):

@@ -15,14 +15,13 @@ from tatamu.garments.tshirt import tshirt
 from tatamu.simulation.material import Material, load_material, measured_size
 
 GARMENTS: dict[str, Callable[..., Garment]] = {"towel": towel, "tshirt": tshirt, "trousers": trousers}
-"""Function that makes each built-in garment from its size, material and mesh spacing, by the garment's name."""
+"""Function that makes each built-in garment, by name."""
 
 DESCRIPTIONS = {
     "towel": "one rectangular panel",
     "tshirt": "a child's, front and back",
     "trousers": "a child's, front and back",
 }
-"""Short descriptions of the garments, by the garment's name."""
 
 __all__ = [
     "DESCRIPTIONS",
@@ -39,12 +38,11 @@ __all__ = [
 
 
 def register_garment(name: str, make: Callable[..., Garment], description: str = "") -> None:
-    """Register a garment under a name. After this call, `make_garment` with this name returns this garment.
+    """Register a garment, so `make_garment` with this name returns it.
 
     Args:
         name: Name of the garment.
-        make: Function that makes the garment from the keywords `size`, `material` and `spacing`. The function must have
-            a default for each keyword.
+        make: Function that makes the garment from the keywords `size`, `material` and `spacing`, which have defaults.
         description: Description of the garment in a few words.
 
     Raises:
@@ -63,21 +61,18 @@ def make_garment(
     spacing: float | None = None,
     scale: float | None = None,
 ) -> Garment:
-    """Return a built-in garment by its name, or a garment from a file.
-
-    If an argument is None, the default value of the garment is used.
+    """Return a built-in garment by its name, or a garment from a file; None stands for the garment's default.
 
     Args:
         name: A name of `GARMENTS`, or the path of a garment file, an outline or a mesh (docs/guide/garments.md).
-        size: Width (y) and length (x) [m]; None for the default size of the garment. If `material` is a file that was
-            calibrated with this garment, None stands for the size that was measured in the calibration.
+        size: Width (y) and length (x) [m]; by default as measured, if `material` is a file calibrated with this
+            garment.
         material: Material of the cloth, or the name of a preset, or the path of a material file.
         spacing: Edge length of the mesh [m].
         scale: Length of one unit of the garment's file [m].
 
     Raises:
-        InputError: If there is no garment with this name, or its file is wrong. Also if the garment cannot have the
-            given size, material or spacing.
+        InputError: If the name, the file or another argument is wrong.
     """
     made = load_material(Path(material)) if isinstance(material, str | Path) else material
     if size is None and isinstance(material, str | Path):

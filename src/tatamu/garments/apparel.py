@@ -1,16 +1,8 @@
 """Makes pieces from sewing patterns in the apparel industry's form of DXF (ANSI/AAMA-292, ASTM D6673).
 
-The file has one block for each piece of the pattern. Each layer has a number and a meaning:
-
-- Layer 1 has the boundary of a piece, along which the piece is cut.
-- Layer 14 has the lines along which the piece is sewn.
-- Layer 11 has the cut-outs.
-- Layer 7 has the grain line.
-- Layer 6 has the fold line of a piece that is cut on a fold.
-
-All other layers are ignored, because a flat garment does not need them. Examples of ignored layers are notches (4 and
-80 to 83), drill holes (13) and annotations (15). Texts state the name of a piece and the unit: METRIC is millimetres,
-ENGLISH is inches.
+Each piece is a block. Its layers are 1 (cut line), 14 (sew line), 11 (cut-outs), 7 (grain line) and 6 (fold line, on
+which cloth is folded before it is cut). Others are ignored, such as notches (4, 80 to 83), drill holes (13) and
+annotations (15). Texts state the name of a piece and the unit: METRIC is millimetres, ENGLISH is inches.
 """
 
 from __future__ import annotations
@@ -30,12 +22,12 @@ STYLE = re.compile(r"\s*(ANSI/AAMA|ASTM|UNITS|PIECE NAME|STYLE NAME)\b", re.IGNO
 
 
 def is_pattern(texts: Sequence[str]) -> bool:
-    """Return whether the texts of a drawing show that it is a sewing pattern in the apparel industry's form of DXF."""
+    """Return whether a drawing with these texts is a sewing pattern in the apparel industry's form."""
     return any(STYLE.match(text) for text in texts)
 
 
 def unit(texts: Iterable[str]) -> Unit | None:
-    """Return the unit that the texts of a sewing pattern state; None if no text states a unit."""
+    """Return the unit that the texts of a pattern state."""
     for text in texts:
         found = re.fullmatch(r"\s*UNITS\s*:\s*(METRIC|ENGLISH)\s*", text, re.IGNORECASE)
         if found:
@@ -45,10 +37,7 @@ def unit(texts: Iterable[str]) -> Unit | None:
 
 
 def title(texts: Iterable[str], block: str) -> str:
-    """Return the name of a piece of a sewing pattern, as stated by its texts.
-
-    If the texts have no name, return the name of its block.
-    """
+    """Return the name that the texts of a piece state, or else that of its block."""
     for text in texts:
         found = re.fullmatch(r"\s*PIECE NAME\s*:\s*(\S.*?)\s*", text, re.IGNORECASE)
         if found:
@@ -57,10 +46,10 @@ def title(texts: Iterable[str], block: str) -> str:
 
 
 def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None:
-    """Make a piece of a sewing pattern from its curves, which are given by layer.
+    """Make a piece from its curves by layer; None without a closed boundary.
 
-    The result is None if the piece has no closed boundary. If the sew line is closed, it is the outline, because cloth
-    outside the sew line is hidden inside the sewn garment. Otherwise the outline is the cut line.
+    A closed sew line is the outline, because cloth outside is hidden inside the sewn garment; otherwise the cut line
+    is.
     """
     cut = _closed(layers, BOUNDARY)
     if not cut:
@@ -81,12 +70,12 @@ def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None
 
 
 def loose_pieces(layers: Mapping[str, Sequence[DrawnCurve]]) -> tuple[Piece, ...]:
-    """Return the pieces of a sewing pattern without blocks: one piece without a name for each closed boundary."""
+    """Return a nameless piece for each closed boundary of a pattern without blocks."""
     return grouped([DrawnCurve("", curve.points, True) for curve in _closed(layers, BOUNDARY)])
 
 
 def _closed(layers: Mapping[str, Sequence[DrawnCurve]], layer: str) -> list[DrawnCurve]:
-    """Return the closed curves of a layer, in the order of their extents, the largest first."""
+    """Return the closed curves of a layer, from the largest to the smallest extent."""
     loops = [curve for curve in layers.get(layer, ()) if curve.closed]
     return sorted(loops, key=lambda curve: -float(np.prod(np.ptp(curve.points, axis=0))))
 

@@ -1,7 +1,6 @@
 """Turns a piece of a drawing, such as a sewing pattern, into the outline of a garment.
 
-The outline is the largest closed curve of the piece. Closed curves inside are holes, and open curves along the outline
-name parts of the outline.
+The outline is the largest closed curve. Closed curves inside are holes, and open curves along it name its parts.
 """
 
 from __future__ import annotations
@@ -20,26 +19,17 @@ from tatamu.garments.outline import Outline, counted
 from tatamu.garments.outline_sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
-"""Largest distance by which an outline may change when points that it does not need are left out [m]."""
+"""Maximum change of an outline by leaving out points [m]."""
 MOST_CORNERS = 2_000
-"""Largest number of corners of each curve of an outline. The number is limited because libraries recurse once for each
-corner, or try all pairs of corners."""
+"""Maximum number of corners of a curve, because libraries recurse once for each corner, or try all pairs."""
 MOST_NOTES = 5
-"""Largest number of notes to the user about named curves that name no opening, because they are not on the outline.
-
-If there are more such curves, one further note states their number.
-"""
+"""Maximum number of notes on named curves that are not on the outline; one further note counts the others."""
 SAME = 0.99
-"""Largest area of a hole, as a fraction of the area inside the outline.
-
-A larger curve is the outline itself, drawn a second time.
-"""
+"""Maximum area of a hole, as a fraction of the outline's; a larger curve is the outline, drawn a second time."""
 WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
-"""Two limits of the width of a seam allowance or a hem; the smaller limit applies. The first limit is in metres. The
-second limit is a fraction of the square root of the piece's area."""
+"""Maximum width of a seam allowance or hem [m], and as a fraction of the square root of the piece's area."""
 MARK = 0.05
-"""Largest extent of a mark, such as a notch, as a fraction of the outline's extent. A mark is a small closed curve that
-crosses the outline."""
+"""Maximum extent of a mark, as a fraction of the outline's. A mark, such as a notch, crosses the outline."""
 Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
@@ -50,7 +40,7 @@ class Cut:
     outline: Outline
     """The outline in the garment's frame [m]."""
     openings: tuple[str, ...]
-    """Names of the open sides of the outline, which are not sewn."""
+    """Names of the open sides of the outline."""
     notes: tuple[str, ...]
     """Notes for the user on how the drawing was understood."""
 
@@ -59,13 +49,12 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     """Return the outline of a garment from a piece of a drawing.
 
     Args:
-        piece: Piece of the drawing, with its curves.
-        matrix: Matrix that turns the drawing's coordinates into metres in a garment's frame, shape (2, 2).
-        openings: The openings of the garment: names of open curves or of sides, or curves in the drawing's coordinates
-            by name. With None, every named open curve along the outline is an opening.
+        piece: Piece of the drawing.
+        matrix: Matrix from the drawing's coordinates to metres in the garment's frame, shape (2, 2).
+        openings: Names of open curves or of sides, or curves in the drawing's coordinates by name. By default, every
+            named open curve along the outline is an opening.
         path: Path of the file, for messages.
-        holes: Whether closed curves inside are holes. With None, a closed curve is a hole unless it follows the
-            outline.
+        holes: Whether closed curves inside are holes. By default, a curve that follows the outline is none.
 
     Raises:
         InputError: If the piece has no closed curve, the outline crosses itself, or an opening does not exist.
@@ -98,11 +87,10 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 
 
 def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
-    """Return the cloth within the first closed curve, and notes on how the other closed curves were interpreted.
+    """Return the cloth within the first closed curve, and notes on how the others were interpreted.
 
-    A pattern may have two lines around a piece: the cut line and, inside the cut line, the line along which the piece
-    is sewn. No drawing states whether an inner closed curve is a hole or the sewn line. But only a sewn line follows
-    the outline.
+    A pattern may have two lines around a piece: the cut line and, inside, the sew line. No drawing states whether an
+    inner curve is a hole or a sew line, but only a sew line follows the outline.
     """
     outer, *inner = (_valid(_bounded(ring, path), path) for ring in rings)
     extent = max(np.ptp(rings[0], axis=0))
@@ -150,7 +138,7 @@ def _valid(points: np.ndarray, path: Path) -> shapely.Polygon:
 
 
 def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Polygon:
-    """Return a whole piece of a sewing pattern from its drawn half: the half is joined with its mirror image."""
+    """Return a whole piece: its drawn half, joined with the mirror image."""
     start, along = line[0], (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
 
     def image(points: np.ndarray) -> np.ndarray:
@@ -166,13 +154,7 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """Return a closed curve with at most `MOST_CORNERS` points.
-
-    If the given curve has more points, it is simplified.
-
-    Raises:
-        InputError: If the simplified curve still has too many points.
-    """
+    """Return a closed curve, simplified if it has more than `MOST_CORNERS` points."""
     if len(points) <= MOST_CORNERS:
         return points
     around = np.vstack([points, points[:1]])
@@ -185,16 +167,13 @@ def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
 
 
 def _ring(region: shapely.Polygon) -> np.ndarray:
-    """Return the outer curve of a region, counter-clockwise and without unnecessary points, shape (k, 2)."""
+    """Return the outer curve of a region, counter-clockwise and simplified, shape (k, 2)."""
     points = np.array(shapely.simplify(shapely.Polygon(region.exterior), SMOOTH).exterior.normalize().coords[:-1])
     return points if shapely.is_ccw(shapely.LinearRing(points)) else points[::-1]
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return curves by their names.
-
-    Repeated names are numbered. For example, all curves in one DXF layer have the same name.
-    """
+    """Return curves by their names. Repeated names are numbered, such as those of all curves in one DXF layer."""
     found: dict[str, np.ndarray] = {}
     for name, points in named:
         number = sum(other == name or other.startswith(f"{name} ") for other in found)

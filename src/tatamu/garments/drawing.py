@@ -60,7 +60,7 @@ class DrawnPieces:
 
 
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
-    """Make a curve without repeated points, or return None if fewer than two points are left.
+    """Make a curve without repeated points; None if fewer than two points are left.
 
     Raises:
         InputError: If a coordinate is not finite or exceeds `FARTHEST`, or the curve has too many points.
@@ -78,5 +78,5 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
 
 
 def where(path: Path, text: str) -> str:
-    """Return an error message about the outline in a file: the path, the word "outline" and the text."""
+    """Return an error message about the outline in a file."""
     return f"{path}: outline: {text}"

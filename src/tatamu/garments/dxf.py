@@ -1,8 +1,4 @@
-"""Reads DXF files: their curves and their unit.
-
-If the file is a sewing pattern in the apparel industry's form of DXF, the pieces of the pattern are read. In other
-files, each layer gives curves, which have the name of the layer.
-"""
+"""Reads DXF files: the pieces of a sewing pattern, or else one curve for each layer, with the layer's name."""
 
 from __future__ import annotations
 
@@ -22,21 +18,15 @@ from tatamu.garments.units import NAMES, Unit
 from tatamu.garments.unpacking import LARGEST_DRAWING, MOST_PARTS, check_unpacked
 
 KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
-"""Types of DXF entities (the parts of a drawing) that are curves."""
+"""Types of DXF entities that are curves."""
 NAMELESS = ("0", "defpoints")
 """Layers that every DXF file has. Curves in these layers have no name."""
 FLATNESS = 1e-4
 """Largest distance between an arc and the polyline that replaces it, unless the arc is very large [m]."""
 RELATIVE_FLATNESS = 1e-5
-"""Largest distance between a very large arc and the polyline that replaces it, as a fraction of the arc's extent.
-
-Because of this limit, the polyline of a very large arc does not need very many points.
-"""
+"""Maximum distance between a very large arc and its polyline, as a fraction of the arc's extent."""
 MOST_ENTITIES = 60_000
-"""Largest number of entities (curves, texts and so on) of a drawing, after each inserted block is replaced by its own.
-
-Reading takes a third of a millisecond per entity.
-"""
+"""Maximum number of entities, each inserted block counted as its own; each takes a third of a millisecond."""
 MOST_BENT = 10_000
 """Largest number of curves of a drawing; straight lines are not counted. Reading takes a millisecond per curve."""
 MEETING = 1e-6
@@ -45,11 +35,7 @@ Layers = dict[str, list[np.ndarray]]
 
 
 def read_dxf(path: Path) -> DrawnPieces:
-    """Read the pieces of a DXF file. Lines and arcs of one layer that meet become one curve.
-
-    Raises:
-        InputError: If the file cannot be read or is not a DXF file.
-    """
+    """Read the pieces of a DXF file. Lines and arcs of one layer that meet become one curve."""
     from ezdxf.filemanagement import readfile
 
     with opened(path, LARGEST_DRAWING), foreign(path, "a DXF file"):
@@ -59,13 +45,7 @@ def read_dxf(path: Path) -> DrawnPieces:
 
 
 def _check_unpacked(document: Any) -> None:
-    """Check that a drawing does not have too many entities after each inserted block is replaced by its entities.
-
-    The number may be very large, because a block may include other blocks many times.
-
-    Raises:
-        InputError: If the drawing then has too many entities.
-    """
+    """Refuse a drawing whose inserted blocks, which may include other blocks many times, have too many entities."""
     blocks = {"": document.modelspace(), **{f"*{block.name.casefold()}": block for block in document.blocks}}
 
     def parts(name: str) -> Iterator[tuple[str, int]]:
@@ -97,17 +77,13 @@ def _pieces(document: Any, path: Path) -> DrawnPieces:
 
 
 def _parts(entities: Iterable[Any]) -> Iterable[Any]:
-    """Yield all entities of a drawing.
-
-    Each inserted block is replaced by its entities at the position of the insertion.
-    """
+    """Yield all entities of a drawing, with those of inserted blocks at their positions."""
     from ezdxf.disassemble import recursive_decompose
 
     return recursive_decompose(entities)
 
 
 def _texts(entities: Iterable[Any]) -> list[str]:
-    """Return all texts that a drawing contains."""
     return [
         one_line(str(entity.dxf.text if entity.dxftype() == "TEXT" else entity.plain_text()))
         for entity in entities
@@ -116,10 +92,7 @@ def _texts(entities: Iterable[Any]) -> list[str]:
 
 
 def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
-    """Return the unit of a drawing.
-
-    A unit in a text of the drawing overrides $INSUNITS in the header, because many programs do not set $INSUNITS.
-    """
+    """Return the unit of a drawing. One in a text overrides $INSUNITS, which many programs do not set."""
     from ezdxf.enums import InsertUnits
     from ezdxf.units import conversion_factor
 
@@ -139,11 +112,7 @@ def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
 
 
 def _layers(entities: Iterable[Any], scale: float) -> Layers:
-    """Return all polylines of a drawing, each of shape (k, 2), by the layer that contains them.
-
-    Raises:
-        InputError: If there are too many polylines, or they have too many points.
-    """
+    """Return all polylines of a drawing, shape (k, 2), by layer."""
     layers: Layers = {}
     drawn = [entity for entity in entities if entity.dxftype() in KINDS]
     bent = sum(entity.dxftype() != "LINE" for entity in drawn)
@@ -161,11 +130,7 @@ def _layers(entities: Iterable[Any], scale: float) -> Layers:
 
 
 def _flattened(entity: Any, scale: float) -> np.ndarray:
-    """Return points along a curve of a DXF file, shape (k, 2).
-
-    Raises:
-        InputError: If a coordinate exceeds `FARTHEST`, or the curve needs too many points.
-    """
+    """Return points along a curve, shape (k, 2)."""
     from ezdxf.path import make_path
 
     kind = entity.dxftype()
@@ -200,10 +165,7 @@ def _merged(lines: list[np.ndarray], near: float) -> list[np.ndarray]:
 
 
 def _pattern(blocks: list[tuple[str, list[Any]]], loose: list[Any], scale: float) -> tuple[Piece, ...]:
-    """Return the pieces of a sewing pattern in the apparel industry's form.
-
-    The result is empty if the drawing is not a pattern in this form.
-    """
+    """Return the pieces of a sewing pattern in the apparel industry's form; none if it has another form."""
     made = []
     for block, entities in blocks:
         curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(entities, scale).items()}

@@ -1,7 +1,4 @@
-"""Makes a garment from a mesh that is flat already.
-
-The mesh has one layer, or two layers: a front that faces up and a back that faces down.
-"""
+"""Makes a garment from a mesh that is flat already, with one layer, or with a front that faces up and a back."""
 
 from __future__ import annotations
 
@@ -21,23 +18,14 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
 
 OVERLAP = 1.01
-"""Largest ratio of two areas: the area of all triangles that face one way, and the area that they cover on the table.
-
-If the ratio is larger, triangles lie on each other.
-"""
+"""Ratio of the area of triangles that face one way to the area that they cover, above which they lie on each other."""
 
 UNLIKE = 0.02
 """Largest area by which the outlines of a garment's front and back may differ, as a fraction of the garment's area."""
 
 
 def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """Return a garment with the vertices and triangles of a mesh that is flat already.
-
-    Args:
-        name: Name of the garment.
-        plan: Vertices in the garment's frame [m], shape (n, 2).
-        faces: Triangles, shape (m, 3), of consistent orientation.
-        material: Material of the cloth.
+    """Return the garment of a flat mesh with vertices [m], shape (n, 2), and triangles of consistent orientation.
 
     Raises:
         InputError: If more than two layers lie on each other.
@@ -67,7 +55,7 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
 
 
 def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
-    """Return a garment with the same outline and openings as the given garment, but with a new mesh.
+    """Return a garment with the same outline and openings, but with a new mesh.
 
     Raises:
         InputError: If front and back differ, or the outline cannot be meshed.
@@ -96,10 +84,7 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
 
 
 def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.ndarray]:
-    """Return the edges of a garment's back, by name, at openings where the front ends lower, such as a neck.
-
-    Each edge is a path of shape (k, 2).
-    """
+    """Return the edges of a garment's back, shape (k, 2), at openings where the front ends lower, such as a neck."""
     plan = garment.vertices[:, :2]
     found = {}
     for name in garment.openings:
@@ -124,10 +109,7 @@ def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
 
 
 def _facing(plan: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles of a flat mesh, and whether each triangle faces up, shape (m,).
-
-    If all triangles face down, the orientation of each triangle is reversed, so a single layer faces up.
-    """
+    """Return the triangles of a flat mesh, a single layer turned upwards, and whether each faces up, shape (m,)."""
     a, b, c = (plan[faces[:, k]] for k in range(3))
     up = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 0
     return (faces, up) if up.any() else (faces[:, ::-1], ~up)
@@ -147,7 +129,7 @@ def _outer_loop(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _between(faces: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the mesh edges between a triangle that faces up and a triangle that faces down, shape (s, 2)."""
+    """Return the edges between triangles that face up and down, shape (s, 2)."""
     topology = Topology(faces)
     ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
     return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]

@@ -1,12 +1,9 @@
 """Flattens the mesh of a worn garment: front and back lie in one plane, one over the other, with little distortion.
 
-First, every triangle is assigned to the front, which faces up, or to the back, which faces down. Front and back meet at
-folds of the flat garment: at the side seams and along the top of the sleeves.
-
-Then all vertices are moved into the plane. The triangles are rotated, but keep their shapes as well as possible. A
-triangle of the back becomes its mirror image. This method is called "as rigid as possible" (Sorkine and Alexa 2007; Liu
-et al. 2008 for the plane). The shape to keep is the triangle's shape in the mesh. If the file has a UV map that is the
-sewing pattern, the shape in the pattern is kept instead.
+First, every triangle is assigned to the front, which faces up, or to the back. They meet at folds of the flat garment:
+at the side seams and along the top of the sleeves. Then all vertices are moved into the plane, and the triangles keep
+their shapes "as rigid as possible" (Sorkine and Alexa 2007; Liu et al. 2008 for the plane), those of the back as mirror
+images. The shapes are those in the mesh, or in the UV map if it is the sewing pattern.
 """
 
 from __future__ import annotations
@@ -24,60 +21,42 @@ from tatamu.simulation.mesh.topology import Topology
 
 ROUNDS = 400
 PASSES, TENSE = 3, 0.3
-"""Number of passes in which a garment is flattened, and the relative change of length that doubles a triangle's weight.
-
-After each pass, triangles whose sides changed get more weight. TENSE is the second number.
-"""
+"""Number of passes, after each of which changed triangles get more weight, and the relative change that doubles it."""
 SMOOTHINGS, SLIVER = 60, 0.12
-"""Largest number of passes that correct bad triangles, and the least height of a triangle that is not bad.
-
-The height is a fraction of the triangle's longest side. Triangles that face the wrong way are bad, too.
-"""
+"""Maximum number of passes that correct bad triangles, and minimum height of a good one relative to its longest
+side."""
 STILL = 1e-6
-"""Largest motion of a vertex in one step at which the flattened garment counts as at rest.
-
-It is a fraction of the garment's extent. The iteration ends when no vertex moves farther in a step.
-"""
+"""Motion of every vertex in one step, relative to the garment's extent, below which the garment is at rest."""
 LEAST_WEIGHT = 0.05
-"""Smallest weight of a triangle's side in the flattening of a garment.
-
-The weight is half the cotangent of the opposite angle, but an obtuse angle would give a negative weight.
-"""
+"""Minimum weight of a triangle's side, because half the cotangent of an obtuse angle is negative."""
 PRICES = (0.35, 1.0, 3.0)
-"""Costs of a mesh edge on the border between front and back, when a garment's triangles are assigned to both.
-
-The unit is the cost of one triangle that faces the wrong way. With a higher cost, the border is shorter and follows
-wrinkles less. All costs are tried, and the flat garment with the least strain is kept.
-"""
+"""Costs of a mesh edge on the border between front and back, in triangles that face the wrong way. A higher cost gives
+a shorter border. All are tried, and the flat garment with the least strain is kept."""
 ONE_SIDED = 0.5
-"""Limit that decides whether a whole panel of a garment belongs to the front or to the back.
-
-The limit is for the difference between the panel's area that faces up and its area that faces down, divided by its
-whole area. Above the limit, the panel is not divided between front and back.
-"""
+"""Minimum difference between the areas of a panel that face up and down, relative to its area, at which the panel is
+not divided."""
 
 
 @dataclass(frozen=True)
 class Flattened:
-    """The mesh of a garment after it was flattened into the plane."""
+    """A garment that was flattened into the plane."""
 
     plan: np.ndarray
     """Positions of the vertices [m], shape (n, 2)."""
     strain: np.ndarray
-    """Relative elongation of each triangle's edges in the plane, compared with the mesh or the sewing pattern, shape
-    (m, 3)."""
+    """Relative elongation of each triangle's edges, compared with the mesh or the pattern, shape (m, 3)."""
 
     wrong: int
-    """Number of triangles that face the wrong way: up instead of down, or down instead of up."""
+    """Number of triangles that face the wrong way."""
 
     @property
     def median(self) -> float:
-        """Median of the relative changes of the edges' lengths by the flattening."""
+        """Median relative change of the edges' lengths."""
         return float(np.median(np.abs(self.strain)))
 
     @property
     def most(self) -> float:
-        """95 % quantile of the relative changes of the edges' lengths by the flattening."""
+        """95 % quantile of the relative changes of the edges' lengths."""
         return float(np.quantile(np.abs(self.strain), 0.95))
 
 
@@ -87,8 +66,8 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
     Args:
         points: Vertices in the garment's frame [m], with the front upwards, shape (n, 3).
         faces: Triangles whose normals point out of the garment, shape (m, 3).
-        lengths: Desired length of the side opposite each corner of each triangle [m], shape (m, 3).
-        panels: Number of the panel to which each triangle belongs, shape (m,).
+        lengths: Desired length of the side opposite each corner [m], shape (m, 3).
+        panels: Index of each triangle's panel, shape (m,).
     """
     divisions = [facing_up(points, faces, panels, price) for price in PRICES]
     distinct = [up for k, up in enumerate(divisions) if not any((up == other).all() for other in divisions[:k])]
@@ -97,11 +76,7 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
 
 
 def _laid_out(plan: np.ndarray, faces: np.ndarray, lengths: np.ndarray, up: np.ndarray) -> Flattened:
-    """Return a garment that is flattened into the plane, for a given division into front and back.
-
-    The iteration starts from the positions `plan`, shape (n, 2). The mask `up` selects the triangles of the front,
-    which must face up in the result.
-    """
+    """Return the flat garment for a division into front (`up`) and back, from positions `plan` [m], shape (n, 2)."""
     stress = np.ones(len(faces))
     for _ in range(PASSES):
         plan = _rigid(plan, faces, _templates(lengths, up), stress)
@@ -121,10 +96,7 @@ def side_lengths(corners: np.ndarray) -> np.ndarray:
 
 
 def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
-    """Return the number of the sewing pattern's panel to which each triangle belongs, shape (m,).
-
-    Without a UV map, all triangles belong to panel 0.
-    """
+    """Return the index of each triangle's panel in the sewing pattern, shape (m,); 0 without a UV map."""
     if uv is None:
         return np.zeros(len(faces), dtype=np.int64)
     keys = np.concatenate([np.repeat(faces.reshape(-1, 1), 1, axis=1), np.round(uv.reshape(-1, 2), 6)], axis=1)
@@ -138,9 +110,8 @@ def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
 def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: float) -> np.ndarray:
     """Return whether each triangle belongs to the front, shape (m,).
 
-    If most of a panel faces one way, the whole panel belongs to that side. Other panels are divided into a part that
-    mostly faces up and a part that mostly faces down, with a short border between both parts. Each edge of this border
-    has the cost `price`. The division is a minimum cut of the graph of neighbouring triangles.
+    A panel that mostly faces one way belongs to that side. Others are divided by a minimum cut of the graph of
+    neighbouring triangles, in which each edge of the border has the cost `price`.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)[:, 2]
@@ -161,12 +132,9 @@ def inside_out(points: np.ndarray, faces: np.ndarray) -> bool:
 
 
 def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) -> np.ndarray:
-    """Return whether each triangle belongs to the garment's front, shape (m,).
+    """Return the sides of a minimum cut of the graph of neighbouring triangles, shape (m,); True for the front.
 
-    The front and the back are the two sides of a minimum cut of the graph of neighbouring triangles.
-
-    A positive `wish` means that the triangle faces the front. Each edge of the border between front and back has the
-    cost `price`.
+    A positive `wish` means that the triangle faces the front. Each edge of the border has the cost `price`.
     """
     topology = Topology(faces)
     count = len(faces)
@@ -200,10 +168,7 @@ def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) 
 
 
 def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the corners of each triangle, laid in the plane without distortion, as complex numbers, shape (m, 3).
-
-    Triangles that face up are counter-clockwise, and the others are clockwise.
-    """
+    """Return each triangle's corners, laid in the plane, as complex numbers, shape (m, 3); clockwise for the back."""
     opposite, b, c = lengths.T  # corner 0 is at 0, corner 1 on the real axis at c
     x = (b**2 + c**2 - opposite**2) / (2.0 * c)
     y = np.sqrt(np.maximum(b**2 - x**2, 1e-6 * c**2))
@@ -212,12 +177,11 @@ def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """Return the positions of the vertices in the plane at which all triangles keep their shapes as well as possible.
+    """Return the vertices in the plane at which all triangles keep their shapes as well as possible, shape (n, 2).
 
     Two steps are repeated until convergence. The local step finds the best rotation of each triangle: the phase of a
-    weighted sum over its corners, which are complex numbers. The global step finds the best positions of the vertices
-    for these rotations, which solve a linear system with a constant matrix. Each triangle has a weight `stress`, shape
-    (m,).
+    weighted sum over its corners. The global step solves a linear system with a constant matrix for the vertices. Each
+    triangle has the weight `stress`, shape (m,).
     """
     count = len(plan)
     weights = _cotangents(templates) * stress[:, None]
@@ -252,10 +216,7 @@ def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: n
 
 
 def _in_one_piece(faces: np.ndarray, up: np.ndarray) -> bool:
-    """Return whether the front and the back are each a single piece of cloth.
-
-    Triangles belong to one piece if they are connected by shared edges. A piece must not touch itself at a vertex.
-    """
+    """Return whether front and back are each one piece, connected by edges, that nowhere touches itself at a vertex."""
     for side in (up, ~up):
         try:
             border_loops(faces[side])
@@ -267,12 +228,9 @@ def _in_one_piece(faces: np.ndarray, up: np.ndarray) -> bool:
 
 
 def _turned_right(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the flat positions of the vertices after all inverted or thin triangles have been corrected.
+    """Return the vertices after the corners of inverted or thin triangles were moved until these are good.
 
-    The corners of such triangles are moved until they are correct.
-
-    A corner moves towards the middle of its neighbours. If the corner lies on the fold between front and back, only
-    neighbours along the fold count.
+    A corner moves towards the middle of its neighbours; on the fold between front and back, of those along the fold.
     """
     plan = plan.copy()
     topology = Topology(faces)
@@ -291,7 +249,7 @@ def _turned_right(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> np.nda
 
 
 def _neighbours(edges: np.ndarray, count: int) -> csr_array:
-    """Return the matrix that computes the mean over the neighbours of each vertex of a mesh, shape (count, count)."""
+    """Return the matrix that takes the mean over each vertex's neighbours, shape (count, count)."""
     both = np.concatenate([edges, edges[:, ::-1]])
     joined = coo_array((np.ones(len(both)), both.T), shape=(count, count)).tocsr()
     number = np.maximum(np.asarray(joined.sum(axis=1)).ravel(), 1.0)
@@ -299,17 +257,13 @@ def _neighbours(edges: np.ndarray, count: int) -> csr_array:
 
 
 def _narrow(plan: np.ndarray, faces: np.ndarray, up: np.ndarray, least: float) -> np.ndarray:
-    """Return whether each triangle is too narrow or faces the wrong way, shape (m,).
-
-    A triangle is too narrow if twice its area is at most `least` times the square of its longest side. The area of a
-    triangle that faces the wrong way counts as negative.
-    """
+    """Return whether each triangle faces the wrong way, or is at most `least` times as high as its longest side."""
     area = np.where(up, 1.0, -1.0) * _signed(plan, faces)
     return np.asarray(area <= least * (side_lengths(plan[faces]) ** 2).max(axis=1))
 
 
 def _cotangents(templates: np.ndarray) -> np.ndarray:
-    """Return half the cotangent of the angle at each triangle's corners, but at least `LEAST_WEIGHT`, shape (m, 3)."""
+    """Return half the cotangent of each triangle's angles, but at least `LEAST_WEIGHT`, shape (m, 3)."""
     out = np.empty(templates.shape)
     for k in range(3):
         a, b = (templates[:, (k + j) % 3] - templates[:, k] for j in (1, 2))
@@ -319,6 +273,6 @@ def _cotangents(templates: np.ndarray) -> np.ndarray:
 
 
 def _signed(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return twice the area of each triangle, shape (m,); the area of a triangle that faces down is negative."""
+    """Return twice the area of each triangle, negative if it faces down, shape (m,)."""
     a, b, c = (plan[faces[:, k]] for k in range(3))
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

@@ -1,8 +1,7 @@
 """Finds a garment in a photo, by its difference in colour from a plain table.
 
-A smooth function of the position in the photo models the colour of the table, so uneven light does no harm. The
-function is fitted to a frame along the border of the photo. Pixels that differ from the table's colour by more than
-Otsu's threshold form connected regions. The largest region is the garment.
+The colour of the table is a smooth function of the position, fitted to a frame along the border, so uneven light does
+no harm. Pixels that differ by more than Otsu's threshold form regions, of which the largest is the garment.
 """
 
 from __future__ import annotations
@@ -16,36 +15,22 @@ import shapely
 from tatamu.base.errors import InputError
 
 FRAME = 0.04
-"""Width of the frame along a photo's border that shows only the table, as a fraction of the photo's extent."""
+"""Width of the frame that shows only the table, as a fraction of the photo's extent."""
 LIGHTNESS = 0.6
-"""Weight of differences in lightness, compared with differences in colour, in the search for a garment in a photo.
-
-The weight is below 1 because a shadow changes lightness, but not colour.
-"""
+"""Weight of differences in lightness compared with colour; below 1, because a shadow changes only lightness."""
 FAINTEST = 6.0
-"""Least difference in colour between a garment and the table in a photo [CIELAB units]."""
+"""Minimum difference in colour between garment and table [CIELAB units]."""
 SMALLEST, LARGEST = 0.02, 0.9
-"""Smallest and largest fraction of the photo that a garment may cover."""
+"""Minimum and maximum fraction of the photo that a garment covers."""
 EDGE = 4
-"""Least distance between a garment and the border of its photo [pixels].
-
-If the distance is smaller, the garment counts as touching the border, and the photo is refused.
-"""
+"""Distance from the border of the photo [pixels] below which a garment touches it."""
 SIMILAR = 0.05
-"""Least area of a region of a photo that may belong to the garment, as a fraction of the largest region's area.
-
-Smaller regions are ignored.
-"""
+"""Minimum area of a further region that may belong to the garment, relative to the largest."""
 DIVIDED = 0.4
-"""Largest area of all other regions, as a fraction of the largest region's area, at which only that one is taken.
-
-With a larger area, the garment is probably divided, for example by a stripe of the table's colour.
-"""
+"""Maximum area of all other regions, relative to the largest, above which the garment is probably divided by a
+stripe."""
 FACING = 1.1
-"""Factor that decides which border points of two regions of a photo face each other.
-
-Two points face each other if their distance is at most this factor times the distance between the regions.
-"""
+"""Maximum distance of border points that face each other, as a multiple of the distance between the two regions."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +40,7 @@ class Foreground:
     mask: np.ndarray
     """Whether each pixel shows the garment, with holes filled, shape (h, w)."""
     others: tuple[float, ...]
-    """Areas of further regions that were not added to the garment, as fractions of its area, from the largest to the
-    smallest."""
+    """Areas of further regions that were left out, relative to the garment's, in falling order."""
 
 
 def stand_out(
@@ -68,9 +52,8 @@ def stand_out(
         image: Red, green and blue from 0 to 1, shape (h, w, 3).
         path: Path of the file, for messages.
         join: Whether all regions that differ from the table belong to the garment.
-        apart: Positions of k points on things that do not belong to the garment, such as a sheet of paper [pixels],
-            shape (k, 2).
-        ignored: Mask of pixels to ignore because they show other things, shape (h, w); None to use all pixels.
+        apart: Points on things that do not belong to the garment, such as paper [pixels], shape (k, 2).
+        ignored: Mask of pixels to ignore, shape (h, w).
 
     Raises:
         InputError: If no region differs enough from the table, or the garment touches the border of the photo.
@@ -111,14 +94,14 @@ def stand_out(
 
 
 def _holds(region: np.ndarray, places: np.ndarray) -> bool:
-    """Return whether a region of a photo contains at least one of the given positions [pixels]."""
+    """Return whether a region contains at least one of the positions [pixels]."""
     x, y = np.round(places).astype(int).reshape(-1, 2).T
     inside = (x >= 0) & (y >= 0) & (x < region.shape[1]) & (y < region.shape[0])
     return bool(region[y[inside], x[inside]].any())
 
 
 def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """Return the difference in colour between each pixel of a photo and the table [CIELAB units], shape (h, w)."""
+    """Return each pixel's difference in colour from the table [CIELAB units], shape (h, w)."""
     from scipy.ndimage import gaussian_filter
     from skimage.color import rgb2lab
 
@@ -139,10 +122,7 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
 
 
 def _joined(regions: list[np.ndarray]) -> np.ndarray:
-    """Return one region that contains several regions of a photo.
-
-    The gap between two regions is filled with the convex hull of the border points that face each other.
-    """
+    """Return one region with several regions, and the convex hull of the border points that face each other."""
     from scipy.ndimage import binary_fill_holes
 
     whole = regions[0]
@@ -155,10 +135,7 @@ def _joined(regions: list[np.ndarray]) -> np.ndarray:
 
 
 def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return the distance between two regions of a photo [pixels], and their border points that face each other.
-
-    The border points have the shape (k, 2).
-    """
+    """Return the distance between two regions, and their border points that face each other, shape (k, 2) [pixels]."""
     from scipy.spatial import cKDTree
 
     borders = [_border(one), _border(other)]
@@ -169,14 +146,14 @@ def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def _border(region: np.ndarray) -> np.ndarray:
-    """Return the pixels at the border of a region as x and y, shape (k, 2)."""
+    """Return a region's border pixels as x and y, shape (k, 2)."""
     from scipy.ndimage import binary_erosion
 
     return np.argwhere(region & ~binary_erosion(region))[:, ::-1]
 
 
 def _drawn(points: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return the mask of the pixels in the convex hull of points, shape (h, w)."""
+    """Return the pixels in the convex hull of points, shape (h, w)."""
     from skimage.draw import polygon2mask
 
     hull = shapely.MultiPoint(points).convex_hull.buffer(0.5)

@@ -1,7 +1,4 @@
-"""Rotations from the axes of a file to the axes of a garment.
-
-The x axis of a garment points away from the hem, y points to the left, and z points up from the table.
-"""
+"""Rotations from the axes of a file to those of a garment: x points away from the hem, y to the left, z up."""
 
 from __future__ import annotations
 
@@ -13,26 +10,18 @@ Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 FLAT = 0.03
 """Largest thickness of a mesh that counts as flat, as a fraction of its width."""
 SQUARE = np.sin(np.radians(1.0))
-"""Sine of an angle of one degree.
-
-If a grain line deviates by less than this angle from the direction across the piece, it counts as exactly across.
-"""
+"""Sine of the angle from straight across the piece below which a grain line counts as exactly across."""
 
 
 def direction(axis: str) -> np.ndarray:
-    """Return the unit vector in the direction of an axis of a file, such as -y, shape (3,)."""
+    """Return the unit vector along an axis of a file, such as -y, shape (3,)."""
     return (-1.0 if axis.startswith("-") else 1.0) * np.eye(3)["xyz".index(axis[-1])]
 
 
 def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
-    """Return the rotation of a file's x-y plane that turns the direction `up` to +x, shape (2, 2).
+    """Return the rotation of a file's x-y plane that turns `up`, or a grain line, to +x, shape (2, 2).
 
-    If a grain line is given, the grain line points along +x instead.
-
-    Args:
-        up: Axis of the file that points away from the hem.
-        grain: Direction of the grain line in the file; None if there is no grain line. If this direction points away
-            from `up`, it is reversed. A grain line perpendicular to `up` is not reversed.
+    A grain line that points away from `up` is reversed, but not one perpendicular to it.
     """
     ahead = direction(up)[:2]
     if grain is not None:
@@ -42,7 +31,7 @@ def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
 
 
 def turned(points: np.ndarray, up: str) -> np.ndarray:
-    """Rotate points of a file about the z axis so that the direction `up` (along x or y) becomes +x, shape (n, 3)."""
+    """Rotate points of a file about z so that `up` (along x or y) becomes +x, shape (n, 3)."""
     out = points.astype(float).copy()
     out[:, :2] = points[:, :2] @ plane_turn(up).T
     return out

@@ -1,4 +1,4 @@
-"""Reads a garment from a user's file: an outline, a mesh, or a TOML file that names an outline or a mesh."""
+"""Reads a garment from a user's file: an outline, a mesh, or a TOML file that names one."""
 
 from __future__ import annotations
 
@@ -29,11 +29,7 @@ def load_garment(
     spacing: float | None = None,
     scale: float | None = None,
 ) -> Garment:
-    """Read the garment of a file; arguments override the fields of the file.
-
-    Raises:
-        InputError: If a file cannot be read or does not describe a garment. The message states the reason.
-    """
+    """Read the garment of a file; arguments override the fields of the file."""
     given, fabric = _read(path)
     material = material or fabric
     if scale is not None and not 0.0 < scale <= LARGEST_SCALE:
@@ -50,11 +46,7 @@ def load_garment(
 
 
 def files_of(path: Path) -> list[Path]:
-    """Return the files from which a garment is made: the given file and, if it is a TOML file, its outline or mesh.
-
-    Raises:
-        InputError: If the file does not describe a garment.
-    """
+    """Return the given file and, if it is a TOML file, its outline or mesh."""
     given, _ = _read(path)
     source = _source(path, given)
     return [path] if path.suffix.lower() != ".toml" else [path, source]
@@ -69,10 +61,7 @@ def _source(path: Path, given: GarmentFile) -> Path:
 
 
 def _read(path: Path) -> tuple[GarmentFile, Material]:
-    """Return the description of a garment from a user's file, and the garment's fabric.
-
-    A TOML file has a description. If the file is an outline or a mesh, a description with default values is made.
-    """
+    """Return the description and the fabric of a garment; an outline or a mesh alone gets the default description."""
     kind = path.suffix.lower()
     if kind != ".toml":
         given = GarmentFile(name=path.stem[:60], **{"outline" if kind in READERS else "mesh": path.name})

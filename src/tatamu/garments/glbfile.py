@@ -1,7 +1,7 @@
 """Reads the triangles of binary glTF 2.0 files (GLB).
 
-Materials, textures, cameras and animations are not looked at. A mesh is placed as glTF says: by the transforms of its
-nodes or, if it has a skin, by the skin's joints alone.
+Materials, textures, cameras and animations are not looked at. A mesh is placed by the transforms of its nodes or, if it
+has a skin, by the skin's joints alone, as glTF says.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Finds the hem, the sleeves and the neck of a T-shirt from its outline alone.
 
-A pocket is a gap between the outline and its convex hull. Under each sleeve there is a pocket. The lower end of this
-pocket is the corner of the hem, and the deepest point of this pocket is the underarm. A curved neck is another pocket.
-A straight neck has no pocket: it is the level part at the top of the outline. Between underarm and neck, the outline
-has several sides. The side that is farthest from the midpoint between underarm and neck is the end of the sleeve.
+A pocket is a gap between the outline and its convex hull. The one under each sleeve has the corner of the hem at its
+lower end and the underarm at its deepest point. A curved neck is another pocket; a straight neck is the level part at
+the top. Of the sides between underarm and neck, the end of the sleeve is the one farthest from their midpoint.
 """
 
 from __future__ import annotations
@@ -16,53 +15,42 @@ import shapely
 from tatamu.base.errors import InputError
 
 DEEP = 0.05
-"""Least depth of the gap between a T-shirt's outline and its convex hull under a sleeve.
-
-It is a fraction of the outline's width.
-"""
+"""Minimum depth of the gap under a sleeve, as a fraction of the outline's width."""
 CENTRAL = 0.25
-"""Largest distance between the middle of a T-shirt's neck and the middle of its outline, as a fraction of the width."""
+"""Maximum distance of the neck's middle from the outline's middle, as a fraction of the width."""
 DIP = 0.01
-"""Least depth of a curved neckline of a T-shirt, as a fraction of the outline's height.
-
-A neckline with less depth counts as straight.
-"""
+"""Minimum depth of a curved neckline, as a fraction of the outline's height."""
 LEVEL = np.tan(np.radians(12.0))
-"""Largest slope of a T-shirt's straight neckline. Steeper parts of the outline are shoulders."""
+"""Maximum slope of a straight neckline; steeper parts are shoulders."""
 NARROWEST, WIDEST = 0.08, 0.6
-"""Smallest and largest width of a T-shirt's neck, as fractions of the outline's width."""
+"""Minimum and maximum width of the neck, as fractions of the outline's width."""
 STRAIGHT = 0.02
-"""Largest distance between a side of a T-shirt's outline and the straight line through the side's ends.
-
-It is a fraction of the outline's width.
-"""
+"""Maximum distance of a side from its chord, as a fraction of the outline's width."""
 ALIKE = 2.0
-"""Largest ratio of the widths of both sleeves of a T-shirt."""
+"""Maximum ratio of the widths of both sleeves."""
 
 
 @dataclass(frozen=True)
 class _Pocket:
-    """A part of a T-shirt's outline that lies inside the outline's convex hull."""
+    """A gap between a T-shirt's outline and its convex hull."""
 
     ends: np.ndarray
-    """Numbers of the two points of the outline where the pocket begins and ends, the left point first, shape (2,)."""
+    """Indices of its first and last point, the left one first, shape (2,)."""
     middle: np.ndarray
-    """Midpoint between the ends of the pocket, shape (2,)."""
+    """Midpoint between the ends, shape (2,)."""
     depth: float
     deepest: int
-    """Number of the outline's point that is farthest from the line between the ends of the pocket."""
+    """Index of the point farthest from the line between the ends."""
 
 
 def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
-    """Find the open parts of a T-shirt's outline.
+    """Find the open parts of a T-shirt's outline: hem, left_sleeve (on the left of the picture), right_sleeve, neck.
 
     Args:
-        outline: Points of a closed curve in a picture, x to the right and y down, shape (k, 2). The first point is not
-            repeated at the end, and the hem of the T-shirt is at the bottom.
+        outline: Points of a closed curve, x to the right and y down, with the hem at the bottom, shape (k, 2).
 
     Returns:
-        Numbers of the points along each open part, by name: hem, left_sleeve, right_sleeve, neck.
-        The left sleeve is on the left of the picture.
+        Indices of the points along each open part, by name.
 
     Raises:
         InputError: If a sleeve has no pocket under it, no neck is found, or the sleeves are very different.
@@ -92,10 +80,7 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
-    """Return the numbers of the points at both ends of a T-shirt's neck, the left point first.
-
-    The result is empty if no neck is found.
-    """
+    """Return the indices of the ends of a T-shirt's neck, the left one first; none if there is no neck."""
     low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
     centre = low[0] + 0.5 * width
     top = [p for p in pockets if abs(p.middle[0] - centre) < CENTRAL * width and p.middle[1] - low[1] < height / 3.0]
@@ -109,11 +94,9 @@ def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
 
 
 def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
-    """Return the numbers of the points at both ends of the level part at the top of a curve, shape (2,).
+    """Return the indices of the ends of the level part at the top of a curve that contains x = `centre`, shape (2,).
 
-    The level part contains the line x = `centre`.
-
-    The result is empty if the top of the curve is steep at this line.
+    There are none if the top is steep there.
     """
     after = np.roll(points, -1, axis=0)
     across = np.flatnonzero((points[:, 0] - centre) * (after[:, 0] - centre) <= 0.0)
@@ -133,7 +116,7 @@ def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
 
 
 def _pockets(points: np.ndarray) -> list[_Pocket]:
-    """Return the pockets of a closed curve, which are its parts inside its convex hull."""
+    """Return the gaps between a closed curve and its convex hull."""
     hull = shapely.MultiPoint(points).convex_hull
     on_hull = np.flatnonzero(shapely.distance(hull.exterior, shapely.points(points)) < 1e-9 * float(np.ptp(points)))
     found = []
@@ -154,16 +137,12 @@ def _by_x(ends: np.ndarray, points: np.ndarray) -> tuple[int, int]:
 
 
 def _beside(pocket: _Pocket, side: float, low: np.ndarray, width: float) -> bool:
-    """Return whether a pocket of a T-shirt's outline lies in the left third (`side` 0) or right third (`side` 1)."""
+    """Return whether a pocket lies in the left third (`side` 0) or right third (`side` 1)."""
     return bool(abs((pocket.middle[0] - low[0]) / width - side) < 1.0 / 3.0)
 
 
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
-    """Return both ends of a sleeve's opening, as numbers of points of a T-shirt's outline.
-
-    The outline has several sides between underarm and neck. The opening is the side that is farthest from the midpoint
-    between underarm and neck.
-    """
+    """Return the indices of the ends of a sleeve's opening: the side farthest from between underarm and neck."""
     way = _shorter_way(points, underarm, neck)
     tolerance = STRAIGHT * float(np.ptp(points[:, 0]))
     corners = shapely.get_coordinates(shapely.simplify(shapely.LineString(points[way]), tolerance))
@@ -174,7 +153,7 @@ def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]
 
 
 def _shorter_way(points: np.ndarray, start: int, end: int) -> np.ndarray:
-    """Return the numbers of a closed curve's points from `start` to `end`, both included, along the shorter way."""
+    """Return the indices from `start` to `end` along the shorter way around a closed curve."""
     count = len(points)
     ways = [np.arange(start, end + 1 + (count if end < start else 0)) % count]
     ways.append((np.arange(end, start + 1 + (count if start < end else 0)) % count)[::-1])

@@ -16,15 +16,11 @@ from tatamu.simulation.simulators import simulate
 
 SECONDS = 2.0
 DRAG = 2.0
-"""Air drag of a garment that falls onto the table [N s/m^3]. It is so large that the garment sinks slowly."""
+"""Air drag of the falling garment [N s/m^3], so large that it sinks slowly."""
 FALL = 0.01
 """Height above the table from which a garment falls [m]."""
 LYING, HIGHEST = 0.02, 0.04
-"""Two limits of a garment's height after it has fallen onto the table [m].
-
-Above the first limit, a note says that the garment does not lie flat. Above the second limit, the garment is refused,
-because such a heap cannot be folded.
-"""
+"""Height of a fallen garment [m] above which a note says so, and above which it is a heap and is refused."""
 
 ADVICE = (
     "give up under [garment], the file's axis from hem to top, if it was turned wrongly, or its pattern: as the UV map "
@@ -34,16 +30,10 @@ ADVICE = (
 
 
 def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """Simulate the fall of a garment onto the table, and return the garment as it then lies.
+    """Simulate the fall of a garment onto the table, and return it as it then lies.
 
-    Its shape before the fall remains the unstrained shape.
-
-    Args:
-        name: Name of the garment.
-        points: Vertices in the garment's frame [m], shape (n, 3). The x axis points away from the hem, and z points up
-            out of the front.
-        faces: Triangles, shape (m, 3).
-        material: Material of the cloth.
+    Its vertices [m], shape (n, 3), have x away from the hem and z out of the front. Their shape stays the unstrained
+    one.
 
     Raises:
         InputError: If the simulation of the fall fails, or the garment ends as a heap.
@@ -83,10 +73,7 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
 
 
 def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the vertices of the top layer along a garment's outline, seen from above, shape (k,).
-
-    The order is counter-clockwise.
-    """
+    """Return the vertices of the top layer along a garment's outline from above, counter-clockwise, shape (k,)."""
     near = 0.35 * typical_edge(lying, faces)
     around = shapely.union_all(shapely.polygons(lying[faces][..., :2])).buffer(0)
     largest = max(shapely.get_parts(around), key=lambda part: float(part.area))
@@ -103,10 +90,7 @@ def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _edges(lying: np.ndarray, faces: np.ndarray) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """Return the named edges of a garment, and the names of the edges that are openings.
-
-    The edges are the four sides of the outline from above, and the borders of the mesh. The borders are the openings.
-    """
+    """Return the four sides of the outline from above and the borders of the mesh by name, and the latter's names."""
     around = _silhouette(lying, faces)
     sides = {name: around[part] for name, part in named_sides(lying[around, :2]).items()}
     openings = {f"opening {k + 1}": np.append(loop, loop[0]) for k, loop in enumerate(border_loops(faces))}

@@ -22,9 +22,9 @@ from tatamu.simulation.mesh.topology import Topology, areas, longest_sides
 FARTHEST = 1e9
 """Largest allowed coordinate in a mesh file, in the file's unit."""
 SAME = 1e-5
-"""Largest distance between vertices that count as one vertex, as a fraction of the mesh's extent."""
+"""Distance below which vertices count as one, as a fraction of the mesh's extent."""
 SLIVER = 1e-3
-"""Least area of a triangle that is not degenerate, as a fraction of the square of its longest edge."""
+"""Minimum area of a triangle, as a fraction of the square of its longest edge."""
 
 
 def read_mesh(path: Path) -> TriangleMesh:
@@ -71,10 +71,7 @@ def _read_stl(path: Path) -> TriangleMesh:
 
 
 def _plain(data: bytes) -> bytes:
-    """Return the bytes of an STL file, with only ASCII characters if the file is text.
-
-    In text, bytes that are not ASCII become question marks.
-    """
+    """Return the bytes of an STL file; if it is text, with question marks for what is not ASCII."""
     count = int.from_bytes(data[80:84], "little")
     if len(data) == 84 + 50 * count:
         return data
@@ -87,7 +84,7 @@ FORMATS = tuple(READERS)
 
 
 def welded(mesh: TriangleMesh) -> TriangleMesh:
-    """Join the vertices of a mesh that have the same position. Triangles that then have no area are left out."""
+    """Join vertices at the same position, and leave out triangles that then have no area."""
     number = _places(mesh.vertices)
     first = np.unique(number, return_index=True)[1]
     faces = number[mesh.faces]
@@ -96,10 +93,9 @@ def welded(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def _places(vertices: np.ndarray) -> np.ndarray:
-    """Return a number for the position of each vertex, shape (n,). Vertices at the same position have the same number.
+    """Return an index of each vertex's position, shape (n,), which vertices at the same position share.
 
-    Positions are rounded first, so fewer points must be compared. Then points at a small distance from each other are
-    joined, even if they were rounded to different positions.
+    Positions are rounded first, so that fewer are compared; then those that are close but rounded apart are joined.
     """
     near = max(SAME * float(np.ptp(vertices, axis=0).max()), 1e-12)
     _, first, cell = np.unique(np.round(vertices / near), axis=0, return_index=True, return_inverse=True)
@@ -109,7 +105,7 @@ def _places(vertices: np.ndarray) -> np.ndarray:
 
 
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
-    """Return the faults of a mesh that cannot be used as cloth, each in a few words; empty if there are no faults."""
+    """Return the faults of a mesh that cannot be used as cloth, each in a few words."""
     topology, found = Topology(faces), []
     flat = areas(vertices, faces) < SLIVER * longest_sides(vertices, faces) ** 2
     if flat.any():
@@ -136,20 +132,14 @@ def _place(point: np.ndarray) -> str:
 
 
 def _turned(topology: Topology) -> int:
-    """Return the number of inner edges that have the same direction in both of their triangles.
-
-    At such an edge, the two triangles have opposite orientations.
-    """
+    """Return the number of inner edges whose triangles have opposite orientations."""
     sides = np.concatenate([topology.faces[:, [0, 1]], topology.faces[:, [1, 2]], topology.faces[:, [2, 0]]])
     _, passes = np.unique(sides, axis=0, return_counts=True)
     return int((passes == 2).sum())
 
 
 def pieces(faces: np.ndarray) -> np.ndarray:
-    """Return the number of the connected piece of a mesh to which each triangle belongs, shape (m,).
-
-    The largest piece has number 0.
-    """
+    """Return the index of the connected piece of each triangle, shape (m,), counted from the largest piece."""
     rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
     count = int(faces.max()) + 1
     joined = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
@@ -161,10 +151,7 @@ def pieces(faces: np.ndarray) -> np.ndarray:
 
 
 def border_loops(faces: np.ndarray) -> list[np.ndarray]:
-    """Return the borders of a mesh as closed paths of vertices, from the longest to the shortest.
-
-    Each path runs in the direction of its triangles' edges, so the outer border of counter-clockwise triangles is
-    counter-clockwise.
+    """Return the borders of a mesh as closed paths of vertices, in the direction of its triangles, the longest first.
 
     Raises:
         InputError: If a vertex has more than two border edges.

@@ -14,9 +14,9 @@ from tatamu.garments.polygons import triangulate
 LARGEST_MESH = 64 * MIB
 """Largest size of a mesh file [bytes]."""
 MOST_TRIANGLES = 200_000
-"""Largest number of triangles of a mesh. A mesh with a tenth of this number already takes minutes to simulate."""
+"""Maximum number of triangles; with a tenth of it, simulations take minutes."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
-"""Largest number of vertices of a mesh. This number allows three vertices for each triangle, as in STL files."""
+"""Maximum number of vertices: three for each triangle, as in STL files."""
 LONGEST_LINE = 100_000
 """Largest number of characters in a line of an OBJ file."""
 
@@ -30,12 +30,12 @@ class TriangleMesh:
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
     uv: np.ndarray | None = None
-    """Texture coordinates of each triangle's corners, shape (m, 3, 2); None if the file has no such coordinates."""
+    """Texture coordinates of each triangle's corners, if the file has them, shape (m, 3, 2)."""
     parts: tuple[str, ...] = ()
-    """Name of the part to which each triangle belongs, m names; empty if the file names no parts."""
+    """Name of each triangle's part; empty if the file names none."""
 
     def kept(self, faces: np.ndarray) -> TriangleMesh:
-        """Return the mesh of only those triangles that the mask `faces` selects, shape (m,)."""
+        """Return the mesh of the triangles in the mask `faces`, shape (m,)."""
         used, index = np.unique(self.faces[faces], return_inverse=True)
         return TriangleMesh(
             self.vertices[used],
@@ -49,9 +49,6 @@ def read_obj(path: Path) -> TriangleMesh:
     """Read the mesh of an OBJ file; faces with more than three corners are cut into triangles.
 
     Comments and names may be in any encoding, because only the numbers matter.
-
-    Raises:
-        InputError: If the file cannot be read, or one of its lines is wrong.
     """
     text = read_bytes(path, LARGEST_MESH).decode("utf-8", "replace")
     reader = _Reader()
@@ -68,8 +65,6 @@ def read_obj(path: Path) -> TriangleMesh:
 
 
 class _Reader:
-    """Reads an OBJ file line by line, and stores what has been read so far."""
-
     def __init__(self) -> None:
         self.vertices: list[list[float]] = []
         self.texture: list[list[float]] = []
@@ -79,7 +74,6 @@ class _Reader:
         self.part = ""
 
     def take(self, words: list[str]) -> None:
-        """Read the words of one line of an OBJ file."""
         if len(self.faces) > MOST_TRIANGLES or max(len(self.vertices), len(self.texture)) > MOST_VERTICES:
             raise InputError(f"mesh: must have at most {MOST_TRIANGLES} triangles and {MOST_VERTICES} vertices")
         match words[:1]:
@@ -102,7 +96,6 @@ class _Reader:
             self.parts.append(self.part)
 
     def mesh(self) -> TriangleMesh:
-        """Return the mesh that was read from an OBJ file."""
         vertices = np.array(self.vertices, dtype=float).reshape(-1, 3)
         corners = np.array(self.corners, dtype=np.int64).reshape(-1, 3)
         mapped = bool(len(corners)) and bool((corners >= 0).all())
@@ -112,10 +105,7 @@ class _Reader:
 
 
 def _index(word: str, count: int) -> int:
-    """Convert a vertex number in an OBJ file, `word`, into an index, which counts from 0.
-
-    Numbers in the file count from 1. Negative numbers count backwards from -1, which is the last vertex.
-    """
+    """Return the index of a vertex, which counts from 1 in the file, or back from the last one with -1."""
     number = int(word)
     place = number - 1 if number > 0 else count + number
     if not 0 <= place < count:

@@ -22,17 +22,15 @@ class _Part:
 
     @property
     def points(self) -> slice:
-        """Slice that selects the points of the part from the points of its side."""
         return slice(self.first, self.last + 1)
 
 
 def divided(
     sides: Mapping[str, np.ndarray], border: np.ndarray, plan: np.ndarray
 ) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """Divide the sides of a garment into sewn parts and open parts.
+    """Divide the sides of a garment into sewn parts and open parts; return all by name, and the names of the open ones.
 
-    The function returns all parts by name, and the names of the open parts. The longest sewn part of a side keeps the
-    name of the side. An open part of the side "top" is called "top opening".
+    The longest sewn part keeps the name of its side. An open part of the side "top" is called "top opening".
 
     Args:
         sides: Paths of vertices by name; each path begins at the end of the previous path.
@@ -58,10 +56,7 @@ def _lengths(points: np.ndarray) -> np.ndarray:
 
 
 def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_Part]:
-    """Return the sewn and the open parts of a garment's side.
-
-    A part that is shorter than `shortest` [m] is joined with its longer neighbour.
-    """
+    """Return the parts of a side; one shorter than `shortest` [m] is joined with its longer neighbour."""
     kind = is_open.copy()
     while True:
         bounds = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(kind)]
@@ -75,10 +70,7 @@ def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_P
 
 
 def _name(parts: list[_Part], side: str, taken: set[str]) -> None:
-    """Return the names of the parts of a garment's side.
-
-    The longest sewn part gets the name of the side. If a side has only one part, this part gets the name of the side.
-    """
+    """Name the parts of a side; the longest sewn part, or the only one, gets the name of the side."""
     main = max(parts, key=lambda part: (not part.is_open, part.last - part.first))
     main.name = side
     for part in parts:

@@ -10,9 +10,9 @@ import numpy as np
 from shapely import Polygon
 
 CORNER = np.radians(30.0)
-"""Least change of an outline's direction at a corner [rad]; the mesh keeps all corners."""
+"""Minimum change of direction at a corner [rad]; the mesh keeps all corners."""
 FEWEST = 4
-"""Least number of segments of a closed curve in a mesh."""
+"""Minimum number of segments of a closed curve in a mesh."""
 
 
 @dataclass(frozen=True)
@@ -22,13 +22,13 @@ class Outline:
     sides: Mapping[str, np.ndarray]
     """Points of each side [m], shape (k, 2), including both ends."""
     lines: Mapping[str, np.ndarray] = field(default_factory=dict)
-    """Curves inside the outline that a mesh must follow, such as a lower neckline. Both ends are on the outline."""
+    """Curves inside that a mesh must follow, such as a lower neckline, with both ends on the outline."""
     holes: tuple[np.ndarray, ...] = ()
     """Closed curves around holes [m], shape (k, 2). The last point repeats the first."""
 
     @property
     def points(self) -> np.ndarray:
-        """Points of the whole curve [m], shape (k, 2); the first point is not repeated at the end."""
+        """Points of the whole curve [m], shape (k, 2), of which the first is not repeated."""
         return np.concatenate([side[:-1] for side in self.sides.values()])
 
     @property
@@ -43,9 +43,9 @@ class Outline:
         return float(width), float(length)
 
     def without_marks(self, spacing: float) -> tuple[Outline, tuple[str, ...]]:
-        """Return the outline without holes that are narrower than the mesh spacing [m], and a note on these holes.
+        """Return the outline without holes that are narrower than the spacing [m], and a note on them.
 
-        Such small curves are usually buttons, drill holes or letters, and a mesh could not follow them.
+        They are usually buttons, drill holes or letters, and no mesh could follow them.
         """
         rings = [Polygon(hole) for hole in self.holes]
         wide = [4.0 * ring.area >= spacing * ring.length for ring in rings]
@@ -57,10 +57,7 @@ class Outline:
         return replace(self, holes=holes), (note,)
 
     def fitted(self, size: tuple[float, float] | None) -> Outline:
-        """Return the outline centred at the origin and scaled to a width (y) and length (x) [m].
-
-        If `size` is None, the outline is only centred.
-        """
+        """Return the outline centred at the origin and scaled to a width (y) and length (x) [m], if they are given."""
         low = self.points.min(axis=0)
         high = self.points.max(axis=0)
         scale = np.ones(2) if size is None else np.array(size[::-1]) / (high - low)
@@ -76,17 +73,16 @@ class Outline:
 
 
 def counted(rings: Sequence[Polygon], what: str) -> str:
-    """Return a text that states the number of closed curves and their area."""
+    """Return the number of closed curves and their area as text."""
     area = sum(ring.area for ring in rings)
     size = f"{area:.4f} m2" if area >= 1e-3 else f"{1e6 * area:.0f} mm2"
     return f"1 {what} of {size}" if len(rings) == 1 else f"{len(rings)} {what}s of {size} in all"
 
 
 def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return all sides of an outline that is symmetric about y = 0, from the sides of its right half (y < 0).
+    """Return all sides of an outline that is symmetric about y = 0, from its right half (y < 0), counter-clockwise.
 
-    The sides are counter-clockwise. A side whose name begins with "right_" gets a mirror image whose name begins with
-    "left_". Every other side ends on y = 0 and is joined with its mirror image.
+    A side "right_.." gets a mirror image "left_..". The others end on y = 0 and are joined with their mirror images.
     """
     twins = {
         name.replace("right_", "left_"): side[::-1] * [1, -1]
@@ -105,10 +101,7 @@ def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
 
 
 def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
-    """Return n points along a polyline with k points, at distances of about `spacing`, shape (n, 2).
-
-    The ends and the corners of the polyline are kept.
-    """
+    """Return points at distances of about `spacing` along a polyline, shape (n, 2), with its ends and corners."""
     steps = np.diff(path, axis=0)
     turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(steps[:, 1], steps[:, 0])))))
     knots = [0, *(np.flatnonzero(turn > CORNER) + 1), len(path) - 1]

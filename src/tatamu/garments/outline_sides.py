@@ -12,34 +12,25 @@ from tatamu.base.errors import InputError
 QUARTERS = ("bottom", "right", "top", "left")
 """Names of the sides of an outline that face the directions -x, -y, +x and +y."""
 SHORTEST = 0.03
-"""Least length of an unnamed side of an outline, as a fraction of the outline's length.
-
-A shorter side becomes part of its neighbour.
-"""
+"""Minimum length of an unnamed side, as a fraction of the outline's; a shorter one becomes part of its neighbour."""
 FARTHEST = 0.03
-"""Largest distance between an outline and an end of a curve that names one of its sides.
-
-It is a fraction of the outline's larger extent.
-"""
+"""Maximum distance of the ends of a curve that names a side from the outline, relative to its larger extent."""
 BESIDE = 0.15
-"""Largest distance between an outline and any other point of a curve that names one of its sides.
-
-It is a fraction of the outline's larger extent. The limit is large because a straight curve may name a curved neckline.
-"""
+"""Maximum distance of its other points, which is large because a straight curve may name a curved neckline."""
 
 
 def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
     """Cut a closed loop, the outline of a garment, into named sides.
 
     Args:
-        loop: Points in counter-clockwise order [m], shape (k, 2). The first point is not repeated at the end.
-        named: Curves along parts of the loop [m], shape (j, 2) each. Each curve gives its name to a part of the loop:
-            the part between the two points nearest to the ends of the curve.
+        loop: Points in counter-clockwise order, of which the first is not repeated [m], shape (k, 2).
+        named: Curves [m], shape (j, 2), that give their names to the part of the loop between the points nearest to
+            their ends.
 
     Returns:
-        Numbers of the points of each side, with both ends, by name.
-        A side without a given name is named after its direction: "bottom" (-x), "right" (-y), "top" (+x), "left" (+y).
-        If several sides face one direction, the outermost side has this name, and the next is called "bottom 2".
+        Indices of the points of each side, with both ends, by name.
+        Others are named after the direction they face: "bottom" (-x), "right" (-y), "top" (+x), "left" (+y). Of
+        several, the outermost has this name, and the next is called "bottom 2".
 
     Raises:
         InputError: If a named curve does not lie along the loop.
@@ -65,7 +56,7 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
 
 
 def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
-    """Return whether a curve with k points [m] starts and ends on a closed loop, and stays next to it in between."""
+    """Return whether a curve, shape (k, 2), starts and ends on a closed loop and stays close to it."""
     extent = float(np.ptp(loop, axis=0).max())
     ring = LineString(np.vstack([loop, loop[:1]]))
     places = line_interpolate_point(LineString(curve), np.linspace(0.0, 1.0, 33), normalized=True)
@@ -75,7 +66,7 @@ def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
 
 
 def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
-    """Return the numbers of the segments of a closed loop that a curve follows."""
+    """Return the indices of the segments of a closed loop that a curve follows."""
     extent = float(np.ptp(loop, axis=0).max())
     away = np.linalg.norm(loop[:, None] - curve[[0, -1]], axis=2)
     start, end = (int(k) for k in away.argmin(axis=0))
@@ -88,10 +79,7 @@ def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
 
 
 def _absorb(label: np.ndarray, length: np.ndarray, kept: set[str]) -> None:
-    """Join each short side without a given name with its longer neighbour.
-
-    The array `label` has the name of the side of each segment, and is changed. Sides in `kept` remain unchanged.
-    """
+    """Join short sides that are not in `kept` with longer neighbours: change their segments' names in `label`."""
     while True:
         runs = _runs(label)
         sizes = [float(length[np.arange(a, b) % len(label)].sum()) for a, b in runs]
@@ -113,10 +101,7 @@ def _name(runs: list[tuple[int, int]], label: np.ndarray, k: int) -> str:
 
 
 def _runs(label: np.ndarray) -> list[tuple[int, int]]:
-    """Return runs of equally labelled segments around a closed loop.
-
-    Each run is given by its first segment and by the first segment after the run.
-    """
+    """Return runs of equally labelled segments around a closed loop: the first one, and the first one after the run."""
     starts = np.flatnonzero(label != np.roll(label, 1))
     if not len(starts):
         return [(0, len(label))]
@@ -126,10 +111,7 @@ def _runs(label: np.ndarray) -> list[tuple[int, int]]:
 def _main_first(
     runs: list[tuple[int, int]], label: np.ndarray, extremes: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]]:
-    """Return runs, which are sides of an outline, in another order.
-
-    Of all runs that face one direction, the outermost run comes first.
-    """
+    """Return the runs; of all that face one direction, the outermost comes first."""
 
     def rank(run: tuple[int, int]) -> float:
         reach = extremes.get(str(label[run[0] % len(label)]))
@@ -139,7 +121,7 @@ def _main_first(
 
 
 def with_ends(loop: np.ndarray, named: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return a closed loop with an additional point at each end of a curve that names one of its sides."""
+    """Return a closed loop with an additional point at each end of the curves that name its sides."""
     ring = LineString(np.vstack([loop, loop[:1]]))
     corners = [ring.project(Point(p)) for p in loop]
     ends = [ring.project(Point(p)) for curve in named.values() for p in np.asarray(curve, dtype=float)[[0, -1]]]

@@ -1,9 +1,8 @@
 """Meshes a flat panel of cloth with nearly equilateral triangles.
 
-Points are placed along the outline. Inside the outline, points form a staggered lattice with rows along y. One row is
-at x = 0. Bending is most accurate on this lattice (docs/theory/bending.md). Lattice points too near the outline are
-dropped. Lattice points next to the outline are moved to the middle of their neighbours. Then all points are joined by
-Delaunay triangulation.
+Points are placed along the outline. Inside, they form a staggered lattice with rows along y, one at x = 0, on which
+bending is most accurate (docs/theory/bending.md). Lattice points too close to the outline are dropped, and those next
+to it are moved to the middle of their neighbours. Delaunay triangulation joins all points.
 """
 
 from __future__ import annotations
@@ -22,30 +21,22 @@ from tatamu.simulation.mesh.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
 
 DROPPED = (0.56, 0.62, 0.68, 0.74)
-"""Least distances of lattice points from the outline [spacings, the desired edge length of the mesh].
-
-A mesh is made with each of these distances, and the best mesh is kept.
-"""
+"""Minimum distances of lattice points from the outline [spacings] that are tried; the best mesh is kept."""
 NEAREST = 0.52
-"""Least distance between an inner point of a mesh and the outline [spacings, the desired edge length].
-
-The distance is more than half a spacing, because Delaunay triangulation then keeps the edges of the outline.
-"""
+"""Minimum distance of an inner point from the outline [spacings]. Above half a spacing, Delaunay triangulation keeps
+the edges of the outline."""
 RELAXED = 1.7
-"""Largest distance from the outline at which lattice points are moved [spacings, the desired edge length]."""
+"""Maximum distance from the outline at which lattice points are moved [spacings]."""
 PASSES = 12
 SHARPEST = np.radians(20.0)
-"""Least angle that a triangle of a mesh may have after an edge is flipped [rad]."""
+"""Minimum angle of a triangle after an edge is flipped [rad]."""
 SHORTEST = 0.15
-"""Least allowed length of an edge of a mesh [spacings, the desired edge length]."""
+"""Minimum length of an edge [spacings]."""
 CLEAR = 0.01
-"""Least distance between parts of an outline [spacings, the desired edge length of the mesh].
-
-If the distance is smaller, the outline is refused at once, because edges would be too short.
-"""
+"""Distance between parts of an outline [spacings] below which it is refused at once, because edges would be too
+short."""
 SPLITS = 4
-"""Largest number of attempts to mesh an outline. After each attempt, edges of the outline that are too short, or that
-the triangulation does not contain, are halved."""
+"""Maximum number of attempts; after each, edges of the outline that are too short or missing are halved."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +48,14 @@ class Panel:
     faces: np.ndarray
     """Counter-clockwise triangles, shape (m, 3)."""
     paths: dict[str, np.ndarray]
-    """Numbers of the vertices along each side, line and hole of the outline, in order."""
+    """Vertices along each side, line and hole of the outline, in order."""
 
 
 def panel(outline: Outline, spacing: float) -> Panel:
     """Mesh the inside of an outline with triangles whose sides are about `spacing` [m] long.
 
     Raises:
-        InputError: If two parts of the outline are too near to each other for this spacing.
+        InputError: If two parts of the outline are too close to each other for this spacing.
     """
     curves = _sampled(outline, spacing)
     _check_possible(curves, spacing)
@@ -79,11 +70,7 @@ def panel(outline: Outline, spacing: float) -> Panel:
 
 
 def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
-    """Refuse an outline that cannot be meshed, before attempts to mesh it take time.
-
-    Raises:
-        InputError: If the outline has too many points, or parts of the outline nearly touch.
-    """
+    """Refuse an outline that cannot be meshed, before attempts to mesh it take time."""
     count = sum(len(curve) for curve in curves.values())
     if count > MOST_VERTICES // 2:
         raise InputError(
@@ -103,17 +90,13 @@ def _too_near(place: np.ndarray, spacing: float) -> InputError:
 
 
 def _quality(mesh: Panel, spacing: float) -> float:
-    """Return the quality of a mesh of triangles; 1 is good.
-
-    The quality is the smaller of two ratios. The first ratio is the smallest angle divided by 30 degrees. The second
-    ratio is 1.7 spacings divided by the longest edge.
-    """
+    """Return the minimum of smallest angle over 30 degrees and of 1.7 spacings over the longest edge; 1 is good."""
     longest = float(edge_lengths(mesh.points, Topology(mesh.faces).edges).max())
     return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)
 
 
 def angles(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the angle at each corner of each triangle [rad], shape (m, 3); `points` has shape (n, 2) or (n, 3)."""
+    """Return the angle at each corner of triangles [rad], shape (m, 3), in the plane or in space."""
     out = np.empty(faces.shape)
     for k in range(3):
         a, b = (points[faces[:, (k + j) % 3]] - points[faces[:, k]] for j in (1, 2))
@@ -128,10 +111,7 @@ def _sampled(outline: Outline, spacing: float) -> dict[str, np.ndarray]:
 
 
 def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dropped: float) -> Panel:
-    """Return a mesh of the region inside an outline.
-
-    The lattice has no points that are nearer than `dropped` spacings to one of the curves.
-    """
+    """Return a mesh inside an outline, without lattice points closer than `dropped` spacings to a curve."""
     fixed, paths = _welded(curves, 1e-3 * spacing)
     border = shapely.MultiLineString([fixed[path] for path in paths.values()])
     region = shapely.Polygon(
@@ -151,7 +131,7 @@ def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dro
 
 
 def _welded(curves: dict[str, np.ndarray], near: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return all distinct points of several curves, and each curve as numbers of these points."""
+    """Return all distinct points of several curves, and each curve as indices of these points."""
     everything = np.concatenate(list(curves.values()))
     _, first, number = np.unique(np.round(everything / near), axis=0, return_index=True, return_inverse=True)
     ends = np.cumsum([len(curve) for curve in curves.values()])[:-1]
@@ -159,10 +139,7 @@ def _welded(curves: dict[str, np.ndarray], near: float) -> tuple[np.ndarray, dic
 
 
 def _lattice(around: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the points of a staggered lattice that covers the points `around`, shape (n, 2).
-
-    The lattice is symmetric in y and has a row at x = 0.
-    """
+    """Return a staggered lattice that covers the points `around`, symmetric in y with a row at x = 0, shape (n, 2)."""
     low = np.floor(around.min(axis=0) / spacing / [ROW, 1]).astype(int) - 1
     high = np.ceil(around.max(axis=0) / spacing / [ROW, 1]).astype(int) + 1
     r, c = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1), indexing="ij")
@@ -188,7 +165,7 @@ def _relaxed(
     border: shapely.MultiLineString,
     spacing: float,
 ) -> np.ndarray:
-    """Return all points of a mesh, with inner points next to the border moved to the middle of their neighbours."""
+    """Return all points; inner ones next to the border are moved to the middle of their neighbours."""
     points = np.concatenate([fixed, inner])
     loose = len(fixed) + np.flatnonzero(shapely.distance(shapely.points(inner), border) < RELAXED * spacing)
     for _ in range(PASSES if len(loose) else 0):
@@ -211,7 +188,7 @@ def _missing(mesh: Panel) -> list[tuple[int, int]]:
 
 
 def _shorter(mesh: Panel, least: float) -> list[tuple[int, int]]:
-    """Return the edges of a mesh that are shorter than `least`. They would need short time steps in a simulation."""
+    """Return the edges shorter than `least`, which would need short time steps."""
     edges = Topology(mesh.faces).edges
     return [(int(a), int(b)) for a, b in edges[edge_lengths(mesh.points, edges) < least]]
 
@@ -223,11 +200,10 @@ def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) 
 
 
 def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
-    """Return a mesh without inner edges between two `sewn` vertices.
+    """Return a mesh without inner edges between two `sewn` vertices, which both layers would share.
 
-    If two layers are sewn together at these vertices, both layers would share such an edge. Each of these edges is
-    therefore flipped, so it joins two other vertices. If this would make triangles that are too sharp, the edge gets a
-    vertex in its middle instead.
+    Each of these edges is flipped, so it joins two other vertices, or gets a vertex in its middle if flipping would
+    make triangles too sharp.
     """
     points = mesh.points
     faces = mesh.faces.copy()
@@ -244,9 +220,6 @@ def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
 
 
 def _chords(faces: np.ndarray, sewn: np.ndarray) -> np.ndarray:
-    """Return the inner edges of a mesh between two sewn vertices, as rows of four vertices (a, b, c, d), shape (k, 4).
-
-    The edge joins a and b. The vertices c and d are to its left and right.
-    """
+    """Return the inner edges a-b between two sewn vertices, with c to their left and d to their right, shape (k, 4)."""
     a, b, c, d = Topology(faces).hinges.T
     return np.column_stack([a, b, c, d])[np.isin(a, sewn) & np.isin(b, sewn)]

@@ -28,11 +28,7 @@ ONE_LAYER = "one layer, as no opening is named: give openings under [garment] fo
 
 
 def from_outline(given: GarmentFile, source: Path, material: Material) -> Garment:
-    """Make the garment of an SVG or DXF file.
-
-    Raises:
-        InputError: If the file cannot be read, or its curves do not give a garment.
-    """
+    """Make the garment of an SVG or DXF file."""
     reader = READERS.get(source.suffix.lower())
     if reader is None:
         raise InputError(f"outline: must be one of {', '.join(READERS)}")
@@ -64,7 +60,6 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
 
 
 def _hole_note(garment: Garment) -> list[str]:
-    """Return the note to the user on closed curves that were treated as holes."""
     paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
     if not paths:
         return []
@@ -73,7 +68,6 @@ def _hole_note(garment: Garment) -> list[str]:
 
 
 def _turn_note(turn: np.ndarray, up: str) -> list[str]:
-    """Return the note to the user on a piece that was turned so that its grain line runs along the garment."""
     ahead = turn @ direction(up)[:2]
     degrees = round(float(np.degrees(np.arctan2(ahead[1], ahead[0]))), 1)
     if abs(degrees) < 0.1:

@@ -1,7 +1,7 @@
 """Finds the outline of a garment in a photo.
 
-A picture with an alpha channel has an exact mask: programs that cut a garment out of its background write such a mask.
-In other photos, the garment is found by its difference in colour from the table.
+An alpha channel is an exact mask, as written by programs that cut a garment out of its background. In other photos, the
+garment is found by its difference in colour from the table.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from tatamu.garments.foreground import SMALLEST, stand_out
 from tatamu.garments.picture import read_picture
 
 LONGEST = 1400
-"""Largest number of pixels along the longer side of a photo after it is reduced for speed."""
+"""Maximum number of pixels along the longer side after a photo is reduced for speed."""
 SIMPLER = 0.004
-"""Largest distance by which simplification may move the outline, as a fraction of the garment's longer side."""
+"""Maximum motion of the outline by simplification, as a fraction of the garment's longer side."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,7 @@ class Photo:
     pixels: np.ndarray
     """Pixels of the photo in 8-bit RGB, shape (h, w, 3)."""
     outline: np.ndarray
-    """Points of the closed outline [pixels], x to the right and y down, shape (k, 2). The first point is not repeated
-    at the end."""
+    """Points of the closed outline, x to the right and y down, the first not repeated [pixels], shape (k, 2)."""
     notes: tuple[str, ...] = ()
     """Notes on choices that the user should check."""
 
@@ -42,10 +41,8 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
 
     Args:
         path: Path of the photo.
-        join: Whether all regions that differ from the table belong to the garment, as with a garment of several
-            colours.
-        apart: Positions on other things, such as a sheet of paper [pixels], shape (k, 2); None if the photo shows no
-            other things.
+        join: Whether all regions that differ from the table belong to the garment, such as one of several colours.
+        apart: Positions on other things, such as a sheet of paper [pixels], shape (k, 2).
 
     Raises:
         InputError: If scikit-image is missing, the file is not a picture, or no garment differs from a plain table.
@@ -77,18 +74,12 @@ def _others_note(others: tuple[float, ...]) -> tuple[str, ...]:
 
 
 def reduction(pixels: np.ndarray) -> int:
-    """Return the width of the blocks of pixels that are averaged to reduce a picture [pixels].
-
-    A picture is reduced before the search for a garment.
-    """
+    """Return the width of the blocks of pixels that are averaged to reduce a picture before the search [pixels]."""
     return max(1, int(np.ceil(max(pixels.shape[:2]) / LONGEST)))
 
 
 def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return how much of each pixel the garment in an alpha channel covers, from 0 to 1, and notes for the user.
-
-    The garment is the largest region of the alpha channel. Its holes are filled.
-    """
+    """Return how much of each pixel the largest region of an alpha channel covers, with holes filled, and notes."""
     from scipy.ndimage import binary_fill_holes
     from skimage.measure import label
 
@@ -104,7 +95,7 @@ def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
 
 
 def blocks(pixels: np.ndarray, size: int) -> np.ndarray:
-    """Return the mean of each block of `size` x `size` pixels of a picture, from 0 to 1, shape (h, w, channels)."""
+    """Return the mean of blocks of `size` x `size` pixels, from 0 to 1, shape (h, w, channels)."""
     height, width = (side // size for side in pixels.shape[:2])
     blocks = pixels[: height * size, : width * size].reshape(height, size, width, size, -1)
     return blocks.mean(axis=(1, 3)) / 255.0
@@ -118,10 +109,7 @@ def softened(mask: np.ndarray) -> np.ndarray:
 
 
 def contour(share: np.ndarray) -> np.ndarray:
-    """Return points on the border of a mask's region, as x and y [pixels], shape (k, 2).
-
-    Their error is less than a pixel.
-    """
+    """Return the border of a mask's region to a fraction of a pixel, as x and y [pixels], shape (k, 2)."""
     from skimage.measure import find_contours
 
     longest = max(find_contours(np.pad(share, 1), 0.5), key=len)
@@ -129,12 +117,9 @@ def contour(share: np.ndarray) -> np.ndarray:
 
 
 def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
-    """Return the matrix from pixels to metres that maps four corners in a photo to those of a rectangle, shape (3, 3).
+    """Return the matrix from pixels to metres that maps four corners in a photo to a rectangle [m], shape (3, 3).
 
-    Args:
-        corners: Corners in the order top left, top right, bottom right, bottom left [pixels], shape (4, 2).
-        width: Width of the rectangle [m].
-        height: Height of the rectangle [m].
+    The corners are top left, top right, bottom right and bottom left [pixels], shape (4, 2).
 
     Raises:
         InputError: If the corners are in another order or lie on a line.
@@ -167,11 +152,11 @@ def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 def outline_svg(outline: np.ndarray, openings: Mapping[str, np.ndarray] | None = None) -> str:
-    """Return the text of an SVG file in millimetres that shows an outline and its openings.
+    """Return an SVG file in millimetres of an outline and its openings.
 
     Args:
         outline: Points of the closed outline [m], x to the right and y down, shape (k, 2).
-        openings: Numbers of the outline's points along each opening, by name; None if no openings are known.
+        openings: Indices of the outline's points along each opening, by name.
     """
     points = 1e3 * (outline - outline.min(axis=0))
     lines = "".join(

@@ -19,14 +19,11 @@ MAX_PIXELS = 100_000_000
 FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
 """Picture formats that can be read."""
 MASKED = 0.97
-"""Largest fraction of a picture that an alpha channel may keep to count as the mask of a cut-out garment.
-
-If it keeps a larger fraction, it probably only rounds the picture's corners, and does not cut out a garment.
-"""
+"""Maximum fraction of a picture that a mask keeps; an alpha channel that keeps more only rounds the corners."""
 DEPTHS = (8, 10, 12, 14, 16)
 """Numbers of bits that cameras use in files of 16 bits."""
 BRIGHTEST = 16.0
-"""Largest value of floating point numbers whose white is 1."""
+"""Biggest floating point number of a picture whose white is 1."""
 BACK = {5: 5, 6: 8, 7: 7, 8: 6}
 """Orientation tag that undoes another one; each of the others undoes itself."""
 ORIENTATION, BITS, WIDTH, HEIGHT = 274, 258, 256, 257
@@ -38,13 +35,13 @@ class Picture:
     """The contents of a picture file, turned upright."""
 
     pixels: np.ndarray
-    """Pixels of the picture in 8-bit RGB, shape (h, w, 3)."""
+    """8-bit RGB, shape (h, w, 3)."""
     alpha: np.ndarray | None
-    """Alpha channel, shape (h, w); None if the picture has no alpha channel, or the channel cuts nothing out."""
+    """Alpha channel, shape (h, w), if it cuts something out."""
     film: float | None
-    """Focal length that gives the same field of view on 35 mm film [mm]; None if the file does not state it."""
+    """Focal length with the same field of view on 35 mm film [mm], if the file states it."""
     orientation: int
-    """Orientation tag of the file, 1 to 8: how the pixels of the camera's sensor were turned to make them upright."""
+    """Orientation tag of the file, 1 to 8: how the sensor's pixels were turned to make them upright."""
 
     @property
     def sensor(self) -> np.ndarray:
@@ -90,7 +87,7 @@ def _picture(pixels: np.ndarray, alpha: np.ndarray | None, film: float | None, o
 
 
 def _opened(data: bytes, path: Path) -> Any:
-    """Return the open picture; None for a kind of TIFF file that Pillow does not know."""
+    """Return the open picture; None for a TIFF file that Pillow does not know."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -126,7 +123,7 @@ def _shallow(file: Any) -> tuple[np.ndarray, np.ndarray | None]:
 
 
 def _decoded(data: bytes) -> np.ndarray:
-    """Return the numbers of a picture with more than 8 bits, in the order red, green, blue, shape (h, w, channels)."""
+    """Return a picture with more than 8 bits as red, green, blue, shape (h, w, channels)."""
     if find_spec("cv2") is None:
         raise InputError("photo: has more than 8 bits for each colour, which needs OpenCV: pip install 'tatamu[photo]'")
     import cv2
@@ -139,7 +136,7 @@ def _decoded(data: bytes) -> np.ndarray:
 
 
 def _parts(values: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the colours and the alpha channel of a picture in 8 bits; None if there is no alpha channel."""
+    """Return the colours and the alpha channel, if there is one, in 8 bits."""
     count = values.shape[2]
     colours = _eight_bits(values[..., : 3 if count >= 3 else 1])
     alpha = _eight_bits(values[..., -1]) if count in (2, 4) else None
@@ -161,7 +158,7 @@ def _eight_bits(values: np.ndarray) -> np.ndarray:
 
 
 def _film(stated: Any) -> float | None:
-    """Return the focal length, converted to 35 mm film, that a picture states [mm]; None if no value is plausible."""
+    """Return a plausible focal length, converted to 35 mm film [mm]."""
     from PIL import ExifTags
 
     found = stated.get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)

@@ -12,19 +12,18 @@ from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
 from tatamu.garments.unpacking import MOST_CURVES
 
 INSIDE = 0.5
-"""Least fraction of a closed curve's area inside another closed curve if both curves belong to one piece."""
+"""Minimum fraction of a closed curve's area inside another one of the same piece."""
 MOST_OVERLAPS = 100_000
-"""Largest allowed number of pairs of closed curves that overlap. The number is limited because each pair takes time."""
+"""Maximum number of pairs of closed curves that overlap, because each pair takes time."""
 MARK = 1e-3
-"""Largest area of a mark, such as a notch, as a fraction of the piece's area. A mark is a small closed curve that
-crosses the border of a piece."""
+"""Maximum area of a mark, such as a notch, that crosses the border of a piece, as a fraction of the piece's area."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
-    """Group the curves of a drawing into pieces, and return the pieces from the largest to the smallest.
+    """Group the curves of a drawing into pieces, from the largest to the smallest.
 
-    Every closed curve that lies in no other closed curve makes a piece. Closed curves inside this curve, and open
-    curves that are nearest to this curve, belong to the piece. A drawing without closed curves is one piece.
+    Every closed curve that lies in no other makes a piece, with the closed curves inside, and with the open curves that
+    are closest to it. A drawing without closed curves is one piece.
 
     Raises:
         InputError: If there are too many curves.
@@ -49,10 +48,7 @@ def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
 
 
 def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
-    """Return groups of regions. The regions are given from the largest to the smallest.
-
-    Each group contains the numbers of an outermost region and of all regions inside it.
-    """
+    """Return the indices of each outermost region and all regions inside, of regions in falling order of size."""
     tree = shapely.STRtree(regions)
     groups: dict[int, list[int]] = {}
     overlaps = 0
@@ -67,14 +63,14 @@ def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
 
 
 def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
-    """Return whether most of `region` lies inside `outer`, or `region` is a small mark that touches `outer`."""
+    """Return whether most of `region` lies inside `outer`, or it is a small mark that touches `outer`."""
     if not shapely.intersects(outer, region):
         return False
     return bool(region.area < MARK * outer.area or outer.intersection(region).area > INSIDE * region.area)
 
 
 def _region(loop: DrawnCurve) -> shapely.Geometry:
-    """Return the region inside a closed curve. If the curve crosses itself, the result is the region's convex hull."""
+    """Return the region inside a closed curve, or its convex hull if the curve crosses itself."""
     region = shapely.Polygon(loop.points)
     if region.is_valid:
         shapely.prepare(region)
@@ -83,7 +79,7 @@ def _region(loop: DrawnCurve) -> shapely.Geometry:
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Return names that are all different: a number is appended to each repeated name."""
+    """Return different names, by numbering repeated ones."""
     return [
         name if name not in names[:number] else f"{name} {names[:number].count(name) + 1}"
         for number, name in enumerate(names)
@@ -91,17 +87,10 @@ def distinct(names: Sequence[str]) -> list[str]:
 
 
 def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> Piece:
-    """Return the piece with a given name, or the only piece of the drawing.
-
-    Args:
-        drawing: The drawing with its pieces.
-        name: Name of the piece, in upper or lower case; None for the only piece.
-        scale: Length of one unit of the drawing [m], for the sizes in messages.
-        path: Path of the file, for messages.
+    """Return the piece with a name, in upper or lower case, or the only piece of the drawing.
 
     Raises:
-        InputError: If the drawing has no curve, no piece has this name, or no name is given and the drawing has
-            several pieces.
+        InputError: If the drawing has no curve, no piece has this name, or several pieces need a name.
     """
     if not drawing.pieces:
         raise InputError(where(path, "has no curve"))

@@ -1,8 +1,7 @@
 """Reads files in the Polygon File Format (PLY), which are text or binary.
 
-A file contains a table of vertices and a table of faces. A face may have any number of corners. The format calls each
-table an element. The header of a file lists all elements, with their lengths and their properties (columns). After the
-header, the rows of each element follow.
+A file has elements (tables), of which the vertices and the faces are read. The header lists the elements with their
+lengths and their properties (columns); a property may be a list, such as the corners of a face.
 """
 
 from __future__ import annotations
@@ -22,39 +21,30 @@ TYPES = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
-"""Types of properties (columns) in PLY files, each with its numpy type."""
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-"""Formats of PLY files, each with its byte order as a numpy code, which is empty for text."""
+"""Byte order of each format; empty for text."""
 CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
-"""Numpy types, each with its code in the module `struct`."""
+"""Codes of numpy's types in the module `struct`."""
 FACES = ("vertex_index", "vertex_indices")
-"""Possible names of the property that lists a face's vertices."""
+"""Names of the property that lists a face's vertices."""
 
 
 @dataclass
 class _Property:
-    """A property, which is a column, of an element (a table) in a PLY file.
-
-    Each row has a number in this column, or a list of numbers.
-    """
-
     name: str
     kind: str
     counted_by: str = ""
-    """Numpy type of the number that states the length of each list; empty if the column has single numbers."""
+    """Type of the number that states the length of each list; empty for single numbers."""
 
 
 @dataclass
 class _Element:
-    """The description of one element (a table) of a PLY file. An element has a name, a number of rows, and columns."""
-
     name: str
     count: int
     properties: list[_Property] = field(default_factory=list)
 
     @property
     def has_lists(self) -> bool:
-        """Whether at least one column contains lists, so the rows may differ in length."""
         return any(each.counted_by for each in self.properties)
 
 
@@ -87,10 +77,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
-    """Read the header of a PLY file.
-
-    The function returns the byte order, the descriptions of all elements, and the data after the header.
-    """
+    """Return the byte order, the elements, and the data after the header."""
     head, mark, body = data.partition(b"end_header")
     lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
     if not mark or not lines or lines[0] != ["ply"]:
@@ -121,21 +108,19 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
 
 
 class _Text:
-    """Reads the elements (tables) of a PLY file that is text."""
-
     def __init__(self, body: bytes) -> None:
         self._words = body.split()
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """Return the numbers of a table whose columns have no lists, shape (count, properties)."""
+        """Return a table without lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
         width = len(element.properties)
         return np.array(self._taken(width * element.count), dtype=float).reshape(-1, width)
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
-        """Yield the list of the vertices of each face, from the table of faces."""
+        """Yield the vertices of each face."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:
@@ -153,15 +138,12 @@ class _Text:
 
 
 class _Binary:
-    """Reads the elements (tables) of a binary PLY file."""
-
     def __init__(self, body: bytes, order: str) -> None:
         self._body = body
         self._order = order
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """Return the numbers of a table whose columns have no lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
         row = np.dtype([(f"p{k}", self._order + each.kind) for k, each in enumerate(element.properties)])
@@ -173,7 +155,6 @@ class _Binary:
         return np.column_stack([rows[name].astype(float) for name in row.names or ()])
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
-        """Yield the list of the vertices of each face, from the table of faces."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:
@@ -192,7 +173,6 @@ class _Binary:
 
 
 def _skip(source: _Text | _Binary, element: _Element) -> None:
-    """Skip the data of an element (a table) that garments do not need."""
     if element.has_lists:
         for _ in source.lists(element):
             pass

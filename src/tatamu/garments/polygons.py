@@ -8,21 +8,13 @@ import numpy as np
 import shapely
 
 MOST_CORNERS = 2_000
-"""Largest number of corners that a face of a mesh may have."""
 
 
 def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int, int, int]]:
-    """Cut a face of a mesh into triangles that have the orientation of the face.
+    """Cut a face of a mesh into triangles that have the orientation of the face, as indices into `corners`.
 
-    A convex face becomes a fan of triangles around its first corner. A concave face is projected onto the plane that
-    fits it best (Newell's normal), and is divided inside its outline.
-
-    Args:
-        corners: Numbers of the vertices around the face.
-        vertices: Positions of all vertices, shape (n, 3).
-
-    Returns:
-        The three corners of each triangle, as indices into `corners`.
+    A convex face becomes a fan around its first corner. A concave face is projected onto the plane that fits it best
+    (Newell's normal), and divided inside its outline. `vertices` are those of the whole mesh, shape (n, 3).
 
     Raises:
         ValueError: If the face has fewer than three corners or too many, or it touches or crosses itself.
@@ -42,7 +34,7 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
 
 
 def _in_plane(points: np.ndarray) -> np.ndarray:
-    """Return the points of a face projected onto its plane, counter-clockwise about its normal, shape (k, 2)."""
+    """Return the points of a face in its plane, counter-clockwise about its normal, shape (k, 2)."""
     with np.errstate(all="ignore"):
         around = points - points.mean(axis=0)
         around /= max(float(np.abs(around).max()), 1e-300)
@@ -56,7 +48,7 @@ def _in_plane(points: np.ndarray) -> np.ndarray:
 
 
 def _divided(flat: np.ndarray) -> list[tuple[int, int, int]]:
-    """Return triangles that fill a concave outline with k points, and that do not leave this outline."""
+    """Return triangles that fill a concave outline."""
     outline = shapely.Polygon(flat)
     place = {(float(x), float(y)): k for k, (x, y) in enumerate(flat)}
     if not outline.is_valid or len(place) < len(flat):

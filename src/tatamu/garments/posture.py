@@ -1,16 +1,9 @@
 """Finds the rotation that lays the mesh of a garment on its back.
 
-The directions of the garment are found from its shape:
-
-- Front to back: the direction in which the mesh is thinnest.
-- Width: the direction, perpendicular to the thinnest direction, in which the garment is symmetric. Mirrored in this
-  direction, the garment does not change.
-- Hem: the end with the longest opening in the middle of the width. For trousers, which have only one opening in the
-  middle, the hem is the end with two openings beside the middle.
-- Front: the side with the lower neckline.
-
-If the shape is ambiguous, usual axes of files are assumed. If the mesh is thinnest along y, then z points up and the
-front faces -y. Otherwise y points up and the front faces +z.
+The garment is thinnest from front to back, and symmetric across its width. The hem is the end with the longest opening
+in the middle, or, for trousers, the end with two openings beside the middle. The side with the lower neckline is the
+front. If the shape is ambiguous, usual axes of files are assumed: of a mesh that is thinnest along y, z points up and
+the front faces -y; of others, y points up and the front faces +z.
 """
 
 from __future__ import annotations
@@ -26,44 +19,31 @@ from tatamu.garments.frame import direction
 from tatamu.garments.meshfile import border_loops
 
 ALIGNED = np.cos(np.radians(30.0))
-"""Cosine of the limit for the angle between a direction of the garment and a coordinate axis (x, y or z) of its file.
-
-If the angle is below this limit, the axis is used instead of the direction. A direction that is computed from the mesh
-is less exact, and garments in files usually lie along the axes.
-"""
+"""Cosine of the angle from an axis of the file below which the axis is used instead of a direction of the mesh, which
+is less exact."""
 CLEAR = 0.6
-"""Limit for the ratio of two errors of symmetry, with which the direction of a garment's width is chosen.
-
-The first error is for the best direction. The second error, by which the first is divided, is for the direction that is
-usual in files.
-
-If the ratio is at least this limit, the best direction is not clear, and the usual direction is used.
-"""
+"""Ratio of the errors of symmetry of the best direction and of the usual one, from which the usual one is used."""
 MIDDLE = 0.12
-"""Largest distance between an opening in the middle of a garment and the middle plane, as a fraction of the width."""
+"""Maximum distance of a middle opening from the middle plane, as a fraction of the width."""
 LONGER = 1.1
-"""Least ratio of the hem's length to the length of every other opening in the middle of a garment."""
+"""Minimum ratio of the hem's length to that of every other middle opening."""
 TILTED = 0.08
-"""Least height difference between the front and the back of a neckline, as a fraction of the garment's length.
-
-If the difference is smaller, the neckline does not show which side is the front.
-"""
+"""Minimum height difference between front and back of a neckline that shows the front, relative to the length."""
 
 
 @dataclass(frozen=True)
 class Posture:
-    """A rotation from a file's frame to the frame of a garment that lies on its back."""
+    """The rotation from a file's frame to that of a garment on its back."""
 
     turn: np.ndarray
     """Rotation matrix, shape (3, 3)."""
     up: str
-    """Direction in the file that points away from the hem, as text."""
+    """Direction in the file away from the hem."""
     front: str
-    """Direction in the file that points out of the garment's front, as text."""
+    """Direction in the file out of the front."""
 
     @property
     def words(self) -> str:
-        """Directions in the file of the garment's hem and front, in a few words."""
         return f"up from its hem is {self.up} of the file, its front faces {self.front}"
 
 
@@ -73,7 +53,7 @@ def posture(vertices: np.ndarray, faces: np.ndarray, up: str | None = None) -> P
     Args:
         vertices: Positions in the file's frame, shape (n, 3).
         faces: Triangles of consistent orientation, shape (m, 3).
-        up: Axis of the file that points away from the hem, if the user gave it; None to find it from the shape.
+        up: Axis of the file that points away from the hem, if the user gave it.
     """
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     points = vertices - middle
@@ -98,10 +78,7 @@ def _openings(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
 
 
 def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None = None) -> np.ndarray:
-    """Return the direction, perpendicular to `across`, in which a garment's mesh is thinnest.
-
-    If this direction is near an axis of the file, the axis is returned.
-    """
+    """Return the direction, perpendicular to `across`, in which a mesh is thinnest, or a close axis of the file."""
     corners = points[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     centres = corners.mean(axis=1)
@@ -113,20 +90,14 @@ def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None =
 
 
 def _snapped(way: np.ndarray) -> np.ndarray:
-    """Return the axis of the file that is near the direction `way`, or `way` itself if no axis is near.
-
-    The sign of the direction is chosen so that its largest component is positive.
-    """
+    """Return the axis of the file close to a direction, or the direction itself, with a positive largest component."""
     largest = int(np.abs(way).argmax())
     way = way * np.sign(way[largest])
     return np.eye(3)[largest] if way[largest] > ALIGNED else way
 
 
 def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """Return the direction along a garment, which is perpendicular to its width.
-
-    The width is the direction in which the garment is symmetric: mirrored in this direction, it does not change.
-    """
+    """Return the direction along a garment, perpendicular to the width, across which the garment is symmetric."""
     usual = np.array([0.0, 0.0, 1.0]) if abs(through[1]) > ALIGNED else np.array([0.0, 1.0, 0.0])
     along = usual - (usual @ through) * through
     along /= np.linalg.norm(along)
@@ -139,27 +110,21 @@ def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
 
 
 def _principal(points: np.ndarray, through: np.ndarray) -> list[np.ndarray]:
-    """Return the directions in which points have the largest and the smallest spread.
-
-    Both directions are perpendicular to `through`.
-    """
+    """Return the directions perpendicular to `through` in which points have the largest and the smallest spread."""
     inside = points - np.outer(points @ through, through)
     axes = np.linalg.eigh(np.cov(inside.T))[1]
     return [axes[:, 2], axes[:, 1]]
 
 
 def _asymmetry(points: np.ndarray, axis: np.ndarray) -> float:
-    """Return how much points differ from their mirror images along `axis`.
-
-    The result is the mean distance from each mirror image to the nearest point.
-    """
+    """Return the mean distance from each point's mirror image along `axis` to the nearest point."""
     heights = points @ axis
     image = points - 2.0 * np.outer(heights - 0.5 * (heights.min() + heights.max()), axis)
     return float(cKDTree(points).query(image)[0].mean())
 
 
 def _sense(ahead: np.ndarray, aside: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
-    """Return 1 if the direction `ahead` points from the hem to the other end of the garment, otherwise -1."""
+    """Return 1 if `ahead` points away from the hem, otherwise -1."""
     width, length = (float(np.ptp(points @ axis)) for axis in (aside, ahead))
     central = [loop for loop in loops if abs(float((loop @ aside).mean())) < MIDDLE * width]
     outer = [loop for loop in loops if not any(loop is other for other in central)]
@@ -183,7 +148,7 @@ def _around(loop: np.ndarray) -> float:
 
 
 def _forward(ahead: np.ndarray, through: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
-    """Return 1 if the direction `through` points out of the garment's front, and -1 if it points out of its back."""
+    """Return 1 if `through` points out of the garment's front, otherwise -1."""
     usual = 1.0 if through[int(np.abs(through).argmax())] > 0.0 and abs(through[1]) < ALIGNED else -1.0
     if not loops:
         return usual

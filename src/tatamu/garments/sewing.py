@@ -25,18 +25,11 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology
 
 FINER, STEP = 4, 0.75
-"""Largest number of default spacings (edge lengths) that are tried, and the ratio of each spacing to the previous one.
-
-Spacings are tried until the outline can be meshed.
-"""
+"""Maximum number of default spacings that are tried, and the ratio of each to the previous one."""
 
 
 def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:
-    """Make a garment of a single panel. Every side of its outline is open.
-
-    Raises:
-        InputError: If the outline is too large or too small, or cannot be meshed with this spacing.
-    """
+    """Make a garment of a single panel. Every side of its outline is open."""
     mesh, spacing, notes = _meshed(spacing, outline, material, 1)
     vertices = np.column_stack([mesh.points, np.full(len(mesh.points), 0.5 * material.thickness)])
     openings = tuple(mesh.paths)
@@ -54,12 +47,11 @@ def front_and_back(
 ) -> Garment:
     """Make a garment of two panels, a front over a back, which are sewn together at all sides except `openings`.
 
-    Sewn panels share the vertices of the seam. If the outline has a line, such as the lower neckline of a front, the
-    front panel ends at this line. Between the line and the neighbouring opening, only the back has cloth.
+    The panels share the vertices of seams. If the outline has a line, such as the lower neckline of a front, the front
+    ends there, and only the back has cloth up to the neighbouring opening.
 
     Raises:
-        InputError: If the outline is too large or too small, or cannot be meshed with this spacing. Also if `openings`
-            is empty, or contains a name that is no side of the outline.
+        InputError: If the outline cannot be meshed, or an opening is missing or no side of the outline.
     """
     unknown = sorted(set(openings) - set(outline.sides))
     if unknown or not openings:
@@ -96,7 +88,7 @@ def front_and_back(
 def _meshed(
     given: float | None, outline: Outline, material: Material, layers: int
 ) -> tuple[Panel, float, tuple[str, ...]]:
-    """Return the mesh of a garment's panel, its spacing (edge length), which is given or chosen [m], and notes."""
+    """Return the mesh of a panel, its spacing, which is given or chosen [m], and notes."""
     area = layers * outline.polygon.area
     check_size(outline.size)
     if given is not None:
@@ -118,7 +110,7 @@ def _meshed(
 
 
 def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:
-    """Return whether each triangle belongs to the largest part into which lines divide a mesh, shape (m,)."""
+    """Return whether each triangle belongs to the largest part that lines cut off, shape (m,)."""
     topology = Topology(mesh.faces)
     walls = {tuple(sorted(pair)) for line in lines for pair in pairwise(line.tolist())}
     through = np.array([tuple(edge) not in walls for edge in topology.edges.tolist()])[topology.face_edges]

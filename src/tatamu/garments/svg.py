@@ -1,8 +1,8 @@
 """Reads SVG files: their curves, and the length of one unit of the drawing.
 
-Coordinates stay in the units of the outermost `viewBox`. The length of a unit follows from the attribute `width`. In
-`width`, the unit px is 1/96 inch and the unit pt is 1/72 inch (CSS Values and Units, section 6.2). There are two
-exceptions: a px of Illustrator is 1/72 inch, and a px of Inkscape before 0.92 is 1/90 inch.
+Coordinates stay in units of the outermost `viewBox`, whose length follows from `width`. There, px is 1/96 inch and pt
+1/72 inch (CSS Values and Units, section 6.2), but a px of Illustrator is 1/72 inch, and one of Inkscape before 0.92
+1/90 inch.
 """
 
 from __future__ import annotations
@@ -30,32 +30,26 @@ LENGTHS = {
     "pt": (INCH / 72.0, "points of 1/72 inch"),
     "pc": (INCH / 6.0, "picas of 1/6 inch"),
 }
-"""Length in metres and name of each unit that `width` may have, except px."""
+"""Metres and name of each unit of `width`, except px."""
 LENGTH = re.compile(r"\s*([+-]?[0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*(mm|cm|q|in|pt|pc|px|)\s*", re.IGNORECASE)
 GIVEN_BY_PROGRAM = re.compile(
     r"(path|line|polyline|polygon|rect|rectangle|ellipse|circle|vector|shape|curve|group|g|use|svg|layer|spline|object)"
     r"[\s_.-]*[0-9][0-9\s_.-]*|(path|line|polyline|polygon|rect|rectangle|ellipse|circle|vector|shape|curve)",
     re.IGNORECASE,
 )
-"""Regular expression for names that drawing programs give automatically, such as path1234, Rectangle_2 or Vector."""
+"""Names that drawing programs give, such as path1234, Rectangle_2 or Vector."""
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 
 
 @dataclass(frozen=True)
 class _Program:
-    """The program that wrote an SVG file."""
-
     name: str
     pixels: int = 96
-    """Number of px per inch in the program's files."""
+    """Number of px per inch."""
 
 
 def read_svg(path: Path) -> DrawnPieces:
-    """Read the curves of an SVG file.
-
-    Raises:
-        InputError: If the file cannot be read or is not an SVG file.
-    """
+    """Read the curves of an SVG file."""
     text = read_text(path, LARGEST_DRAWING)
     with foreign(path, "an SVG file"):
         _check_entities(text)
@@ -70,11 +64,7 @@ def read_svg(path: Path) -> DrawnPieces:
 
 
 def _check_entities(text: str) -> None:
-    """Refuse an SVG file whose XML entities would expand to too much text.
-
-    Raises:
-        InputError: If entities refer to other entities, or entities are used too often.
-    """
+    """Refuse an SVG file whose XML entities would expand to too much text."""
     entities = dict(re.findall(r"<!ENTITY\s+([^\s%]+)\s+[\"']([^\"']*)[\"']", text))
     if any("&" in value for value in entities.values()) or re.search(r"<!ENTITY\s+%", text):
         raise InputError("outline: must have entities that name no others")
@@ -84,7 +74,7 @@ def _check_entities(text: str) -> None:
 
 
 def _name(shape: Shape) -> str:
-    """Return the name that the author of a drawing gave a shape; empty if a program gave the name."""
+    """Return the name that the author of a drawing gave a shape."""
     for element in shape.elements:
         label = element.get(f"{INKSCAPE}label") or element.get("data-name") or element.get("id") or ""
         label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # Illustrator's codes
@@ -94,7 +84,7 @@ def _name(shape: Shape) -> str:
 
 
 def _page(root: ElementTree.Element) -> Page | None:
-    """Return the visible area of a drawing in its own units; None if the file states neither `viewBox` nor size."""
+    """Return the visible area in units of the drawing, if the file states it."""
     sizes = [LENGTH.fullmatch(root.get(side, "")) for side in ("width", "height")]
     pixels = [float(found[1]) * PIXELS[found[2].lower()] for found in sizes if found]
     stated = Page(0.0, 0.0, *pixels) if len(pixels) == 2 and min(pixels) > 0.0 else None
@@ -114,7 +104,7 @@ def _program(root: ElementTree.Element, text: str) -> _Program:
 
 
 def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
-    """Return the unit of a drawing's coordinates, with its length."""
+    """Return the unit of the drawing's coordinates."""
     program = _program(root, text)
     pixel = INCH / program.pixels
     pixels = "points of 1/72 inch" if program.pixels == 72 else f"pixels of 1/{program.pixels} inch"
@@ -136,10 +126,7 @@ def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
 def _per_unit(
     root: ElementTree.Element, given: dict[str, re.Match[str]], seen: tuple[float, float], pixel: float, path: Path
 ) -> float:
-    """Return the length of one unit of a drawing [m].
-
-    The visible extent `seen`, in units of the drawing, is fitted into the width and height that the file states.
-    """
+    """Return the length of one unit of a drawing [m], whose visible extent `seen` is fitted into the stated size."""
     extent = dict(zip(("width", "height"), seen, strict=True))
     scales = []
     for side, found in given.items():

@@ -36,7 +36,6 @@ GEOMETRY = {
     "polygon": (),
     "path": (),
 }
-"""Lengths that describe each kind of shape."""
 INHERITED = ("visibility", "fill", "clip-rule")
 PIXELS = {"": 1.0, "px": 1.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "q": 96 / 101.6, "in": 96.0, "pt": 96 / 72, "pc": 16.0}
 """Length of each unit in units of the drawing (CSS Values and Units, section 6.2)."""
@@ -106,8 +105,6 @@ def visible_shapes(root: Element, page: Page | None) -> tuple[list[Shape], list[
 
 
 class _Drawing:
-    """Walks through the elements of a drawing, and counts them."""
-
     def __init__(self, root: Element) -> None:
         self.named = {element.get("id"): element for element in reversed([*root.iter()]) if element.get("id")}
         self.sheet = _style_sheet("\n".join(e.text or "" for e in root.iter() if _tag(e) == "style"))
@@ -115,7 +112,6 @@ class _Drawing:
         self.cut: set[str] = set()
 
     def children(self, element: Element, place: _Place) -> Iterator[Shape]:
-        """Yield the shapes of an element's children."""
         inner = replace(place, within=(*place.within, element))
         if len(inner.within) > DEEPEST:
             raise InputError(f"outline: must have parts at most {DEEPEST} deep in one another; flatten its groups")
@@ -258,7 +254,7 @@ class _Drawing:
 
 
 def view_box(element: Element) -> Page | None:
-    """Return the area that the attribute `viewBox` states; None if it states no area."""
+    """Return the area that the attribute `viewBox` states, if any."""
     numbers = [float(number) for number in re.split(r"[\s,]+", element.get("viewBox", "").strip()) if number]
     return Page(*numbers) if len(numbers) == 4 and numbers[2] > 0.0 and numbers[3] > 0.0 else None
 
@@ -326,7 +322,7 @@ def _boxed(place: _Place, shapes: list[Shape]) -> _Place:
 
 
 def _length(name: str, style: Mapping[str, str], place: _Place) -> float:
-    """Return a length of an element in its own coordinates; 0 if it is not given."""
+    """Return a length in the element's own coordinates; 0 if it is not given."""
     text = style.get(name, "0")
     found = LENGTH.fullmatch(text)
     if found is None or (found[2].lower() not in PIXELS and found[2] != "%"):

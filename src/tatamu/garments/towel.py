@@ -11,17 +11,12 @@ from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.presets import load_preset
 
 FABRIC = "terry"
-"""Name of the material preset that a towel has by default."""
 SIZE = (0.34, 0.80)
 """Width and length of the default towel, a face towel [m]."""
 
 
 def towel(size: tuple[float, float] = SIZE, material: Material | None = None, spacing: float | None = None) -> Garment:
-    """Make a towel of a width (y) and length (x) [m], centred at the origin. The rows of the mesh run along y.
-
-    Raises:
-        InputError: If the size or the mesh spacing is out of range.
-    """
+    """Make a towel of a width (y) and length (x) [m], centred at the origin. The rows of the mesh run along y."""
     check_size(size)
     material = material or load_preset(FABRIC).material
     chosen = spacing if spacing is not None else spacing_for(material)
@@ -33,7 +28,7 @@ def towel(size: tuple[float, float] = SIZE, material: Material | None = None, sp
 
 
 def _sides(vertices: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the four sides of a towel as paths of vertices, in counter-clockwise order."""
+    """Return the sides as paths of vertices, in counter-clockwise order."""
     x = vertices[:, 0]
     y = vertices[:, 1]
     bottom = np.flatnonzero(x == x.min())

@@ -13,14 +13,10 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.presets import load_preset
 
 FABRIC = "usual-tshirt"
-"""Name of the material preset that a T-shirt has by default."""
 SIZE = (0.54, 0.46)
-"""Width over both sleeves and length from shoulder to hem of the default T-shirt [m].
-
-The T-shirt is for a child of four years. The source is the chart of garments laid flat of the 23rd New Zealand Scout
-Jamboree. In the row "youth 4", half the chest is 32 cm and the length is 46 cm. For men's size M, half the chest is 52
-cm and the length is 70 cm. A T-shirt of men's size M with sleeves in proportion therefore has the size 0.88x0.70.
-"""
+"""Width over both sleeves and length from shoulder to hem [m] for a child of four years, by the chart of garments laid
+flat of the 23rd New Zealand Scout Jamboree: in the row "youth 4", half the chest is 32 cm and the length 46 cm. In
+men's size M, they are 52 and 70 cm, so a T-shirt with sleeves in proportion has the size 0.88x0.70."""
 OPENINGS = ("hem", "right_sleeve", "left_sleeve", "back_neck")
 CORNERS = {
     "hem": (0.0, 0.160),
@@ -29,32 +25,25 @@ CORNERS = {
     "shoulder": (0.432, 0.132),
     "neck": (0.460, 0.068),
 }
-"""Corners of the left half of the T-shirt [m], with x measured from the hem and y from the middle.
-
-Half the chest and the length are from the chart of garments laid flat. The sleeve (16 cm along its top, 10 cm at its
-hem) and the neck (14 cm) are assumed.
-"""
+"""Corners of the left half [m], x from the hem and y from the middle. The sleeve (16 cm along its top, 10 cm at its
+hem) and the neck (14 cm) are assumed, the rest is from the chart."""
 NECK_DEPTH = {"front": 0.055, "back": 0.015}
-"""Assumed depths of a T-shirt's necklines below the shoulder [m]."""
+"""Assumed depths of the necklines below the shoulder [m]."""
 
 
 def tshirt(
     size: tuple[float, float] | None = None, material: Material | None = None, spacing: float | None = None
 ) -> Garment:
-    """Make a T-shirt of a width (over the sleeves, y) and length (x) [m], with the hem at x < 0.
-
-    Raises:
-        InputError: If the size or the mesh spacing is out of range.
-    """
+    """Make a T-shirt of a width (over the sleeves, y) and length (x) [m], with the hem at x < 0."""
     material = material or load_preset(FABRIC).material
     shirt = front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
     return replace(shirt, fibre=_fibre(shirt))
 
 
 def _fibre(shirt: Garment) -> np.ndarray:
-    """Return the direction of the wales, the lengthwise columns of a knitted fabric, in each triangle, shape (m, 3).
+    """Return the direction of the wales, the lengthwise columns of a knit, in each triangle, shape (m, 3).
 
-    The direction is along the sleeve in the sleeves, and along x in all other triangles.
+    It is along the sleeve in the sleeves, and along x elsewhere.
     """
     plan = shirt.unstrained[:, :2]
     scale = np.ptp(plan, axis=0) / SIZE[::-1]
@@ -72,7 +61,7 @@ def _fibre(shirt: Garment) -> np.ndarray:
 
 
 def pattern() -> Outline:
-    """Return the outline of the default T-shirt: the outline of the back, and a line for the neckline of the front."""
+    """Return the outline of the back, with a line for the neckline of the front."""
     hem, underarm, shoulder, neck = (
         np.array(CORNERS[name]) * [1, -1] for name in ("hem", "underarm", "shoulder", "neck")
     )
@@ -90,10 +79,9 @@ def pattern() -> Outline:
 
 
 def _neckline(neck: np.ndarray, depth: float, turn: float) -> np.ndarray:
-    """Return the right half of a T-shirt's neckline from the neck point to the middle, shape (k, 2).
+    """Return the right half of a neckline, from the neck point to the middle, shape (k, 2).
 
-    With `turn` 1, the neckline is a quarter of an ellipse, which is steep at the shoulder. A smaller value gives a
-    neckline that is flatter at the shoulder.
+    With `turn` 1 it is a quarter of an ellipse, steep at the shoulder; a smaller value makes it flatter there.
     """
     angle = np.linspace(0.0, 0.5 * np.pi, 25)
     x = neck[0] - depth * np.sin(angle) ** (1.0 / turn)

@@ -1,8 +1,6 @@
-"""Handles the unit of length of a garment file.
+"""Handles the unit of length of a garment file: its metres, and where it is stated.
 
-For each file, tatamu records the length of the unit in metres, and the source of the unit, for example a word in the
-file. A wrong unit usually gives the garment an unusual size. If the size is unusual, tatamu warns the user. If no
-garment has such a size, tatamu refuses the file.
+A wrong unit usually gives an unusual size, of which the user is warned, or which is refused if no garment has it.
 """
 
 from __future__ import annotations
@@ -18,10 +16,7 @@ NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decim
 USUAL = (0.15, 1.8)
 """Range in which the longer side of most garments is [m]."""
 DOUBTFUL = 2.6
-"""Largest size of a garment from a file that is accepted without a note [m].
-
-Hardly any garment is larger, except for bed linen.
-"""
+"""Size of a garment [m] above which a note is given; apart from bed linen, hardly any is larger."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +28,9 @@ class Unit:
     name: str
     """Name of the unit in the plural."""
     source: str
-    """Source of the unit: the kind of file, and the words in the file that state the unit."""
+    """Kind of file, and the words in it that state the unit."""
     given: bool = False
-    """Whether the user gave the unit. A unit from the user is not doubted."""
+    """Whether the user gave the unit, which is then not doubted."""
 
     @property
     def words(self) -> str:
@@ -43,27 +38,18 @@ class Unit:
         return f"read in {self.name} ({self.source})"
 
     def reading(self, size: tuple[float, float] | None) -> str:
-        """Return the text of `words`.
-
-        If the user gave a size [m], the text also says that the garment is scaled to this size.
-        """
+        """Return `words`, and whether the garment is scaled to a size [m] that the user gave."""
         return f"{self.words}{'; scaled to that size' if size else ''}"
 
     def scaled(self, scale: float | None) -> Unit:
-        """Return a unit with the length `scale` [m] that the user gave; if `scale` is None, return this unit."""
+        """Return the unit with the length that the user gave [m], if any."""
         if scale is None:
             return self
         return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}", given=True)
 
 
 def probable_scale(sides: tuple[float, float], unit: Unit, scales: Iterable[float] = NAMES) -> float | None:
-    """Return the length [m] of another unit with which a garment has a usual size; None if no unit gives such a size.
-
-    Args:
-        sides: Width and length of the garment [m].
-        unit: Unit in which the file was read.
-        scales: Lengths of the units that may be meant [m].
-    """
+    """Return the length [m] of another unit, out of `scales`, with which the sides [m] would have a usual size."""
     shorter, longer = (side / unit.metres for side in sorted(sides))
     fitting = [
         scale
@@ -74,7 +60,7 @@ def probable_scale(sides: tuple[float, float], unit: Unit, scales: Iterable[floa
 
 
 def how_to_scale(sides: tuple[float, float], unit: Unit) -> str:
-    """Return advice on a size [m] that no garment has: a scale that helps, and nothing if there is no such scale."""
+    """Return advice on a size [m] that no garment has: a scale that helps, if there is one."""
     powers = [unit.metres * 10.0**power for power in (-3, -2, -1, 1, 2, 3)]
     scale = probable_scale(sides, unit) or probable_scale(sides, unit, powers)
     if scale is None:
@@ -85,11 +71,7 @@ def how_to_scale(sides: tuple[float, float], unit: Unit) -> str:
 
 
 def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> None:
-    """Refuse a width and length [m] that no garment has.
-
-    Raises:
-        InputError: If no garment is this large or this small.
-    """
+    """Refuse a width and length [m] that no garment has."""
     if SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE:
         return
     width, length = sides
@@ -104,10 +86,9 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 
 
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
-    """Return a note to the user on an unusual width and length [m] of a garment from a file.
+    """Return a note on an unusual width and length [m], unless the user gave the unit.
 
-    There is no note if the user gave the unit. Even a unit that the file states is doubted, because many programs write
-    a wrong unit into the header.
+    Even a unit that the file states is doubted, because many programs write a wrong one into the header.
     """
     longest = max(sides)
     probable = probable_scale(sides, unit)

@@ -1,4 +1,4 @@
-"""Limits the size of drawings whose parts include other parts, because a small file may unpack to very many curves."""
+"""Limits the size of drawings whose parts include other parts, so a small file may unpack to very many curves."""
 
 from __future__ import annotations
 
@@ -11,14 +11,11 @@ from tatamu.base.files import MIB
 LARGEST_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MOST_PARTS = 500_000
-"""Largest number of elements of a drawing, after each reference to another part is replaced by that part.
-
-Numbers in paths count as elements.
-"""
+"""Maximum number of elements and of numbers in paths, each included part counted as its own."""
 DEEPEST = 100
-"""Largest number of levels to which parts of a drawing may include other parts."""
+"""Maximum depth to which parts include other parts."""
 MOST_CURVES = 5_000
-"""Largest number of closed curves of a drawing, and also the largest number of open curves."""
+"""Maximum number of closed curves, and of open curves."""
 Part = TypeVar("Part", bound=Hashable)
 
 
@@ -29,9 +26,9 @@ def check_unpacked(
 
     Args:
         root: The whole drawing.
-        parts: Function that returns all parts that a part includes, each with the number of times that it is included.
-        own: Function that returns the number of elements of a part, without the elements of included parts.
-        most: Largest allowed number of elements of the whole drawing.
+        parts: Function that returns the parts that a part includes, and how often.
+        own: Function that returns the number of elements of a part, without included parts.
+        most: Maximum number of elements of the whole drawing.
 
     Raises:
         InputError: If a part includes itself, parts are nested too deeply, or the drawing has too many elements.

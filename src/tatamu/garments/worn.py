@@ -1,7 +1,4 @@
-"""Makes a garment from a mesh file.
-
-A flat mesh is used as it is. The mesh of a garment that is worn on a body is laid flat first.
-"""
+"""Makes a garment from a mesh file. A flat mesh is used as it is; one worn on a body is laid flat first."""
 
 from __future__ import annotations
 
@@ -26,46 +23,26 @@ from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, ho
 from tatamu.simulation.material import Material
 
 OFTEN_UNWELDED = (".stl", ".glb")
-"""Endings of file formats that store a vertex once for each of its triangles, or once for each of its texture
-coordinates."""
+"""Formats that store a vertex once for each triangle, or for each texture coordinate."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""Three limits for relative changes of the edges' lengths when a garment's mesh is flattened.
-
-A garment is flattened only if half of its edges change by at most GENTLE, and 95 % by at most MOST. If more than 5 % of
-the edges change by more than DOUBTED, a note asks the user to check the garment.
-"""
+"""Maximum relative change of half of the edges, and of 95 %, at which a mesh is flattened, and the change of 95 % above
+which a note asks the user to look at it."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
-"""Largest median relative difference between the edges of a mesh and of its UV map if the map is a sewing pattern.
-
-The edges are compared with one scale for all panels. If the median is larger, the UV map is not the sewing pattern.
-"""
+"""Maximum median relative difference between edges in the mesh and in a UV map of one scale that is the pattern."""
 DEVELOPABLE = 0.01
-"""Largest median relative difference between the edges of a mesh and of its UV map if u and v have separate scales.
-
-The edges are compared with separate scales along u and v. If the median is larger, one scale is used for both
-directions.
-"""
+"""Maximum such difference with separate scales along u and v, at which these are used."""
 SQUARE = 0.3
-"""Largest difference at which the scales of a UV map along u and v count as equal [%].
-
-The difference is between each scale and the common scale of both directions.
-"""
+"""Difference of these scales from their common one below which they count as equal [%]."""
 ROUNDS = 5
-"""Number of rounds in which the scales of a UV map along u and v are fitted."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
-"""Default directions in the file of a flat mesh, by the number of the axis along which the mesh is thin.
-
-The first direction points away from the hem, the second out of the front.
-"""
+"""Directions in the file of a flat mesh away from the hem and out of the front, by the axis along which it is thin."""
 
 
 @dataclass(frozen=True)
 class _Laid:
-    """A mesh that lies in the frame of a garment, before it becomes a garment."""
-
     points: np.ndarray
-    """Positions of the vertices in the garment's frame [m], shape (n, 3)."""
+    """Vertices in the garment's frame [m], shape (n, 3)."""
     faces: np.ndarray
     notes: tuple[str, ...]
 
@@ -74,7 +51,7 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     """Make the garment of a mesh file.
 
     Raises:
-        InputError: If the file cannot be read, the mesh has faults, or the mesh cannot be laid flat.
+        InputError: If the file cannot be read, the mesh has faults, or it cannot be laid flat.
     """
     if given.spacing is not None and not given.remesh:
         raise InputError("spacing: a mesh has its own; give remesh = true under [garment] for a new one")
@@ -105,7 +82,7 @@ def _unit(source: Path) -> Unit:
 
 
 def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> tuple[TriangleMesh, list[str]]:
-    """Return the piece of cloth that a mesh contains, in metres, and notes on changes to the mesh."""
+    """Return the piece of cloth of a mesh, in metres, and notes on changes."""
     mesh = replace(mesh, vertices=mesh.vertices * unit.metres)
     notes = []
     if given.weld or source.suffix.lower() in OFTEN_UNWELDED:
@@ -135,7 +112,7 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
 
 
 def _piece_name(mesh: TriangleMesh, own: np.ndarray, number: int) -> str:
-    """Return the name that a mesh file gives to most triangles of a piece; a number if the file gives no names."""
+    """Return the name that most triangles of a piece have in the file, or else a number."""
     parts = [part for part, keep in zip(mesh.parts, own, strict=True) if keep and part] if mesh.parts else []
     return max(sorted(set(parts)), key=parts.count) if parts else f"piece {number + 1}"
 
@@ -146,7 +123,7 @@ def _extent(mesh: TriangleMesh, own: np.ndarray) -> str:
 
 
 def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
-    """Return the garment of a flat mesh. The plane of the mesh may have any orientation."""
+    """Return the garment of a flat mesh, whose plane may have any orientation."""
     thin = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
     up, facing = SIDE_VIEW[thin]
     up = given.up or up
@@ -161,10 +138,7 @@ def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garmen
 
 
 def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
-    """Return the garment of a mesh that is worn on a body.
-
-    The garment is flattened if this changes its edges little. Otherwise a simulation drops it onto the table.
-    """
+    """Return the garment of a worn mesh: flattened if its edges change little, otherwise dropped by simulation."""
     stance = posture(mesh.vertices, mesh.faces, given.up)
     points = (mesh.vertices - mesh.vertices.mean(axis=0)) @ stance.turn.T
     faces = mesh.faces[:, ::-1] if inside_out(points, mesh.faces) else mesh.faces
@@ -195,12 +169,12 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
 
 
 def _sized(plan: np.ndarray, size: tuple[float, float] | None) -> np.ndarray:
-    """Return the vertices of a flat mesh, stretched to a width and length [m]; unchanged if `size` is None."""
+    """Return flat vertices, stretched to a width and length [m] if they are given."""
     return plan if size is None else plan * (np.array(size[::-1]) / np.ptp(plan, axis=0))
 
 
 def _meshed_anew(garment: Garment, spacing: float | None) -> Garment:
-    """Return the garment with a new mesh, on which the warp has the same directions as before."""
+    """Return the garment with a new mesh, on which the warp is as before."""
     made = meshed_anew(garment, spacing)
     if garment.fibre is None:
         return made
@@ -209,19 +183,19 @@ def _meshed_anew(garment: Garment, spacing: float | None) -> Garment:
 
 @dataclass(frozen=True)
 class _Pattern:
-    """The flat shape of each triangle of a worn garment, from the sewing pattern or from the mesh."""
+    """The flat shape of each triangle of a worn garment."""
 
     lengths: np.ndarray
-    """Lengths of the sides of the flat triangles [m], shape (m, 3)."""
+    """Lengths of the triangles' sides [m], shape (m, 3)."""
     panels: np.ndarray
-    """Number of the panel to which each triangle belongs, shape (m,)."""
+    """Index of each triangle's panel, shape (m,)."""
     words: str
-    """Source of the flat shapes, in words."""
+    """Source of the flat shapes."""
     uv: np.ndarray | None = None
-    """Corners of each triangle in the sewing pattern, shape (m, 3, 2); None if the file has no pattern."""
+    """Corners of each triangle in the sewing pattern, if there is one, shape (m, 3, 2)."""
 
     def woven(self, garment: Garment) -> Garment:
-        """Return the garment with the warp along the +v axis of the sewing pattern, if there is a pattern."""
+        """Return the garment with the warp along +v of the sewing pattern, if there is one."""
         if self.uv is None:
             return garment
         fibre = along_v(self.uv, garment.unstrained[garment.faces])
@@ -229,11 +203,9 @@ class _Pattern:
 
 
 def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _Pattern:
-    """Return the flat shapes of a garment's triangles, from the UV map if it is the sewing pattern.
+    """Return the flat shapes from the UV map if it is the sewing pattern, otherwise from the mesh.
 
-    Otherwise, the shapes come from the mesh.
-
-    If the scaled edges of the UV map have nearly the same lengths as the mesh's edges, the UV map is the pattern.
+    It is the pattern if its scaled edges have nearly the lengths of the mesh's edges.
     """
     worn = side_lengths(points[faces])
     itself = _Pattern(worn, panel_numbers(faces, None), "its own shape")
@@ -259,15 +231,15 @@ def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _P
 
 
 def _median_misfit(worn: np.ndarray, drawn: np.ndarray) -> float:
-    """Return the median relative difference between the lengths of edges in a mesh and in its pattern."""
+    """Return the median relative difference of edges between mesh and pattern."""
     return float(np.median(np.abs(worn / drawn - 1.0)))
 
 
 def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """Return the lengths [m] of one unit of u and of v with which a UV map fits the mesh best, shape (2,).
 
-    With the scales sqrt(a) and sqrt(b), an edge from the UV map has the squared length a u^2 + b v^2. The fit of a and
-    b minimises the relative errors of the edges' squared lengths. Large errors, for example at seams, have less weight.
+    With the scales sqrt(a) and sqrt(b), an edge has the squared length a u^2 + b v^2. The fit of a and b minimises the
+    relative errors of squared lengths; large errors, as at seams, have less weight.
     """
     across = (np.roll(uv, -2, axis=1) - np.roll(uv, -1, axis=1)).reshape(-1, 2) ** 2
     wanted = worn.ravel() ** 2
@@ -282,7 +254,7 @@ def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def _coarseness(garment: Garment) -> list[str]:
-    """Return the note to the user on a mesh that is too coarse for its fabric; empty if the mesh is fine enough."""
+    """Return a note on a mesh that is too coarse for its fabric, if it is."""
     cells = garment.spacing / garment.material.bending_length
     if cells <= PASSABLE:
         return []
