@@ -1,15 +1,10 @@
-"""Rigid bodies with which cloth collides: fingers, plates and obstacles.
+"""Rigid bodies, such as fingers and obstacles, which move on given paths and with which cloth collides.
 
-The motion of a body is given in advance, so cloth does not push it.
-
-Every shape is a rounded box. It has a core, which is a box with the half sizes h. Some or all half sizes may be zero.
-The body consists of all points whose distance from the core is at most r:
+Every shape is a rounded box: all points whose distance from a core, a box with the half sizes h >= 0, is at most r. The
+signed distance d of a point p in the frame of the body is:
 
     box      h = size, r = 0;     sphere   h = 0, r = size[0];     capsule  h = (0, 0, size[1]), r = size[0]
-
-The formula for the signed distance d of a point p is:
-
-    d(p) = |max(q, 0)| + min(max(q_x, q_y, q_z), 0) - r,   q = |p| - h,   p in the frame of the body
+    d(p) = |max(q, 0)| + min(max(q_x, q_y, q_z), 0) - r,   q = |p| - h
 """
 
 from __future__ import annotations
@@ -27,9 +22,7 @@ from tatamu.simulation.material import Number
 SIZES = {"box": 3, "sphere": 1, "capsule": 2}
 """Number of entries in `size` for each shape."""
 UNIT = 0.02
-"""Largest accepted difference between the length of a quaternion and 1 [-].
-
-Numbers in files are rounded, so quaternions are normalised after this check."""
+"""Maximum deviation of a quaternion's length from 1 [-], because numbers in files are rounded."""
 
 
 def _quaternions(value: Any) -> np.ndarray:
@@ -68,24 +61,16 @@ class Body(Record):
     friction: Number = Field(0.5, ge=0.0, le=10.0)
     """Coulomb coefficient between cloth and body [-]."""
     hand: Literal["left", "right"] | None = None
-    """Hand to which the body belongs as a finger; None if the body is not a finger.
-
-    A gripper holds vertices of the cloth. A finger does not collide with triangles that have a vertex held by a gripper
-    of the same hand. These triangles are longer than a fingertip is thick, so they would stick out from between the
-    fingers.
-    """
+    """Hand to which a finger belongs; None for other bodies. A finger does not collide with triangles of which its hand
+    holds a vertex, because these triangles are longer than a fingertip is thick and would stick out between the
+    fingers."""
     times: Annotated[list[Number], Field(min_length=1)] = Field(default_factory=lambda: [0.0])
-    """Times of the knots, the points between which the motion is interpolated [s], increasing."""
+    """Times of the knots of the motion [s], increasing."""
     positions: Points
-    """Position of the centre at each knot [m], shape (k, 3).
-
-    Between knots, the motion is linear. Before the first knot and after the last, the body does not move."""
+    """Centre at each knot [m], shape (k, 3); linear between knots, and constant before the first and after the last."""
     orientations: Quaternions | None = None
-    """Unit quaternion (w, x, y, z) at each knot, shape (k, 4).
-
-    None if the body never turns. The quaternion rotates from the frame of the body to the frame of the scene. Between
-    knots, quaternions are interpolated on the sphere along the shorter way.
-    """
+    """Unit quaternion (w, x, y, z) at each knot, from the frame of the body to that of the scene, shape (k, 4). None if
+    the body never turns. Between knots, `slerp` interpolates."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -102,32 +87,25 @@ class Body(Record):
 
     @property
     def core(self) -> np.ndarray:
-        """Half sizes h of the body's core, which is a box inside the body [m], shape (3,)."""
+        """Half sizes h of the core [m], shape (3,)."""
         if self.shape == "box":
             return np.array(self.size)
         return np.array([0.0, 0.0, self.size[1] if self.shape == "capsule" else 0.0])
 
     @property
     def radius(self) -> float:
-        """Largest distance r of points of the body from its core, which is a box inside the body [m]."""
+        """Radius r of the rounding [m]."""
         return 0.0 if self.shape == "box" else self.size[0]
 
     def path(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the motion of the body at k times [s], shape (k,).
-
-        Returns:
-            Centres at these times [m], shape (k, 3), and unit quaternions (w, x, y, z), shape (k, 4).
-        """
+        """Return the centres [m], shape (k, 3), and unit quaternions (w, x, y, z), shape (k, 4), at k times [s]."""
         positions = np.column_stack([np.interp(times, self.times, column) for column in self.positions.T])
         if self.orientations is None:
             return positions, np.tile([1.0, 0.0, 0.0, 0.0], (len(times), 1))
         return positions, slerp(times, np.array(self.times), self.orientations)
 
     def pose(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the centre [m], shape (3,), and the rotation, shape (3, 3), at a time [s].
-
-        The rotation is from the frame of the body to the frame of the scene.
-        """
+        """Return the centre [m] and the rotation matrix from the body's frame to the scene's at a time [s]."""
         positions, orientations = self.path(np.array([time]))
         return positions[0], rotation(orientations[0])
 
@@ -144,19 +122,7 @@ class Body(Record):
 
 
 def slerp(times: np.ndarray, knots: np.ndarray, quaternions: np.ndarray) -> np.ndarray:
-    """Interpolate quaternions on the sphere (Shoemake 1985).
-
-    Before the first knot and after the last, the result is constant.
-
-    Args:
-        times: The k times [s], shape (k,).
-        knots: Increasing times of the m knots [s], shape (m,).
-        quaternions: Quaternions at the knots, shape (m, 4). q and -q are equal rotations, so the one that is nearer to
-            the previous quaternion is used.
-
-    Returns:
-        Unit quaternions at the k times, shape (k, 4).
-    """
+    """Interpolate quaternions, shape (m, 4), at k times on the sphere along the shorter way (Shoemake 1985)."""
     unit = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
     after = np.clip(np.searchsorted(knots, times, side="right"), 1, max(len(knots) - 1, 1))
     before = after - 1

@@ -1,10 +1,8 @@
 """The distance between cloth and a rigid body. Faces are tested too, because a thin finger may pierce a triangle.
 
-The signed distance of a body is a convex function. Its tangent planes at the corners of a triangle are therefore lower
-bounds over the triangle. For almost all triangles, this bound is positive, so the triangle is outside the body. For the
-other triangles, nested golden sections find the minimum distance. The inner section finds the minimum along a line
-parallel to a side of the triangle. The outer section moves this line. Golden sections are valid for the outer section
-too, because the minimum along the line is a convex function of the line's position.
+The signed distance of a body is convex, so its tangent planes at the corners of a triangle are lower bounds over the
+triangle. If no bound decides, nested golden sections find the minimum: the inner one along a line parallel to a side,
+the outer one over the position of this line, because the minimum along the line is convex in its position.
 """
 
 from __future__ import annotations
@@ -17,31 +15,18 @@ from tatamu.simulation.body import Body
 
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 SECTIONS = 24
-"""Number of golden sections in each direction. They reduce an interval of 20 mm to 0.2 micrometres."""
+"""Number of golden sections in each direction, which reduce 20 mm to 0.2 micrometres."""
 
 
 def deepest(body: Body, points: np.ndarray, faces: np.ndarray, time: float = 0.0) -> float:
-    """Return how deep the cloth's mid-surface is in a body [m]. The result is negative if the cloth is outside.
-
-    Args:
-        body: The body.
-        points: Positions of the vertices [m], shape (n, 3).
-        faces: Triangles, shape (m, 3).
-        time: Time that determines the position of the body [s].
-    """
+    """Return the depth of the cloth's mid-surface in a body at a time [s], in metres; negative outside."""
     return -float(distances(body, points, faces, time, below=0.0).min())
 
 
 def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, below: float = np.inf) -> np.ndarray:
-    """Return the smallest signed distance of each triangle from a body [m], shape (m,).
+    """Return the minimum signed distance of each triangle from a body at a time [s], in metres, shape (m,).
 
-    Args:
-        body: The body.
-        points: Positions of the vertices [m], shape (n, 3).
-        faces: Triangles, shape (m, 3).
-        time: Time that determines the position of the body [s].
-        below: Distance that matters to the caller [m]. If all of a triangle is farther from the body, its result is
-            only the smallest distance of its corners.
+    For a triangle that is entirely farther than `below` [m], it is the distance of the nearest corner.
     """
     local = body.local(points, time)
     at_vertices = body.distance(local)
@@ -53,10 +38,7 @@ def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, be
 
 
 def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return a lower bound of the distance between a body and each of m triangles [m], shape (m,).
-
-    The bound comes from the tangent planes of the distance at the corners of the triangle.
-    """
+    """Return a lower bound of each triangle's distance [m], shape (m,), from tangent planes at its corners."""
     normals = _normals(body, local)
     corners = local[faces]
     bounds = [
@@ -78,17 +60,11 @@ def _normals(body: Body, local: np.ndarray) -> np.ndarray:
 
 
 def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
-    """Return the smallest distance between a body and each of k triangles [m], shape (k,).
-
-    The corners of the triangles, shape (k, 3, 3), are in the frame of the body.
-    """
+    """Return the minimum distance from each triangle [m], shape (k,); its corners are in the body's frame."""
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """Return the smallest distance of a body from a line that crosses a triangle parallel to its side b-c.
-
-        `part` is 0 for the line through the corner a, and 1 for the side b-c.
-        """
+        """Return the minimum along a line parallel to the side b-c, at `part` of the way from the corner a to it."""
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))
@@ -97,7 +73,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
 
 
 def _golden(values: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
-    """Return the minimum values of `count` convex functions of a number from 0 to 1, shape (count,)."""
+    """Return the minima of `count` convex functions on the interval from 0 to 1, shape (count,)."""
     low = np.zeros(count)
     high = np.ones(count)
     left = high - GOLDEN * (high - low)

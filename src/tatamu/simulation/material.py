@@ -18,18 +18,17 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 
 PRESETS = Path(__file__).parent / "presets"
-"""Folder of the materials that tatamu contains; see `tatamu.simulation.presets`."""
 
 GRAVITY = 9.81
-"""Standard acceleration of free fall [m/s^2]. It is used if no other value is given."""
+"""Standard acceleration of free fall [m/s^2]."""
 
 Number = Annotated[float, Field(strict=True)]
-"""A number that is strictly checked: texts and truth values are refused."""
+"""A number that is checked strictly: texts and truth values are refused."""
 Friction = Annotated[Number, Field(ge=0.0, le=10.0, allow_inf_nan=False)]
 
 
 THICKNESS = (1e-5, 0.05)
-"""Smallest and largest thickness of cloth [m]."""
+"""Minimum and maximum thickness of cloth [m]."""
 
 
 DIRECTIONAL_AIR = (
@@ -40,24 +39,17 @@ DIRECTIONAL_AIR = (
     "air_drag_turning",
     "air_added_mass",
 )
-"""Names of the fields for effects of air, except `air_drag`."""
+"""Fields for effects of air other than `air_drag`."""
 ORTHOTROPIC_MEMBRANE = ("stretch_stiffness_weft", "shear_stiffness")
-"""Names of the fields of an orthotropic membrane."""
 ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
-"""Names of the fields of orthotropic bending."""
 FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
-"""Names of the fields for the friction of bending."""
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
-"""Elements of the friction of bending, as pairs of numbers.
+"""Elements of the friction of bending: fraction of the frictional stiffness, and yield curvature in units of k_y.
 
-The first number is a fraction of the frictional stiffness. The second is the yield curvature of the element, divided by
-the material's curvature k_y. The products of the pairs sum to 1. HB is the frictional moment of bending. When a sheet
-is bent for the first time to the curvature k, the moment is HB (1 - exp(-k / k_y)). The error of this formula is at
-most 0.09 HB.
-"""
+The products sum to 1, and a first bend to the curvature k has the moment HB (1 - exp(-k / k_y)), with an error of at
+most 0.09 HB (docs/theory/hysteresis.md)."""
 STEEPER = 4.0
-"""Default ratio of two slopes of the bending moment over the curvature: the slope directly after a reversal of bending,
-divided by the later slope."""
+"""Default slope of the bending moment directly after a reversal of bending, divided by its later slope."""
 UNSAID = (
     "blender",
     "compression",
@@ -66,91 +58,68 @@ UNSAID = (
     *FRICTION_OF_BENDING,
     *DIRECTIONAL_AIR,
 )
-"""Names of the fields that are written only if they differ from their defaults."""
+"""Fields that are written only if they differ from their defaults."""
 
 
 class Material(BaseModel):
-    """The properties of a fabric that simulators use.
-
-    The fabric is isotropic unless values for weft, shear or bias are given.
-    """
+    """The properties of a fabric, which is isotropic unless values for weft, shear or bias are given."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     areal_density: Number = Field(ge=1e-3, le=20.0)
     """Mass per area rho [kg/m^2]."""
     stretch_stiffness: Number = Field(ge=1e-1, le=1e6)
-    """Membrane stiffness Y: tension per width and strain [N/m]. If the weft has another stiffness, Y is the value along
-    the warp."""
+    """Membrane stiffness Y along the warp: tension per width and strain [N/m]."""
     stretch_stiffness_weft: Number | None = Field(None, ge=1e-1, le=1e6)
-    """Membrane stiffness along the weft [N/m]; None if it is equal to the stiffness along the warp."""
+    """Membrane stiffness along the weft [N/m]; None for the value along the warp."""
     shear_stiffness: Number | None = Field(None, ge=1e-2, le=1e6)
-    """Shear stiffness G: shear force per width and per shear angle between warp and weft [N/m].
-
-    None for sqrt(Y Y_weft) / (2 (1 + nu)), with the membrane stiffnesses Y and Y_weft and the Poisson ratio nu. For an
-    isotropic material, this value is exact."""
+    """Shear stiffness G: shear force per width and shear angle [N/m]; None for sqrt(Y Y_weft) / (2 (1 + nu))."""
     poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
-    """Poisson ratio nu in the plane [-]. If warp and weft differ, it is the geometric mean of both ratios."""
+    """Poisson ratio nu in the plane [-]; the geometric mean of both ratios if warp and weft differ."""
     compression: Number = Field(1.0, ge=1e-3, le=1.0)
-    """Fraction c of the stretch stiffness that resists compression [-].
-
-    A value below 1 represents wrinkles finer than the mesh."""
+    """Fraction c of the stretch stiffness that resists compression [-]; below 1 for wrinkles finer than the mesh."""
     bending_rigidity: Number = Field(ge=0.0, le=1.0)
-    """Bending rigidity B: moment per width and curvature [N m]. If the weft has another rigidity, B is the value along
-    the warp."""
+    """Bending rigidity B along the warp: moment per width and curvature [N m]."""
     bending_rigidity_weft: Number | None = Field(None, ge=0.0, le=1.0)
-    """Bending rigidity along the weft [N m]; None if it is equal to the rigidity along the warp."""
+    """Bending rigidity along the weft [N m]; None for the value along the warp."""
     bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
     """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m].
 
-    The value is at least a quarter of the sum of the rigidities along warp and weft. None for the default (B + B_weft +
-    2 sqrt(B B_weft)) / 4, which is B if B_weft is equal to B."""
+    It is at least (B + B_weft) / 4; None for (B + B_weft + 2 sqrt(B B_weft)) / 4."""
     bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
-    """Frictional moment of bending per width, HB [N].
-
-    In a test by Kawabata's method, the moment is plotted against the curvature. The width of the resulting loop is
-    reported as 2HB, so HB is half of this width."""
+    """Frictional moment of bending per width, HB [N]: half of the loop's width 2HB in Kawabata's test."""
     bending_rigidity_initial: Number | None = Field(None, ge=0.0, le=10.0)
-    """Slope of the bending moment over the curvature directly after a reversal of bending [N m].
-
-    This slope is larger than all rigidities. None for four times the bending rigidity. Without hysteresis, the slope
-    has no effect.
-    """
+    """Slope of the bending moment over the curvature directly after a reversal of bending [N m], larger than all
+    rigidities; None for 4 B. Without hysteresis, it has no effect."""
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
     """Distance between two layers that lie on each other [m]."""
     friction_table: Friction = 0.5
-    """Coulomb coefficient between cloth and table [-]. Static and kinetic friction are equal."""
+    """Coulomb coefficient between cloth and table [-], static and kinetic."""
     friction_cloth: Friction = 0.5
-    """Coulomb coefficient between layers of cloth [-]. Static and kinetic friction are equal."""
+    """Coulomb coefficient between layers of cloth [-], static and kinetic."""
     air_drag: Number = Field(0.0, ge=0.0, le=1e3)
     """Drag force per area and velocity, equal in all directions [N s/m^3]."""
     air_drag_normal: Number = Field(0.0, ge=0.0, le=1e3)
-    """Additional drag along the surface's normal, per area and velocity along the normal [N s/m^3]."""
+    """Additional drag along the normal, per area and velocity along the normal [N s/m^3]."""
     air_drag_tangential: Number = Field(0.0, ge=0.0, le=1e3)
     """Additional drag along the surface, per area and velocity along the surface [N s/m^3]."""
     air_drag_quadratic: Number = Field(0.0, ge=0.0, le=1e3)
-    """Drag along the normal, per area and square of the velocity along the normal [kg/m^3].
-
-    It is half the density of air times the drag coefficient of a plate across the flow."""
+    """Drag along the normal, per area and square of the velocity along the normal [kg/m^3]: half the density of air
+    times the drag coefficient of a plate across the flow."""
     air_drag_quadratic_tangential: Number = Field(0.0, ge=0.0, le=1e3)
     """Drag along the surface, per area and square of the velocity along the surface [kg/m^3]."""
     air_drag_turning: Number = Field(0.0, ge=0.0, le=1e3)
-    """Constant of the drag along the normal after a reversal of motion [kg/m^(8/3)].
-
-    The drag per area and square of the velocity is this constant divided by the cube root of the path since the
-    reversal. If `air_drag_quadratic` is larger than this drag, `air_drag_quadratic` acts instead.
-    """
+    """Constant of the drag along the normal after a reversal of motion [kg/m^(8/3)]: per area and square of the
+    velocity, divided by the cube root of the path since then. It acts while it exceeds `air_drag_quadratic`."""
     air_added_mass: Number = Field(0.0, ge=0.0, le=20.0)
-    """Mass of air per area that moves with the surface along its normal [kg/m^2]. This air adds inertia, but no
-    weight."""
+    """Mass of air per area that moves with the surface along its normal [kg/m^2]: inertia without weight."""
 
     blender: dict[str, bool | int | float | str] | None = None
-    """Properties of Blender's cloth by their names in Blender. Only the simulator `blender` uses and checks these
-    properties."""
+    """Properties of Blender's cloth by their names in Blender, for the simulator `blender` only."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the material as plain data. Fields in `UNSAID` that have their defaults are omitted."""
+        """Omit the fields in `UNSAID` that have their defaults."""
         plain: dict[str, Any] = standard(self)
         for name in UNSAID:
             if getattr(self, name) == type(self).model_fields[name].default:
@@ -204,7 +173,7 @@ class Material(BaseModel):
 
     @property
     def twist_rigidity(self) -> float:
-        """Twisting moment divided by the twist k_uv of the surface [N m]. For an isotropic sheet, it is 2 B."""
+        """Twisting moment divided by the twist k_uv of the surface [N m]; 2 B for an isotropic sheet."""
         if self.bending_rigidity_bias is not None:
             return max(0.0, 4.0 * self.bending_rigidity_bias - self.bending_rigidity - self.weft_rigidity)
         return 2.0 * (self.bending_rigidity * self.weft_rigidity) ** 0.5
@@ -233,7 +202,7 @@ class Material(BaseModel):
 
     @property
     def bending_length(self) -> float:
-        """Bending length l_b = (B / (rho g))^(1/3) [m]: the length over which cloth bends under its own weight."""
+        """Length l_b = (B / (rho g))^(1/3) over which cloth bends under its own weight [m]."""
         return (self.bending_rigidity / (self.areal_density * GRAVITY)) ** (1.0 / 3.0)
 
 
@@ -248,15 +217,7 @@ def is_preset(path: Path) -> bool:
 
 
 def measured_size(path: Path, garment: str) -> tuple[float, float] | None:
-    """Return the size of the garment with which a material was calibrated.
-
-    Args:
-        path: File of the material, or name of a preset.
-        garment: Name or file of a garment.
-
-    Returns:
-        Width and length [m]; None if the material was not calibrated with this garment.
-    """
+    """Return width and length [m] of the garment with which a material file was calibrated; None without one."""
     if is_preset(path):
         return None
     value = read_toml(path).get("calibration")
@@ -267,11 +228,7 @@ def measured_size(path: Path, garment: str) -> tuple[float, float] | None:
 
 
 def load_material(path: Path) -> Material:
-    """Read a material from the `[material]` table of a TOML file, or from the preset with this name.
-
-    Raises:
-        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
-    """
+    """Read the table `[material]` of a TOML file, or the preset with this name, or raise InputError."""
     if is_preset(path):
         path = PRESETS / f"{path}.toml"
     elif not path.suffix and not path.exists():

@@ -17,11 +17,11 @@ class Rollout:
     """Positions of the cloth over time. Frame 0 is the start."""
 
     times: np.ndarray
-    """Time of each of the f frames [s], shape (f,)."""
+    """Time of each frame [s], shape (f,)."""
     positions: np.ndarray
-    """Position of each of the n vertices in each frame [m], shape (f, n, 3)."""
+    """Position of each vertex in each frame [m], shape (f, n, 3)."""
     faces: np.ndarray
-    """The m triangles, shape (m, 3)."""
+    """Triangles, shape (m, 3)."""
     info: dict[str, Any]
     """Metadata with the keys simulator, version, wall_seconds, setup_seconds, steps, warnings."""
     extra: dict[str, np.ndarray] = field(default_factory=dict)
@@ -41,11 +41,7 @@ class Rollout:
 
     @classmethod
     def load(cls, path: Path | str) -> Rollout:
-        """Read a rollout from an .npz file.
-
-        Raises:
-            InputError: If the file cannot be read or is not a rollout.
-        """
+        """Read a rollout from an .npz file, or raise InputError."""
         arrays = read_npz(Path(path), "a rollout file")
         with foreign(Path(path), "a rollout file"):
             info = json.loads(str(arrays.pop("info")))

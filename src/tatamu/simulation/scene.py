@@ -1,8 +1,4 @@
-"""A scene: everything that a simulator needs to compute a rollout. See docs/reference/scene-and-rollout.md.
-
-Units are SI units, and z points up. The table's top is at z = `height`. The field `tilt` rotates the table about y, so
-that +x is downhill.
-"""
+"""A scene: the complete input of a simulator, in SI units and with z up (docs/reference/scene-and-rollout.md)."""
 
 from __future__ import annotations
 
@@ -25,19 +21,16 @@ from tatamu.simulation.material import GRAVITY, Material, Number
 from tatamu.simulation.mesh.topology import check_mesh
 
 LEAST_IN_PLANE = 1e-3
-"""Least length of the part of a warp direction in the plane of its triangle, as a fraction of the whole length [-]."""
+"""Minimum part of a warp direction in the plane of its triangle [-]."""
 
 MOST_VERTICES = 150_000
-"""Largest number of vertices of a cloth. A cloth with this number takes ten seconds to prepare.
-
-Garments have about 2,000 vertices."""
+"""Maximum number of vertices, which take ten seconds to prepare; garments have about 2,000."""
 MOST_GRIPPERS = 1000
-"""Largest number of grippers of a scene. A hand that pinches layers together consists of several grippers."""
+"""Maximum number of grippers; a hand that pinches layers together has several."""
 MOST_BODIES = 100
-"""Largest number of rigid bodies of a scene. The number is limited because each body is compared with every
-triangle."""
+"""Maximum number of rigid bodies, because each is compared with every triangle."""
 SAME_TIME = 1e-9
-"""Largest difference of times that count as equal [s]. Sums of time steps have rounding errors."""
+"""Maximum difference of equal times [s], because sums of time steps have rounding errors."""
 
 
 def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
@@ -62,14 +55,12 @@ class Cloth(Record):
     faces: Triangles
     """Triangles, shape (m, 3)."""
     rest_vertices: Points | None = None
-    """Positions in the unstrained shape [m], shape (n, 3); None if it is the shape of `vertices`."""
+    """Positions in the unstrained shape [m], shape (n, 3); None for `vertices`."""
     seams: Edges = Field(default_factory=lambda: edges([]))
-    """The s edges of the mesh that hinge freely, shape (s, 2)."""
+    """Edges that hinge freely, shape (s, 2)."""
     fibre: Points | None = None
-    """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles.
-
-    Only its part in the plane of each triangle is used. None stands for x, or for y in triangles perpendicular to x.
-    """
+    """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles, each of which uses the
+    part in its plane. None stands for x, or for y in triangles perpendicular to x."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -101,33 +92,24 @@ class Table(Record):
     height: Number = Field(0.0, ge=-LARGEST, le=LARGEST)
     """Height of the table's top at x = 0 [m]."""
     tilt: Number = Field(0.0, ge=-1.5533, le=1.5533)
-    """Rotation of the table about y [rad], at most 89 degrees. With a positive tilt, +x is downhill."""
+    """Rotation about y [rad], at most 89 degrees. With a positive tilt, +x is downhill."""
 
 
 class Gripper(Record):
-    """Vertices that are held from the time `closes` to the time `opens`.
-
-    The vertices keep their arrangement and follow `displacements`.
-    """
+    """Vertices that are held from `closes` to `opens`, keep their arrangement and follow `displacements`."""
 
     hand: Literal["left", "right"] | None = None
-    """Hand to which the gripper belongs; None if the scene does not name hands.
-
-    Fingers that press layers together are several grippers of one hand. The first gripper moves like the hand.
-    """
+    """Hand to which the gripper belongs, or None. Of several grippers of a hand, the first moves like the hand."""
     vertices: Annotated[list[Index], Field(min_length=1)]
     """Indices of the held vertices."""
     closes: Number = Field(0.0, ge=0.0)
     """Time at which the gripper closes [s]."""
     opens: Number | None = None
-    """Time at which the gripper opens again [s]; None if it never opens."""
+    """Time at which the gripper opens [s]; None if it never opens."""
     times: Annotated[list[Number], Field(min_length=1)]
     """Times of the knots of the motion [s], increasing."""
     displacements: Points
-    """Displacement at each knot from the position at which the gripper closed [m], shape (k, 3).
-
-    The displacement is linear between knots, and constant after the last knot.
-    """
+    """Displacement at each knot from the position at closing [m], shape (k, 3); linear between knots, then constant."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -147,21 +129,18 @@ class Gripper(Record):
         return self
 
     def path(self, times: np.ndarray) -> np.ndarray:
-        """Return the displacements from the position at which the gripper closed [m], shape (k, 3), at k times.
-
-        The times [s] have the shape (k,). The displacements are zero before the first knot of the motion.
-        """
+        """Return the displacements at k times [s], in metres, shape (k, 3); zero before the first knot."""
         path = np.column_stack([np.interp(times, self.times, column) for column in self.displacements.T])
         path[times < self.times[0] - SAME_TIME] = 0.0
         return path
 
     def displacement(self, time: float) -> np.ndarray:
-        """Return the displacement from the position at which the gripper closed [m], shape (3,), at a time [s]."""
+        """Return the displacement at a time [s] from the position at closing [m], shape (3,)."""
         return self.path(np.array([time]))[0]
 
 
 class Scene(Record):
-    """Cloth, material, table, hands, rigid bodies and time: the complete input of a simulator."""
+    """Cloth, material, table, hands, rigid bodies and time."""
 
     version: Literal[1] = 1
     cloth: Cloth
@@ -169,13 +148,13 @@ class Scene(Record):
     table: Table | None = None
     grippers: Annotated[list[Gripper], Field(max_length=MOST_GRIPPERS)] = Field(default_factory=list)
     bodies: Annotated[list[Body], Field(max_length=MOST_BODIES)] = Field(default_factory=list)
-    """Rigid bodies with which the cloth collides, at most 100."""
+    """Rigid bodies with which the cloth collides."""
     gravity: Number = Field(GRAVITY, ge=0.0, le=1e3)
     """Downward acceleration of gravity [m/s^2]."""
     duration: Number = Field(gt=0.0, le=3600.0)
     """Length of the rollout [s]."""
     frame_rate: Number = Field(60.0, gt=0.0, le=1e4)
-    """Number of frames per second of the rollout [1/s]."""
+    """Frames per second of the rollout [1/s]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -207,7 +186,6 @@ class Scene(Record):
     __str__ = __repr__
 
     def _check_held_once(self) -> None:
-        """Check that no vertex is held by two grippers at the same time."""
         holders: dict[int, list[tuple[float, float, int]]] = {}
         for number, gripper in enumerate(self.grippers):
             end = np.inf if gripper.opens is None else gripper.opens
@@ -230,11 +208,7 @@ class Scene(Record):
 
     @classmethod
     def load(cls, path: Path | str) -> Scene:
-        """Read and validate a scene file.
-
-        Raises:
-            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
-        """
+        """Read and validate a scene file, or raise InputError that names the file and the field."""
         value = read_json(Path(path))
         if not isinstance(value, dict):
             raise InputError(f"{path}: (whole file): must be a JSON object, given {type(value).__name__}")

@@ -1,11 +1,11 @@
-"""Air drag near critical damping. Cloth with this drag comes to rest soon. The drag does not change its final shape."""
+"""Air drag near critical damping, with which cloth soon comes to rest in the same final shape."""
 
 from __future__ import annotations
 
 from tatamu.simulation.material import Material
 
 MOST_DRAG = 1e3
-"""Largest air drag that a material may have [N s/m^3]."""
+"""Maximum air drag of a material [N s/m^3]."""
 
 
 def settling(material: Material, rate: float) -> Material:

@@ -18,10 +18,7 @@ def processors() -> int:
 
 @contextmanager
 def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
-    """Yield the given executor. If it is None, start threads and yield an executor that uses them.
-
-    There is one thread per processor, but at most `most` threads.
-    """
+    """Yield the given executor, or one with a thread per processor, but at most `most` threads."""
     if given is not None:
         yield given
         return
@@ -34,6 +31,6 @@ def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
 
 
 def side_by_side(simulate: Callable[[Scene], Rollout], scenes: Sequence[Scene]) -> list[Rollout]:
-    """Simulate scenes in threads, one per available processor. Return the rollouts in the order of the scenes."""
+    """Simulate scenes in threads, one per available processor; the rollouts have the order of the scenes."""
     with ThreadPoolExecutor(max(1, min(len(scenes), processors()))) as pool:
         return list(pool.map(simulate, scenes))

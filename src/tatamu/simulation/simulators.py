@@ -1,7 +1,4 @@
-"""Simulators by name. From a `Scene`, a simulator computes the motion of the cloth, a `Rollout`.
-
-Each simulator is a folder of this package.
-"""
+"""Simulators by name. Each is a folder of this package and computes a `Rollout` from a `Scene`."""
 
 from __future__ import annotations
 
@@ -19,37 +16,25 @@ class Simulator(Protocol):
     """The functions and values that the module of a simulator must contain."""
 
     CAPABILITIES: Capabilities
-    """Capabilities and limits of the simulator. Callers read this value instead of comparing the simulator's name."""
 
     def require(self) -> None:
-        """Check that the programs which the simulator needs are installed.
-
-        Raises:
-            InputError: If a program is not installed.
-        """
+        """Raise InputError if a program that the simulator needs is not installed."""
         ...
 
     def prepare(self) -> None:
-        """Compile functions, and make other preparations, so that the first rollout need not wait for them."""
+        """Compile functions, and do everything else for which the first rollout would have to wait."""
         ...
 
     def compilation(self) -> tuple[int, int]:
-        """Return the progress of compilation: the number of compiled functions on disk, and the number to be compiled.
-
-        The first number is 0 if this process did not have to compile any function.
-        """
+        """Return the number of functions compiled on disk, 0 if this process had to compile none, and of all needed."""
         ...
 
     def simulate(self, scene: Scene) -> Rollout:
-        """Simulate one scene.
-
-        Raises:
-            SimulationError: If the rollout exceeded a limit of the model.
-        """
+        """Simulate one scene, or raise SimulationError if the rollout exceeds a limit of the model."""
         ...
 
     def simulate_many(self, scenes: Sequence[Scene]) -> list[Rollout]:
-        """Simulate several scenes. The positions are the same as if each scene were simulated alone."""
+        """Simulate several scenes, with the same positions as if each were simulated alone."""
         ...
 
 
@@ -58,17 +43,11 @@ SIMULATORS: dict[str, str | Simulator] = {
     "blender": "tatamu.simulation.blender",
     "mujoco": "tatamu.simulation.mujoco",
 }
-"""All simulators by name. Each is a module, given by its import path, or an object with the same functions.
-
-A module is imported when it is first used."""
+"""All simulators by name: an import path, which is imported at its first use, or an object with the same functions."""
 
 
 def named(name: str) -> Simulator:
-    """Return the simulator that has this name.
-
-    Raises:
-        InputError: If no simulator has this name.
-    """
+    """Return the simulator with this name, or raise InputError."""
     if name not in SIMULATORS:
         raise InputError(f"simulator: must be one of {', '.join(SIMULATORS)}, given {name!r}")
     found = SIMULATORS[name]
@@ -76,47 +55,28 @@ def named(name: str) -> Simulator:
 
 
 def register_simulator(name: str, simulator: Simulator) -> None:
-    """Add a simulator, so that it can be used by its name, for example in `simulate(scene, name)`.
-
-    Args:
-        name: Name of the simulator.
-        simulator: A module or an object with the attributes of `Simulator`.
-
-    Raises:
-        InputError: If a simulator with this name exists.
-    """
+    """Add a module or object with the attributes of `Simulator` by a new name, as in `simulate(scene, name)`."""
     if name in SIMULATORS:
         raise InputError(f"name: must be new, given {name!r}, which is a simulator already")
     SIMULATORS[name] = simulator
 
 
 def capabilities(name: str) -> Capabilities:
-    """Return the capabilities and limits of the simulator that has this name.
-
-    Raises:
-        InputError: If no simulator has this name.
-    """
+    """Return the capabilities and limits of the simulator with this name, or raise InputError."""
     return named(name).CAPABILITIES
 
 
 def require(*names: str) -> None:
-    """Check that the simulators with these names can run on this machine. Call this function before long work starts.
-
-    Raises:
-        InputError: If a name is unknown, or a program that one of the simulators needs is not installed.
-    """
+    """Raise InputError if a simulator is unknown or cannot run on this machine; call this before long work starts."""
     for name in names:
         named(name).require()
 
 
 def simulate(scene: Scene, simulator: str = "native") -> Rollout:
-    """Simulate a scene with the simulator of a given name, and return the rollout."""
+    """Simulate a scene with the simulator of this name."""
     return named(simulator).simulate(scene)
 
 
 def simulate_many(scenes: Sequence[Scene], simulator: str = "native") -> list[Rollout]:
-    """Simulate several scenes, and return their rollouts.
-
-    The positions are the same as if each scene were simulated alone.
-    """
+    """Simulate several scenes, with the same positions as if each were simulated alone."""
     return named(simulator).simulate_many(scenes)

@@ -1,7 +1,4 @@
-"""The digest of the source code on which a rollout depends.
-
-With it, tatamu recognises kept simulations that another version of the code made.
-"""
+"""The digest of the code on which a rollout depends, which tells simulations of another version apart."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ ROOT = Path(__file__).parent
 
 @cache
 def source_digest() -> str:
-    """Return a digest of the code that determines a rollout. Comments, docstrings and layout do not change it."""
+    """Return a digest of the code that determines a rollout; comments, docstrings and layout do not change it."""
     digest = hashlib.sha256()
     for path in sorted(ROOT.rglob("*.py")):
         digest.update(f"{path.relative_to(ROOT).as_posix()} {code_of(path.read_text())}".encode())

@@ -1,7 +1,4 @@
-"""The time of a scene, divided into segments.
-
-Within a segment, no gripper opens or closes, and all hands move on straight lines.
-"""
+"""The time of a scene in segments, in which no gripper opens or closes and all hands move on straight lines."""
 
 from __future__ import annotations
 
@@ -13,17 +10,15 @@ import numpy as np
 from tatamu.simulation.scene import Gripper, Scene
 
 SAME = 1e-7
-"""Largest difference between two times that count as equal [s]."""
+"""Maximum difference of equal times [s]."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """An interval of time in which no gripper opens or closes."""
+    """An interval from `start` to `end` [s]."""
 
     start: float
-    """Start of the segment [s]."""
     end: float
-    """End of the segment [s]."""
     frame: bool
     """Whether the segment ends at a frame of the rollout."""
     held: tuple[bool, ...]
@@ -31,21 +26,17 @@ class Segment:
 
     @property
     def duration(self) -> float:
-        """Duration of the segment [s]."""
         return self.end - self.start
 
 
 def holds(gripper: Gripper, start: float, end: float) -> bool:
-    """Return whether a gripper is closed from `start` to `end`. It must not open or close between these times."""
+    """Return whether a gripper is closed from `start` to `end`, between which it must not open or close."""
     middle = 0.5 * (start + end)
     return gripper.closes <= middle and (gripper.opens is None or middle < gripper.opens)
 
 
 def segments(scene: Scene, longest: float) -> list[Segment]:
-    """Divide the time of a scene into segments of at most `longest` [s].
-
-    In addition, a segment ends at each frame, and at each time at which a gripper opens or closes.
-    """
+    """Divide the time of a scene at each frame, opening and closing, and into segments of at most `longest` [s]."""
     frames = np.arange(scene.frames) / scene.frame_rate
     events = [time for gripper in scene.grippers for time in (gripper.closes, gripper.opens) if time is not None]
     instants = [(float(time), True) for time in frames]

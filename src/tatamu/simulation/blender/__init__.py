@@ -1,8 +1,7 @@
-"""The cloth simulation of Blender, which the ICMA 2019 paper used. Blender runs as a separate process.
+"""The cloth simulation of Blender, which the ICMA 2019 paper used (docs/theory/blender.md), as a separate process.
 
-The modules `mapping` and `springs` convert a scene to Blender's numbers. The modules `recipe` and `timeline` write the
-converted scene as a recipe, which is plain data. The module `process` sends the recipe through a pipe to the program
-`worker`, which runs inside Blender. The theory is in docs/theory/blender.md.
+`mapping` and `springs` convert a scene to Blender's numbers, `recipe` writes it as plain data, and `process` sends it
+through a pipe to `worker`, which runs inside Blender.
 """
 
 from __future__ import annotations
@@ -28,17 +27,11 @@ CAPABILITIES = Capabilities(
     friction_table=MOST_FRICTION / TABLE_FRICTION,
     friction_cloth=MOST_FRICTION / SELF_FRICTION,
 )
-"""Capabilities of Blender. Cells of the mesh may have any size, but friction coefficients are limited.
-
-Several rollouts can run at the same time, because each of them uses a Blender process of its own."""
+"""Rollouts can run at the same time, because each uses a Blender process of its own."""
 
 
 def require() -> None:
-    """Check that Blender is installed.
-
-    Raises:
-        InputError: If no Blender is found.
-    """
+    """Raise InputError if no Blender is found."""
     discovery.command()
 
 
@@ -47,18 +40,12 @@ def prepare() -> None:
 
 
 def compilation() -> tuple[int, int]:
-    """Return (0, 0): no function is compiled, and no function needs to be compiled."""
+    """Return (0, 0), because no function is compiled."""
     return 0, 0
 
 
 def simulate(scene: Scene) -> Rollout:
-    """Simulate one scene in Blender.
-
-    Raises:
-        InputError: If no Blender is found, the material's `blender` table contains an error, or the scene has rigid
-            bodies.
-        SimulationError: If the rollout is not finite, or Blender crashes during the scene in every attempt.
-    """
+    """Simulate one scene; raise SimulationError if it is not finite, or Blender crashes in every attempt."""
     begin = time.perf_counter()
     CAPABILITIES.refuse(scene, "blender")
     recipe = written(scene)
@@ -78,10 +65,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
-    """Return the positions of the n vertices in all f frames [m], shape (f, n, 3).
-
-    `moved` contains the positions in all frames except the first.
-    """
+    """Return the positions in all frames [m], shape (f, n, 3), from those after the first frame."""
     if not np.isfinite(moved).all():
         frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
         raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")

@@ -1,9 +1,4 @@
-"""Finds Blender on this machine.
-
-If the environment variable TATAMU_BLENDER is set, it contains the path of Blender. If it is not set, Blender is taken
-from the virtual environment that `tatamu install blender` makes. If this environment does not exist, the program
-`blender` is looked up on the search path for programs.
-"""
+"""Where Blender is: TATAMU_BLENDER, or the environment of `tatamu install blender`, or the search path."""
 
 from __future__ import annotations
 
@@ -15,14 +10,9 @@ from pathlib import Path
 from tatamu.base.errors import InputError
 
 VARIABLE = "TATAMU_BLENDER"
-"""Name of the environment variable that contains the path of Blender.
-
-The path leads to a Blender executable, or to a Python interpreter that can import `bpy`, the Python module of
-Blender."""
+"""Environment variable with the path of a Blender executable, or of a Python that can import `bpy`."""
 VERSION = "5.0.1"
-"""Version of Blender that `tatamu install blender` installs.
-
-The measurements in docs/notes/simulators.md were made with this version."""
+"""Version that `tatamu install blender` installs, with which docs/notes/simulators.md was measured."""
 HELP = (
     f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
     f"or let {VARIABLE} name a Blender executable or a Python that has bpy"
@@ -52,11 +42,7 @@ def python_of(folder: Path) -> Path:
 
 
 def command() -> list[str]:
-    """Return the command line that starts a worker, a process that runs Blender.
-
-    Raises:
-        InputError: If no Blender is found, or the environment variable names a program that does not exist.
-    """
+    """Return the command line that starts a worker, or raise InputError if no Blender is found."""
     named = os.environ.get(VARIABLE)
     if named:
         return started_by(_named(named))
@@ -77,11 +63,7 @@ def _named(name: str) -> str:
 
 
 def started_by(program: str) -> list[str]:
-    """Return the command line that starts a worker, a process that runs Blender, from the path `program`.
-
-    The program is a Blender executable, or a Python interpreter that can import Blender. The file name of an
-    interpreter begins with `python` or `pypy`.
-    """
+    """Return the command line that starts a worker: by Blender, or by a Python, called `python..` or `pypy..`."""
     if Path(program).name.lower().startswith(("python", "pypy")):
         return [program, str(WORKER)]
     return [program, "--background", "--factory-startup", "--python-exit-code", "3", "--python", str(WORKER)]

@@ -11,19 +11,12 @@ from tatamu.base.errors import InputError
 from tatamu.simulation.blender.discovery import VERSION, environment_folder, python_of
 
 PYTHON = "3.11"
-"""The only version of Python for which this version of Blender is available as a package (wheel)."""
+"""The only version of Python for which this version of Blender is available as a wheel."""
 PACKAGES = (f"bpy=={VERSION}", "numpy<2")
 
 
 def install(folder: Path | None = None) -> Path:
-    """Install Blender in a virtual environment if necessary, and return the path of the environment's Python.
-
-    If the folder already contains a Python that can import Blender, nothing is installed. Otherwise the folder is
-    deleted and made again.
-
-    Raises:
-        InputError: If the Python version that the wheel needs is missing, or the packages cannot be installed.
-    """
+    """Return the Python of a virtual environment that can import Blender; if it cannot, make the environment anew."""
     folder = folder or environment_folder()
     python = python_of(folder)
     if _works(python):

@@ -1,9 +1,7 @@
-"""Conversion of a material from SI units to Blender's own numbers.
+"""Conversion of a material from SI units to Blender's own numbers, measured in docs/theory/blender.md.
 
-Each relation is derived and measured in docs/theory/blender.md.
-
-Blender multiplies gravity by 0.001 and counts time in frames. Its unit of time is therefore sqrt(0.001) s = 31.6 ms. If
-k and m are a stiffness and a mass in Blender's numbers, the physical ratio of stiffness to mass is 1000 k/m [1/s^2].
+Blender multiplies gravity by 0.001 and counts time in frames, so its unit of time is sqrt(0.001) s = 31.6 ms. If k and
+m are a stiffness and a mass in its numbers, the physical ratio of stiffness to mass is 1000 k/m [1/s^2].
 """
 
 from __future__ import annotations
@@ -21,53 +19,33 @@ from tatamu.simulation.scene import Scene
 UNIT = float(np.sqrt(1e-3))
 """Blender's unit of time [s]."""
 THICKNESS = 0.01
-"""Thickness of the cloth in Blender [m].
-
-The whole scene is scaled until the cloth has this thickness, because Blender's smallest contact distance is 1 mm."""
+"""Thickness to which cloth is scaled in Blender [m], because Blender's minimum contact distance is 1 mm."""
 REACH = 2e-3
-"""Smallest contact distance that the cloth and the table get in Blender [m].
-
-With smaller distances, cloth that falls from 1 m would pass through the table. Because of these distances, Blender
-keeps a gap between the table and the cloth. Therefore the table is lowered until the cloth lies at the right height.
-"""
+"""Minimum contact distance of cloth and table in Blender [m]. With less, cloth that falls from 1 m would pass through
+the table, which is lowered by the gap that the distances leave."""
 REST = 0.93
-"""Ratio of the gap between table and cloth to the sum of their contact distances.
-
-The ratio is at most 1 without load, and 8/9 under load (measured). The value lies between these two ratios."""
+"""Gap between table and cloth, divided by the sum of their contact distances [-]: between 1, its maximum without load,
+and 8/9, its value under load (measured)."""
 LAYERS = 1.125
-"""Factor by which Blender's property `self_distance_min` is multiplied [-].
-
-With this factor, layers of cloth have the right distance. In Blender, the distance between layers is 8/9 of twice
-`self_distance_min` (measured)."""
+"""Factor on `self_distance_min` [-], because the distance of layers is 8/9 of twice that property (measured)."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
-"""Friction numbers of Blender that correspond to a friction coefficient of 1 (measured).
-
-The first number is for cloth on the table, and the second number is for layers of cloth."""
+"""Blender's numbers for a friction coefficient of 1, on the table and between layers (measured)."""
 MOST_FRICTION = 80.0
-"""Largest friction number that Blender accepts."""
+"""Maximum friction number that Blender accepts."""
 COLLISION_LOOPS = 12
-"""Number of times that Blender corrects contacts in each substep.
-
-With fewer corrections, the friction of the table on a layer is not proportional to the load. For example, a sheet that
-lies under another sheet should slide when the table is tilted by 39 degrees. With 4 corrections, it slides at 21
-degrees (measured).
-"""
+"""Corrections of contacts in each substep. With fewer, friction is not proportional to the load: with 4, a sheet under
+another one slides on a table that is tilted by 21 degrees instead of 39 (measured)."""
 LARGEST_STIFFNESS = 1e4
 LONGEST_STEP = 1.0 / 300.0
-"""Longest substep [s]. In this time, cloth with a speed of 1 m/s moves 3.3 mm."""
+"""Maximum substep [s], in which cloth with a speed of 1 m/s moves 3.3 mm."""
 STABLE = 1.4
-"""Largest allowed product h omega [-].
-
-h is the length of a substep, and omega the largest angular frequency of bending. Bending is integrated explicitly,
-which becomes unstable if h omega reaches 2."""
+"""Maximum product of a substep and the largest angular frequency of bending [-]; at 2, bending is unstable."""
 BENDING_DAMPING = 5e-4
-"""Ratio of bending damping to bending stiffness, in Blender's unit of time.
-
-Without damping, a hanging strip keeps oscillating by 1 mm."""
+"""Ratio of bending damping to bending stiffness [Blender's time]; without it, a hanging strip oscillates by 1 mm."""
 QUALITY = 5
-"""Blender's default number of substeps in a frame whose length is one unit of Blender's time."""
+"""Blender's default number of substeps in a frame of one unit of its time."""
 DAMPING_RATIO = 0.1
-"""Damping ratio of a single spring, as a fraction of critical damping."""
+"""Damping of a single spring, as a fraction of critical damping."""
 
 
 @dataclass
@@ -83,10 +61,7 @@ class Mapping:
     scale: float = 1.0
     """Ratio of lengths in Blender to lengths in metres."""
     clock: float | None = None
-    """Duration of a frame of the rollout in Blender's unit of time.
-
-    It comes from the raw property `time_scale` of the material. It is None if the material does not give this property.
-    Then each frame has its real duration."""
+    """Duration of a frame of the rollout [Blender's time] from the raw property `time_scale`; None for the real one."""
     standoff: float = 0.0
     """Distance that Blender keeps between the table's plane and the cloth [m]."""
     warnings: list[str] = field(default_factory=list)
@@ -96,16 +71,11 @@ class Mapping:
         return duration / UNIT if self.clock is None else self.clock * duration * frame_rate
 
     def warn(self, text: str) -> None:
-        """Add a warning about a property that Blender cannot represent."""
         self.warnings.append(f"blender: {text}")
 
 
 def mapped(scene: Scene, longest: float) -> Mapping:
-    """Return Blender's numbers for a scene.
-
-    Blender simulates the scene in segments, each of which is one frame in Blender. `longest` is the duration of the
-    longest segment [s].
-    """
+    """Return Blender's numbers for a scene whose longest segment, one frame in Blender, lasts `longest` [s]."""
     if scene.material.blender is not None:
         return _raw(scene, longest)
     springs = Springs(scene.cloth)
@@ -208,7 +178,7 @@ def _drag(mapping: Mapping, material: Material) -> None:
 
 
 def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
-    """Set the number of substeps in a frame of Blender, so that contact and explicit bending are stable."""
+    """Set the substeps in a frame of Blender, so that contact and explicit bending are stable."""
     settings = mapping.settings
     frequency = springs.bending_frequency() * np.sqrt(settings["bending_stiffness"] / settings["mass"]) / UNIT
     step = min(LONGEST_STEP, STABLE / max(frequency, 1e-9))
@@ -218,11 +188,10 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:
-    """Return the properties that a material's `blender` table gives in Blender's own numbers.
+    """Return the properties in a material's `blender` table, converted to the enlarged scene.
 
-    The numbers are converted to the enlarged scene. If the table omits a property of the cloth, Blender's default is
-    used. For the number of substeps (`quality`), the default depends on the duration of a frame in Blender's time. If
-    the table omits a property of contacts, this property is computed from the material's fields in SI units.
+    Properties of contact that the table omits follow from the material's fields in SI units; others are Blender's
+    defaults, where the number of substeps (`quality`) depends on the duration of a frame.
     """
     raw = DEFAULTS | checked(scene.material.blender or {})
     growing = [name for name in raw if _grows(name, raw.get("bending_model") == "LINEAR")]
@@ -241,9 +210,8 @@ def _raw(scene: Scene, longest: float) -> Mapping:
 def _grows(name: str, linear: bool) -> bool:
     """Return whether a number must be scaled with the scene, so that the enlarged scene moves in the same way.
 
-    Lengths and speeds are scaled. Stiffnesses of springs are scaled, because they are forces per relative stretch. The
-    numbers of dampers are not scaled, because they are forces per speed. The stiffness of hinges is not scaled, because
-    the force of a hinge is already proportional to the length of its edge.
+    Dampers are forces per speed, and the force of a hinge is already proportional to the length of its edge, so only
+    lengths, speeds and springs (forces per relative stretch) are scaled.
     """
     kind, _, what = name.partition("_")
     spring = kind in ("tension", "compression", "shear") or (linear and kind == "bending")
@@ -251,5 +219,5 @@ def _grows(name: str, linear: bool) -> bool:
 
 
 def _substeps_by_default(frame: float) -> int:
-    """Return Blender's default number of substeps, rounded up, for a frame of `frame` units of Blender's time."""
+    """Return Blender's default number of substeps, rounded up, for a frame [Blender's time]."""
     return int(np.clip(np.ceil(QUALITY * frame - 1e-6), 1, 1000))

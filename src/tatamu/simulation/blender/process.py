@@ -1,8 +1,7 @@
-"""Blender as a separate process. It starts when it is first needed, restarts after a crash, and ends when tatamu ends.
+"""Blender as a separate process, because it is licensed under the GPL and has global state.
 
-Blender is licensed under the GPL and has global state, so it is never imported here. A pipe carries a recipe (the data
-of one scene) to Blender, and another pipe carries positions back. The worker, which is the process that runs Blender,
-ends when its standard input closes. Therefore it also ends if tatamu is killed.
+It receives recipes and returns positions through pipes, starts when it is first needed, restarts after a crash, and
+ends when its standard input closes, which also happens if tatamu is killed.
 """
 
 from __future__ import annotations
@@ -24,21 +23,19 @@ from tatamu.base.errors import InputError, SimulationError
 from tatamu.simulation.blender import discovery
 
 MARK = b"\x00\xfftatamu\xff\x00"
-"""Start of every message. All bytes between two messages in the pipe are output of Blender itself."""
+"""Start of every message. All bytes between two messages are output of Blender itself."""
 START_LIMIT = 120.0
-"""Longest time to wait for the first message of a started Blender [s]."""
+"""Maximum time to wait for the first message of a started Blender [s]."""
 ATTEMPTS = 3
-"""Number of attempts to run a recipe (the data of one scene).
-
-If Blender crashes in every attempt, the recipe counts as the cause of the crashes."""
+"""Number of attempts to run a recipe, after which the recipe counts as the cause of the crashes."""
 
 
 class WorkerDied(Exception):
-    """The exception that is raised if the pipe from Blender ends before the answer comes."""
+    """The pipe from Blender ended before the answer came."""
 
 
 class Worker:
-    """One Blender process, and the pipes to and from this process."""
+    """One Blender process and its pipes."""
 
     def __init__(self) -> None:
         self.owner = os.getpid()
@@ -80,11 +77,7 @@ class Worker:
         return self.process.stdout  # type: ignore[return-value]
 
     def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray]:
-        """Run one recipe (the data of one scene), and return the answer and the positions as float32 numbers.
-
-        Raises:
-            WorkerDied: If Blender ended before it answered.
-        """
+        """Run one recipe, and return the answer and the positions (float32), or raise WorkerDied."""
         assert self.process.stdin is not None
         text = json.dumps(request, allow_nan=False).encode()
         try:
@@ -131,21 +124,14 @@ def _quiet() -> Iterator[None]:
 
 
 class Workers:
-    """The idle Blender processes (workers) that this process has started. Only one thread at a time uses a worker."""
+    """The idle Blender processes that this process has started. Only one thread at a time uses a worker."""
 
     def __init__(self) -> None:
         self._idle: list[Worker] = []
         self._lock = threading.Lock()
 
     def run(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray, str]:
-        """Run one recipe (the data of one scene), and repeat it if Blender crashes.
-
-        The method returns the answer, the positions and Blender's version.
-
-        Raises:
-            InputError: If no Blender is found.
-            SimulationError: If Blender refuses the recipe, or crashes in every attempt.
-        """
+        """Run one recipe, again if Blender crashes, and return the answer, the positions and Blender's version."""
         for _ in range(ATTEMPTS):
             worker = self._take()
             try:
@@ -173,7 +159,6 @@ class Workers:
             self._idle.append(worker)
 
     def close(self) -> None:
-        """End all idle workers."""
         with self._lock:
             idle, self._idle = self._idle, []
         for worker in idle:

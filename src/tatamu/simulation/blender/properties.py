@@ -36,7 +36,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "thickness_outer": (1e-3, 1.0),
     "cloth_friction": (0.0, 80.0),
 }
-"""Smallest and largest allowed value of each property in a material's `blender` table."""
+"""Minimum and maximum of each property in a material's `blender` table."""
 CHOICES = {"bending_model": ("ANGULAR", "LINEAR")}
 SWITCHES = ("use_self_collision",)
 WHOLE = ("quality", "collision_quality")
@@ -50,30 +50,21 @@ COLLISION = (
     "self_friction",
     "use_self_collision",
 )
-"""Names of the properties for contacts of the cloth.
-
-The next constant, `COLLIDER`, has the names of the properties of the table on which the cloth lies. Properties that are
-in neither of the two constants describe the cloth itself, for example its stiffness."""
+"""Properties of the cloth's contacts. Those in neither this nor `COLLIDER`, the table's, describe the cloth itself."""
 COLLIDER = ("thickness_outer", "cloth_friction")
 LENGTHS = ("distance_min", "self_distance_min", "thickness_outer", "impulse_clamp", "self_impulse_clamp")
-"""Names of the properties that are lengths [m] or speeds."""
+"""Properties that are lengths [m] or speeds."""
 DEFAULTS: dict[str, Value] = {
     "tension_stiffness": 15.0,
     "compression_stiffness": 15.0,
     "shear_stiffness": 5.0,
     "bending_stiffness": 0.5,
 }
-"""Blender's default of each property that is scaled with the scene.
-
-The default is used if a `blender` table omits the property."""
+"""Blender's defaults for properties that are scaled with the scene."""
 
 
 def checked(table: Mapping[str, Value]) -> dict[str, Value]:
-    """Validate a `blender` table and return it.
-
-    Raises:
-        InputError: If a name is unknown or a value is out of range. The message contains the allowed values.
-    """
+    """Validate a `blender` table and return it, or raise InputError with the allowed values."""
     return {name: _checked(name, value) for name, value in table.items()}
 
 

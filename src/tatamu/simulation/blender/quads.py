@@ -1,8 +1,7 @@
-"""Joins triangles to quadrilaterals, for Blender's linear bending model.
+"""Triangles joined to quadrilaterals, for the linear bending model that Blender had at the time of the ICMA 2019 paper.
 
-When the ICMA 2019 paper was written, Blender had only the linear bending model. This model needs quadrilaterals. On
-triangles, a strip that hangs over an edge droops as if it had no bending stiffness. In addition, it is stretched up to
-ten times as much as on quadrilaterals (measured with Blender 5.0.1).
+On triangles, a strip that hangs over an edge droops as if it had no bending stiffness, and it is stretched up to ten
+times as much (measured with Blender 5.0.1).
 """
 
 from __future__ import annotations
@@ -12,22 +11,13 @@ import numpy as np
 from tatamu.simulation.mesh.topology import Topology
 
 ROWS = 0.2
-"""Penalty for joining two triangles whose shared edge is along y [-].
-
-Pairs of triangles are joined to quadrilaterals in the order of their skewness, the largest cosine at a corner. The
-penalty is added to the skewness. It decides between pairs that are equally rectangular."""
+"""Penalty on the skewness of pairs with a shared edge along y [-], which decides between equally rectangular pairs."""
 
 
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
-    """Return the faces of a mesh, with pairs of triangles joined to quadrilaterals.
+    """Return the faces of a mesh, with pairs of triangles joined to quadrilaterals, the most nearly rectangular first.
 
-    The pair that is most nearly rectangular is joined first. Among equally rectangular pairs, pairs with sides along y
-    come first, because the vertices of garments lie in rows along y. A triangle stays a triangle if all its neighbours
-    are already joined.
-
-    Args:
-        points: Unstrained positions [m], shape (n, 3).
-        faces: Triangles, shape (m, 3).
+    Among equally rectangular pairs, those with sides along y come first, because garments have rows along y.
     """
     topology = Topology(faces)
     inner = np.flatnonzero(topology.faces_per_edge == 2)
@@ -47,7 +37,7 @@ def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
 
 
 def _owners(topology: Topology, inner: np.ndarray) -> np.ndarray:
-    """Return the two triangles at each of the k inner edges, shape (k, 2)."""
+    """Return the two triangles at each inner edge, shape (k, 2)."""
     edges, face = topology.face_edges.ravel(), np.repeat(np.arange(len(topology.faces)), 3)
     order = np.argsort(edges, kind="stable")
     shared = order[np.isin(edges[order], inner)]
@@ -55,10 +45,7 @@ def _owners(topology: Topology, inner: np.ndarray) -> np.ndarray:
 
 
 def _skewness(corners: np.ndarray) -> np.ndarray:
-    """Return the largest cosine at a corner of each of k quadrilaterals, shape (k,).
-
-    The value is 0 for a rectangle. `corners` contains the positions of the corners, shape (k, 4, 3).
-    """
+    """Return the maximum cosine at a corner of each quadrilateral, shape (k,), from corners of the shape (k, 4, 3)."""
     ahead = np.roll(corners, -1, axis=1) - corners
     ahead /= np.linalg.norm(ahead, axis=2, keepdims=True)
     return np.asarray(np.abs(np.einsum("kij,kij->ki", ahead, np.roll(ahead, 1, axis=1))).max(axis=1))

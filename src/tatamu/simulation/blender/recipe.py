@@ -1,7 +1,4 @@
-"""A recipe: a scene as plain data, in Blender's units and near Blender's origin.
-
-The worker, a program that runs inside Blender, simulates the recipe.
-"""
+"""A recipe: a scene as plain data for the worker, in Blender's units and near Blender's origin."""
 
 from __future__ import annotations
 
@@ -16,15 +13,12 @@ from tatamu.simulation.scene import Scene, Table
 from tatamu.simulation.timeline import Segment, segments
 
 LONGEST_FRAME = 1.0 / 50.0
-"""Longest frame in Blender [s]. Longer frames of a scene are divided."""
+"""Maximum length of a frame in Blender [s]; longer frames of a scene are divided."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """A recipe for the worker, with the numbers that convert the worker's positions back to the scene.
-
-    The worker is a program that runs inside Blender.
-    """
+    """The data for the worker, and the numbers that convert its positions back to the scene."""
 
     request: dict[str, Any]
     scale: float
@@ -40,11 +34,7 @@ class Recipe:
 
 
 def written(scene: Scene) -> Recipe:
-    """Write the recipe of a scene.
-
-    Raises:
-        InputError: If the material's `blender` table contains an error.
-    """
+    """Write the recipe of a scene, or raise InputError if its `blender` table contains an error."""
     pieces = segments(scene, LONGEST_FRAME if scene.material.blender is None else np.inf)
     longest = max((piece.duration for piece in pieces), default=LONGEST_FRAME)
     mapping = mapped(scene, longest)
@@ -80,10 +70,7 @@ def _faces(scene: Scene, mapping: Mapping) -> list[list[int]]:
 
 
 def _bending(scene: Scene) -> list[int] | None:
-    """Return the vertices that are on no seam; None if the cloth has no seams.
-
-    If the cloth has seams, only the returned vertices get a bending stiffness in Blender.
-    """
+    """Return the vertices on no seam, which alone get a bending stiffness; None if the cloth has no seams."""
     if not len(scene.cloth.seams):
         return None
     bends: list[int] = np.setdiff1d(np.arange(len(scene.cloth.vertices)), scene.cloth.seams).tolist()
@@ -119,12 +106,9 @@ def _collider(scene: Scene, origin: np.ndarray, mapping: Mapping) -> dict[str, A
 
 
 def _table_corners(scene: Scene, table: Table, drop: float) -> np.ndarray:
-    """Return one triangle that lies `drop` [m] under the table's plane, shape (3, 3).
+    """Return a triangle `drop` [m] under the table's plane, shape (3, 3), so large that cloth cannot leave it.
 
-    The triangle is so large that the cloth cannot get beyond its edges.
-
-    One triangle is faster than two, because Blender tests every triangle of the cloth against every triangle of the
-    table.
+    One triangle is faster than two, because Blender tests every triangle of the cloth against each of them.
     """
     points = scene.cloth.vertices
     reach = (

@@ -1,8 +1,7 @@
-"""Elastic constants of a sheet that consists of Blender's springs and hinges, as functions of the direction.
+"""Elastic constants of a sheet of Blender's springs and hinges, as functions of the direction.
 
-Notation: k is the spring constant of every edge [N/m], and A the area of the cloth. L is the rest length of an edge and
-n its direction. H_a and H_b are the heights of the two triangles over a shared edge, and theta is the angle between
-these triangles. The mesh has m triangles and h inner edges, and the constants are computed for d directions.
+k is the spring constant of every edge [N/m], A the area of the cloth, L the rest length of an edge and n its direction.
+H_a and H_b are the heights of the two triangles over a shared edge, and theta is the angle between them.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from tatamu.simulation.mesh.topology import Topology, areas, edge_lengths
 from tatamu.simulation.scene import Cloth
 
 DIRECTIONS = np.linspace(0.0, np.pi, 24, endpoint=False)
-"""Directions over which elastic constants are averaged, as angles [rad]."""
+"""Directions over which elastic constants are averaged, as angles [rad], shape (d,)."""
 
 
 class Springs:
@@ -37,10 +36,9 @@ class Springs:
 
     @cached_property
     def _directions(self) -> np.ndarray:
-        """Vectors along the three sides of each of the m triangles, in the plane of the triangle [m], shape (m, 3, 2).
+        """Sides of each triangle in its plane [m], shape (m, 3, 2), with the same axes everywhere in flat cloth.
 
-        The first axis of the plane is the scene's x axis, projected into the plane. If the plane is nearly normal to x,
-        the y axis is projected instead. Flat cloth therefore has the same axes everywhere.
+        The first axis is the scene's x, or y if the plane is nearly normal to x, projected into the plane.
         """
         corners = self.rest[self.faces]
         sides = corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]
@@ -55,11 +53,7 @@ class Springs:
 
     @cached_property
     def tensor(self) -> np.ndarray:
-        """Ratio C/k of the matrix C of plane elasticity to the spring constant k, shape (3, 3).
-
-        The rows and columns belong to the strains (xx, yy, xy). C/k = (1/A) sum L^2 nn (x) nn. The sum is taken over
-        all edges. L is the rest length of an edge, n its direction, and A the area of the cloth.
-        """
+        """C/k = (1/A) sum L^2 nn (x) nn over all edges, with C for the strains (xx, yy, xy), shape (3, 3)."""
         weight = 1.0 / self.topology.faces_per_edge[self.topology.face_edges]
         x, y = self._directions[:, :, 0], self._directions[:, :, 1]
         strain = np.stack([x * x, y * y, x * y])
@@ -67,7 +61,7 @@ class Springs:
 
     @property
     def moduli(self) -> np.ndarray:
-        """Ratio Y/k of the tensile stiffness Y of a strip to the spring constant k in d directions, shape (d,)."""
+        """Ratio Y/k of the tensile stiffness Y of a strip to the spring constant, shape (d,)."""
         c, s = np.cos(DIRECTIONS), np.sin(DIRECTIONS)
         stress = np.stack([c * c, s * s, c * s])
         return 1.0 / np.einsum("ad,ab,bd->d", stress, np.linalg.inv(self.tensor), stress)
@@ -84,12 +78,11 @@ class Springs:
 
     @property
     def rigidities(self) -> np.ndarray:
-        """Ratio B/b of the bending rigidity B to Blender's bending stiffness b in d directions, shape (d,).
+        """Ratio B/b of the bending rigidity B to Blender's bending stiffness b, shape (d,).
 
-        Blender pushes each vertex opposite an edge with the force b L theta / 30 (measured: docs/theory/blender.md). L
-        is the length of the edge, and theta is the angle between its two triangles. H_a and H_b are the heights of the
-        triangles over the edge. The stiffness of a hinge is therefore b L (H_a + H_b) / 60. The rigidity follows from
-        the energy per area of a sheet that is bent to a cylinder.
+        Blender pushes each vertex opposite an edge with the force b L theta / 30 (measured: docs/theory/blender.md), so
+        a hinge has the stiffness b L (H_a + H_b) / 60. B follows from the energy per area of a sheet bent to a
+        cylinder.
         """
         hinges = self._hinges
         angle = self._edge_angles[:, None]
@@ -100,17 +93,15 @@ class Springs:
 
     @property
     def _edge_angles(self) -> np.ndarray:
-        """Angle of each of the h inner edges from the first axis of one of its two triangles [rad], shape (h,)."""
+        """Angle of each inner edge from the first axis of one of its two triangles [rad], shape (h,)."""
         angles = np.zeros(len(self.topology.edges))
         angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
         return np.asarray(angles[self.topology.faces_per_edge == 2])
 
     def bending_frequency(self) -> float:
-        """Return the largest angular frequency of the hinges, in Blender's numbers [1/time unit].
+        """Return the maximum angular frequency of the hinges [1/Blender's time] if b and all masses are 1.
 
-        Blender's bending stiffness b and the mass of each vertex are assumed to be 1. The force on each vertex opposite
-        an edge is b L theta / 30, where L is the length of the edge and theta the angle between its triangles. The
-        opposite force acts on each end of the edge. The frequency follows from these forces by power iteration.
+        The force b L theta / 30 acts on each vertex opposite an edge, and the opposite force on each end of the edge.
         """
         hinges = self._hinges
         if not len(hinges.length):
@@ -125,38 +116,28 @@ class Springs:
 
 @dataclass(frozen=True)
 class Hinges:
-    """The h inner edges of the mesh. Each has two triangles, and each triangle has a vertex opposite the edge.
-
-    In the coordinates of a hinge, both triangles lie in one plane, and the edge goes from (0, 0) to (L, 0).
-    """
+    """The h inner edges, each from (0, 0) to (L, 0) in a plane with both of its triangles."""
 
     vertices: np.ndarray
-    """Vertex numbers of both ends of each edge, and of the two vertices opposite the edge, shape (h, 4)."""
+    """Both ends of each edge and the two vertices opposite it, shape (h, 4)."""
     length: np.ndarray
     """Length L of each edge [m], shape (h,)."""
     feet: np.ndarray
-    """Distances along the edge from its start to the foot of each opposite vertex [m], shape (2, h).
-
-    The foot of a vertex is the nearest point on the line of the edge."""
+    """Distances along the edge from its start to the foot of each opposite vertex [m], shape (2, h)."""
     heights: np.ndarray
     """Heights H_a and H_b of the opposite vertices over the edge [m], shape (2, h)."""
 
     @property
     def coefficients(self) -> np.ndarray:
-        """Derivatives of the angle theta between the triangles with respect to the heights of the four vertices.
-
-        The shape is (h, 4), and the unit is 1/m. A height is measured normal to the plane in which the triangles lie
-        flat.
-        """
+        """Derivatives of theta with respect to the heights of the four vertices over the plane [1/m], shape (h, 4)."""
         share, inverse = self.feet / self.length, 1.0 / self.heights
         first, second = ((1.0 - share) * inverse).sum(0), (share * inverse).sum(0)
         return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
 
     def angle(self, direction: np.ndarray) -> np.ndarray:
-        """Return the angle of each hinge of a mesh that lies on a cylinder with the curvature 1/m [rad], shape (h,).
+        """Return theta of each hinge on a cylinder with the curvature 1/m [rad], shape (h,).
 
-        All four vertices of each hinge lie on the cylinder. `direction` contains the angle from each edge to the
-        direction in which the cylinder is curved [rad], shape (h,).
+        `direction` is the angle from each edge to the direction in which the cylinder is curved [rad], shape (h,).
         """
         zero = np.zeros_like(self.length)
         along = np.stack([zero, self.length, self.feet[0], self.feet[1]], axis=1)
@@ -166,7 +147,7 @@ class Hinges:
 
 
 def _largest(force: sparse.csr_array, theta: sparse.csr_array, count: int) -> float:
-    """Return the largest eigenvalue of the matrix product of `force` and `theta`, by power iteration."""
+    """Return the maximum eigenvalue of the product of `force` and `theta`, by power iteration."""
     vector = np.cos(1.7 * np.arange(count) ** 1.3)
     value = 0.0
     for _ in range(200):

@@ -1,12 +1,9 @@
-"""A program that runs inside Blender. It reads recipes from standard input and writes positions to standard output.
+"""A program that runs inside Blender, reads recipes from standard input and writes positions to standard output.
 
-The module `tatamu.simulation.blender.process` starts this program, with a Python that has `bpy` or with `blender
---background --python`. The program imports nothing from tatamu and needs no numpy. A message consists of the bytes
-MARK, the length of the JSON text as four bytes (little endian), and the JSON text. In a reply, positions as float32
-numbers follow. The JSON field `bytes` contains their size in bytes.
-
-Blender itself also prints to standard output. The reader therefore skips all bytes until the next MARK. After the first
-message, everything except replies is sent to standard error.
+`tatamu.simulation.blender.process` starts it, and it imports nothing from tatamu and needs no numpy. A message is MARK,
+the length of the JSON text as four bytes (little endian), and the JSON text. In a reply, `bytes` bytes of float32
+positions follow. Blender itself also prints to standard output, so the reader skips everything until the next MARK;
+after the first message, everything except replies is sent to standard error.
 """
 
 from __future__ import annotations
@@ -30,7 +27,7 @@ IDENTITY = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))
 
 
 def main() -> None:
-    """Simulate each recipe (the data of one scene) and send the answer, until standard input ends."""
+    """Simulate each recipe and send the answer, until standard input ends."""
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     recipes: queue.Queue[dict[str, Any]] = queue.Queue()
@@ -45,10 +42,7 @@ def main() -> None:
 
 
 def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
-    """Read recipes (data of scenes) from `source`, and put each of them on the queue.
-
-    When the input ends, end this program, even during a simulation.
-    """
+    """Put recipes from `source` on the queue; when the input ends, end this program, even during a simulation."""
     try:
         while len(header := source.read(len(MARK) + 4)) == len(MARK) + 4:
             recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
@@ -57,7 +51,7 @@ def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
 
 
 def send(out: BinaryIO, message: dict[str, Any], payload: bytes = b"") -> None:
-    """Write one message, and the bytes `payload` after it, to `out`."""
+    """Write one message, and the bytes `payload` after it."""
     text = json.dumps(message).encode()
     out.write(MARK + struct.pack("<I", len(text)) + text + payload)
     out.flush()
@@ -94,7 +88,7 @@ def clear() -> None:
 
 
 def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) -> Any:
-    """Return a new mesh object in Blender's scene. Its coordinates are the coordinates of Blender's scene."""
+    """Return a new mesh object in Blender's scene."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices, [], faces)
     made = bpy.data.objects.new(name, mesh)
@@ -103,10 +97,9 @@ def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) 
 
 
 def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
-    """Return a modifier that adds a group of vertices to the held vertices.
+    """Return a modifier that adds a group of vertices to the held ones, by a factor from 0 to 1 that can be animated.
 
-    The modifier has a factor, which is 1 while the group is held and 0 otherwise. This factor can be animated. If the
-    group itself were edited during a simulation, Blender would rebuild all springs from the present shape.
+    If the group itself were edited during a simulation, Blender would rebuild all springs from the present shape.
     """
     cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
     modifier = cloth.modifiers.new(f"hold {name}", "VERTEX_WEIGHT_MIX")
@@ -119,8 +112,8 @@ def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
 class HookedVertices:
     """One gripper: a weight that holds its vertices, and hooks that carry the vertices.
 
-    A hand that closes at the start carries all its vertices with one hook. A hand that closes later has one hook for
-    each vertex, because the vertices have already moved when the hand closes.
+    A hand that closes at the start has one hook for all its vertices. A hand that closes later has one for each,
+    because the vertices have moved until then.
     """
 
     def __init__(self, cloth: Any, number: int, grip: dict[str, Any]) -> None:
@@ -134,7 +127,7 @@ class HookedVertices:
 
     @staticmethod
     def hook(cloth: Any, name: str, vertices: list[int]) -> Any:
-        """Return a new object without a shape. When the object moves, it carries the given vertices along."""
+        """Return a new object without a shape that carries the given vertices along when it moves."""
         empty = bpy.data.objects.new(name, None)
         bpy.context.scene.collection.objects.link(empty)
         cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
@@ -144,10 +137,7 @@ class HookedVertices:
         return empty
 
     def move(self, now: array[float], displacement: list[float] | None) -> None:
-        """Move the vertices by `displacement` from their positions when the hand closed, or release them.
-
-        They are released if `displacement` is None. `now` contains the present positions of all vertices.
-        """
+        """Move the vertices by `displacement` from where the hand closed, or release them if it is None."""
         if displacement is not None and not self.closed and self.late:
             self.offsets = [
                 tuple(now[3 * vertex + k] - start[k] for k in range(3))
@@ -188,19 +178,15 @@ def add_table(collider: dict[str, Any]) -> None:
 
 
 def assign(target: Any, values: dict[str, Any]) -> None:
-    """Set properties in alphabetical order.
-
-    In this order, each *_stiffness is set before its *_stiffness_max. Blender never lets *_stiffness_max be smaller
-    than *_stiffness.
-    """
+    """Set properties by the alphabet, so *_stiffness before *_stiffness_max, which Blender never lets be smaller."""
     for name, value in sorted(values.items()):
         setattr(target, name, value)
 
 
 def animate(cloth: Any, modifier: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> None:
-    """Set the duration of each frame, and the frames in which each hand holds, by keyframes.
+    """Set the durations of frames and the frames in which each hand holds, by constant keyframes.
 
-    The value of a keyframe stays constant until the next keyframe. Keyframes do not make Blender rebuild the springs.
+    Keyframes do not make Blender rebuild the springs.
     """
     key(modifier.settings, "time_scale", [segment["time_scale"] for segment in segments])
     for number, hand in enumerate(hands):
@@ -213,7 +199,7 @@ def animate(cloth: Any, modifier: Any, hands: list[HookedVertices], segments: li
 
 
 def curves(action: Any) -> Iterator[Any]:
-    """Yield all curves of an action, which is Blender's record of keyframes. Blender 5 stores the curves in layers."""
+    """Yield all curves of an action, Blender's record of keyframes, which Blender 5 stores in layers."""
     if hasattr(action, "fcurves"):
         yield from action.fcurves
         return
@@ -224,10 +210,7 @@ def curves(action: Any) -> Iterator[Any]:
 
 
 def key(owner: Any, name: str, values: list[float]) -> None:
-    """Set the values of a property in the frames 2, 3, ... by keyframes. Frame 1 has the same value as frame 2.
-
-    A keyframe is only set in frame 1 and in frames in which the value changes.
-    """
+    """Set the values of a property in the frames 2, 3, ... by keyframes where it changes; frame 1 is like frame 2."""
     setattr(owner, name, values[0])
     if len(set(values)) == 1:
         return
@@ -239,10 +222,7 @@ def key(owner: Any, name: str, values: list[float]) -> None:
 
 
 def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> bytes:
-    """Simulate all frames, and return the positions in the frames that the recipe marks as wanted, as bytes.
-
-    Initial positions are left out.
-    """
+    """Simulate all frames, and return the positions in the wanted frames after the first, as bytes."""
     frames = bytearray()
     bpy.context.scene.frame_set(1)
     for frame, segment in enumerate(segments, start=2):

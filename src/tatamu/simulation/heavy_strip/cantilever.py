@@ -1,14 +1,11 @@
-"""Computes the shape of a cantilever: an inextensible strip, clamped at one end, that bends under its own weight.
+"""The cantilever: an inextensible strip, clamped at one end, that bends under its own weight.
 
-At the arc length s, the strip has the slope theta, measured downwards from the horizontal. The equations are:
+The slope theta is measured downwards. From the clamp, x is the horizontal reach and y the vertical drop:
 
     B theta'' = -w (L - s) cos(theta),  theta(0) = 0,  theta'(L) = 0,  x' = cos(theta),  y' = sin(theta)
     Gamma = w L^3 / B = (L / l_b)^3
 
-The horizontal distance from the clamp is the reach x, and the vertical distance is the drop y.
-
-The dimensionless weight Gamma is raised step by step, and each solution is the initial guess for the next. Without
-these steps, a solver finds wrong solutions if Gamma is above about 100.
+Gamma is raised step by step, because a solver finds wrong solutions above about 100 without a good initial guess.
 """
 
 from __future__ import annotations
@@ -48,20 +45,20 @@ def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cantilever(gamma: float, count: int = 201) -> np.ndarray:
-    """Return the reach x / L and the drop y / L of a cantilever at equal steps of arc length, shape (count, 2)."""
+    """Return the reach x / L and the drop y / L at equal steps of arc length, shape (count, 2)."""
     s, y = _continued(float(gamma))
     arc = np.linspace(0, 1, count)
     return np.column_stack([np.interp(arc, s, y[2]), np.interp(arc, s, y[3])])
 
 
 def tip(gamma: float) -> tuple[float, float, float]:
-    """Return the reach x / L and the drop y / L of a cantilever's tip, and its slope below the horizontal [rad]."""
+    """Return the reach x / L and the drop y / L of the tip, and its slope below the horizontal [rad]."""
     _, y = _continued(float(gamma))
     return float(y[2, -1]), float(y[3, -1]), float(y[0, -1])
 
 
 def slowest_frequency(gamma: float, length: float, gravity: float) -> float:
-    """Return an estimate of the lowest angular frequency of a hanging cantilever [rad/s].
+    """Estimate the lowest angular frequency of a hanging cantilever [rad/s].
 
     It is the larger one of a clamped beam, 3.52 sqrt(B / (rho L^4)), and of a hanging chain, 1.2 sqrt(g / L).
     """
@@ -69,6 +66,6 @@ def slowest_frequency(gamma: float, length: float, gravity: float) -> float:
 
 
 def chord(gamma: float) -> float:
-    """Return the angle between the horizontal and the line from the clamp to the tip of a cantilever [rad]."""
+    """Return the angle between the horizontal and the line from the clamp to the tip [rad]."""
     reach, drop, _ = tip(gamma)
     return float(np.arctan2(drop, reach))

@@ -1,9 +1,7 @@
-"""Crossings of a cloth with itself: edges that pass through triangles.
+"""Crossings of a cloth with itself: edges that pass through triangles with which they share no vertex.
 
-An edge crosses a triangle under two conditions. The ends of the edge lie strictly on opposite sides of the triangle's
-plane. The line of the edge passes strictly between the triangle's sides. The signs of the volumes of five tetrahedra
-show both conditions. Pairs that share a vertex are ignored. Edges that only touch a triangle, or lie in its plane, do
-not count. A hashed grid of cells gives the candidates.
+The ends of such an edge lie strictly on opposite sides of the triangle's plane, and its line passes strictly between
+the triangle's sides, which the signs of the volumes of five tetrahedra show. A hashed grid gives the candidates.
 """
 
 from __future__ import annotations
@@ -20,18 +18,10 @@ def crossing_pairs(
     edges: np.ndarray,
     wanted: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> np.ndarray:
-    """Return the pairs of an edge and a triangle that cross and share no vertex.
+    """Return the crossing pairs of an edge and a triangle, shape (k, 2), for finite points.
 
-    Args:
-        points: Positions of the vertices [m], shape (n, 3). They must be finite.
-        faces: Triangles, shape (m, 3).
-        edges: Edges, shape (e, 2).
-        wanted: Two arrays: whether each triangle is wanted, shape (m,), and whether each edge is wanted, shape (e,). A
-            pair is found if its triangle or its edge is wanted. If None, all pairs are found. The order of the pairs is
-            the same in both cases.
-
-    Returns:
-        The k crossing pairs: rows with the indices of an edge and of a triangle, shape (k, 2).
+    `wanted` tells which triangles and which edges are wanted. A pair is found if one of both is, and the order of the
+    pairs stays the same.
     """
     wanted_faces, wanted_edges = wanted or (np.ones(len(faces), bool), np.ones(len(edges), bool))
     points = np.ascontiguousarray(points, dtype=np.float64)
@@ -43,16 +33,13 @@ def crossing_pairs(
 
 
 def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
-    """Return the number of pairs of an edge and a triangle that cross. The arguments are explained in `crossing_pairs`.
-
-    All edges of the mesh are tested if `edges` is None. If a position is not finite, every edge counts as crossing.
-    """
+    """Return the number of crossings, of all edges by default; every edge counts if a position is not finite."""
     edges = Topology(faces).edges if edges is None else edges
     return len(crossing_pairs(points, faces, edges)) if np.isfinite(points).all() else len(edges)
 
 
 def crossings_over_time(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the number of crossings in each of f frames, shape (f,). The positions have the shape (f, n, 3)."""
+    """Return the number of crossings in each frame, shape (f,), from positions of the shape (f, n, 3)."""
     edges = Topology(faces).edges
     return np.array([crossings(points, faces, edges) for points in positions])
 
@@ -89,24 +76,10 @@ def _find(
     origin: np.ndarray,
     cell: float,
 ) -> np.ndarray:
-    """Return crossing pairs of edges and triangles.
+    """Return the crossing pairs of an edge and a triangle, shape (k, 2).
 
-    Every edge is hashed by the cell that contains the lower corner of its bounding box. A wanted triangle is tested
-    against all edges of nearby cells, another triangle only against the wanted edges of these cells.
-
-    Args:
-        points: Positions of the vertices [m], shape (n, 3).
-        faces: Triangles, shape (m, 3).
-        edges: Edges, shape (e, 2).
-        wanted_faces: Whether each triangle is wanted, shape (m,).
-        wanted_edges: Whether each edge is wanted, shape (e,).
-        low: Lower corner of the bounding box of each edge [m], shape (e, 3).
-        high: Upper corner of the bounding box of each edge [m], shape (e, 3).
-        origin: Lower corner of the grid [m], shape (3,).
-        cell: Side of a cell [m]. It is at least as long as every side of every edge's bounding box.
-
-    Returns:
-        The k crossing pairs: rows with the indices of an edge and of a triangle, shape (k, 2).
+    Every edge is hashed by the cell with the lower corner of its bounding box (`low`, `high`), whose sides are at most
+    `cell`. A wanted triangle is tested against all edges of nearby cells, another one only against the wanted edges.
     """
     size = 1
     while size < 2 * edges.shape[0]:

@@ -1,14 +1,8 @@
-"""Triangle meshes in the plane: staggered rows, and Delaunay triangles.
+"""Triangle meshes in the plane: staggered rows, on which cloth bends best (docs/theory/bending.md), and Delaunay.
 
-Cloth bends best on staggered rows (docs/theory/bending.md).
-
-There are two ways to end staggered rows at a straight side, and both are needed:
-
-- `staggered_rectangle`: all rows have an equal number of points. All inner rows are shifted by a quarter cell, to the
-  left and to the right in turn. With this shift, no triangle at the side is very small. Small triangles would slow down
-  an explicit simulator. Garments and the strips of calibration use this mesh.
-- `staggered`: every other row is shifted by half a cell and has one point more. All inner triangles are equal, and the
-  triangles at the sides are halves. Validation uses this mesh, because textbooks use it.
+Staggered rows end at a straight side in one of two ways. The quarter shifts of `staggered_rectangle` make no small
+triangles, which would slow down an explicit simulator; garments and strips use it. `staggered`, with half triangles at
+the sides, is the mesh of textbooks, with which results are validated.
 """
 
 from __future__ import annotations
@@ -17,25 +11,15 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 ROW = np.sqrt(0.75)
-"""Distance between the rows of an equilateral triangle mesh, in lengths of an edge."""
+"""Distance between the rows of an equilateral triangle mesh [edges]."""
 SHEAR = 0.25
-"""Shift of a mesh's even rows to the left, and of its odd rows to the right, as a fraction of a cell.
-
-With this shift, no triangle is very small."""
+"""Shift of even rows to the left and of odd rows to the right [cells], so that no triangle is very small."""
 SLIVER = 1e-3
-"""Smallest allowed ratio of twice a triangle's area to the area of a square cell.
-
-Triangles with smaller ratios are left out. Delaunay triangulation makes such triangles at straight sides.
-"""
+"""Minimum ratio of twice a triangle's area to a square cell; Delaunay makes thinner triangles at straight sides."""
 
 
 def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return a nearly equilateral mesh of a rectangle. Rows are along y and follow each other along x.
-
-    Returns:
-        The n vertices [m], shape (n, 3), centred and with z = 0, and the m triangles, shape (m, 3), with upward
-        normals.
-    """
+    """Return a nearly equilateral mesh of a centred rectangle at z = 0, with rows along y and upward normals."""
     columns = max(3, round(width / spacing))
     rows = max(4, round(length / (width / columns * np.sqrt(0.75))))
     rows += rows % 2  # with an even number, a row lies on the line of a half fold
@@ -54,14 +38,7 @@ def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np
 
 
 def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return an equilateral mesh of a rectangle, with half triangles at its sides.
-
-    Rows are along y. Every other row is shifted by half a cell.
-
-    Returns:
-        The n points of the rectangle 0..length x 0..width [m], shape (n, 2), and the m counter-clockwise triangles,
-        shape (m, 3).
-    """
+    """Return a counter-clockwise mesh of 0..length x 0..width, equilateral but for half triangles at its sides."""
     rows = max(2, 2 * round(length / (np.sqrt(3) * spacing)))
     cells = max(1, round(width / spacing))
     even = np.linspace(0, width, cells + 1)
@@ -76,10 +53,7 @@ def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, 
 
 
 def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
-    """Return the triangles between a row of cells + 1 points and a row of cells + 2 points.
-
-    The triangles are counter-clockwise, seen from +z.
-    """
+    """Return the counter-clockwise triangles between a row of cells + 1 points and a row of cells + 2 points."""
     narrow, wide = (high, low) if wide_first else (low, high)
     k = np.arange(cells)
     j = np.arange(cells + 1)
@@ -90,12 +64,7 @@ def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
 
 
 def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray:
-    """Return the m counter-clockwise Delaunay triangles of n points, shape (m, 3).
-
-    Args:
-        points: Points of the mesh, shape (n, 2).
-        joined: Positions of the points that are used for the triangulation, shape (n, 2); None for `points`.
-    """
+    """Return the counter-clockwise Delaunay triangles of points, triangulated at the positions `joined` if given."""
     faces = Delaunay(points if joined is None else joined).simplices.astype(np.int64)
     clockwise = twice_areas(points, faces) < 0
     faces[clockwise] = faces[clockwise][:, ::-1]
@@ -103,6 +72,6 @@ def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray
 
 
 def twice_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return twice the area of each triangle, shape (m,). It is negative if the triangle is clockwise."""
+    """Return twice the area of each triangle, shape (m,), negative if it is clockwise."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

@@ -1,7 +1,4 @@
-"""Subdivision of a scene's mesh at the middles of its edges. Each triangle becomes four, and the spacing is halved.
-
-The vertices of the coarse mesh come first in the fine mesh, so that two rollouts can be compared vertex by vertex.
-"""
+"""Subdivision of a scene's mesh at the middles of its edges, with the vertices of the coarse mesh first."""
 
 from __future__ import annotations
 
@@ -13,20 +10,14 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene
 
 
 def subdivided(scene: Scene, times: int = 1) -> Scene:
-    """Return a scene in which every edge of the cloth is halved `times` times.
-
-    A hand that holds both ends of an edge also holds the middle of the edge.
-    """
+    """Return a scene with every edge halved `times` times; a hand that holds both ends of an edge holds its middle."""
     for _ in range(times):
         scene = _halved(scene)
     return scene
 
 
 def on_coarse_mesh(rollout: Rollout, faces: np.ndarray) -> Rollout:
-    """Return the rollout of a subdivided mesh at the vertices of its coarse mesh.
-
-    `faces` are the triangles of the coarse mesh, shape (m, 3).
-    """
+    """Return the rollout of a subdivided mesh at the vertices of its coarse mesh, whose triangles are `faces`."""
     return Rollout(rollout.times, rollout.positions[:, : faces.max() + 1], faces, rollout.info)
 
 
@@ -56,10 +47,7 @@ def _with_middles(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def _middles(pairs: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices of the vertices in the middle of k edges, which are given as pairs of vertices, shape (k, 2).
-
-    `edges` are all edges of the coarse mesh, in lexical order.
-    """
+    """Return the indices of the middles of edges, given as pairs of vertices, among all `edges` in lexical order."""
     key = np.array([count, 1])
     return count + np.searchsorted(edges @ key, np.sort(pairs, axis=1) @ key)
 

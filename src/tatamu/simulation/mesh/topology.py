@@ -8,15 +8,11 @@ from functools import cached_property
 import numpy as np
 
 MOST_AROUND = 1000
-"""Largest number of triangles around a vertex. The memory for the contact of these triangles grows with the square of
-this number."""
+"""Maximum number of triangles around a vertex; the memory for their contact grows with its square."""
 
 
 def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return whether the normal of each triangle points down, as in the lower layer of a garment.
-
-    The m triangles have the shape (m, 3), and the n flat positions the shape (n, 3).
-    """
+    """Return whether the normal of each triangle points down, as in the lower layer of a garment that lies flat."""
     a, b, c = (flat[faces[:, k], :2] for k in range(3))
     return np.asarray((b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0])
 
@@ -26,7 +22,6 @@ class Topology:
     """Neighbourhood of vertices, edges and triangles in a triangle mesh."""
 
     faces: np.ndarray
-    """Triangles, shape (m, 3)."""
 
     @cached_property
     def _sides(self) -> tuple[np.ndarray, np.ndarray]:
@@ -54,7 +49,7 @@ class Topology:
 
     @cached_property
     def border(self) -> np.ndarray:
-        """The b edges that belong to only one triangle, shape (b, 2)."""
+        """The edges that belong to only one triangle, shape (b, 2)."""
         return self.edges[self.faces_per_edge == 1]
 
     @cached_property
@@ -64,7 +59,7 @@ class Topology:
 
     @cached_property
     def hinges(self) -> np.ndarray:
-        """The h inner edges (x0, x1) with their two opposite vertices x2 and x3, shape (h, 4), in the order of `edges`.
+        """Inner edges (x0, x1) in the order of `edges` and opposite vertices (x2, x3), shape (h, 4).
 
         The triangle (x0, x1, x2) has the same orientation as in `faces`.
         """
@@ -75,7 +70,7 @@ class Topology:
         return np.column_stack([first, opposite[inner[:, 0]], opposite[inner[:, 1]]])
 
     def _corner_order(self, sides: np.ndarray) -> np.ndarray:
-        """Return the two ends of each of s triangle sides, in the order of the triangle's corners, shape (s, 2)."""
+        """Return the ends of each side in the order of its triangle's corners, shape (s, 2)."""
         count = len(self.faces)
         corner = sides // count
         face = sides % count
@@ -83,28 +78,19 @@ class Topology:
 
 
 def among(pairs: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return whether each of k pairs of vertices is among other pairs, in either order, shape (k,).
-
-    The k pairs have the shape (k, 2), and the o other pairs the shape (o, 2).
-    """
+    """Return whether each of k pairs of vertices is among others, in either order, shape (k,)."""
     count = max(pairs.max(initial=0), others.max(initial=0)) + 1
     return np.isin(np.sort(pairs, axis=1) @ [count, 1], np.sort(others, axis=1) @ [count, 1])
 
 
 def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the area of each of m triangles, shape (m,), from n points of shape (n, 3)."""
+    """Return the area of each triangle, shape (m,)."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
 def principal_stretches(points: np.ndarray, rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the largest stretch of each triangle in any direction [-], shape (m,).
-
-    Args:
-        points: Positions, shape (n, 3).
-        rest: Unstrained positions, shape (n, 3).
-        faces: Triangles, shape (m, 3).
-    """
+    """Return the maximum stretch of each triangle in any direction [-], shape (m,)."""
     (a, b, c), (u, v, w) = (_metric(each, faces) for each in (points, rest))
     with np.errstate(all="ignore"):  # the stretch of a triangle without an area is not defined
         area = u * w - v * v
@@ -114,49 +100,28 @@ def principal_stretches(points: np.ndarray, rest: np.ndarray, faces: np.ndarray)
 
 
 def _metric(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return s.s, s.t and t.t for each of m triangles, where s and t are its two sides at its first corner.
-
-    Each result has the shape (m,).
-    """
+    """Return s.s, s.t and t.t of each triangle, with its two sides s and t at its first corner, shapes (m,)."""
     s, t = (points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))
     return (s * s).sum(axis=1), (s * t).sum(axis=1), (t * t).sum(axis=1)
 
 
 def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return the length of each of e edges, shape (e,).
-
-    The n points have the shape (n, 2) or (n, 3), and the edges the shape (e, 2).
-    """
+    """Return the length of each edge, shape (e,)."""
     return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
 
 
 def longest_sides(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the length of the longest side of each of m triangles, shape (m,), from n points of shape (n, 3)."""
+    """Return the length of the longest side of each triangle, shape (m,)."""
     return np.max([edge_lengths(points, faces[:, [i - 1, i]]) for i in range(3)], axis=0)
 
 
 def lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    """Return a weight for each of `count` vertices. Each triangle's weight is shared equally by its corners.
-
-    The weights of the m triangles have the shape (m,).
-    """
+    """Return weights of vertices, shape (count,): each triangle shares its weight equally among its corners."""
     return np.bincount(faces.ravel(), np.repeat(weight / 3.0, 3), minlength=count)
 
 
 def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
-    """Check that a mesh can be a cloth.
-
-    It must meet these conditions:
-
-    - There is at least one triangle, and no index is out of range.
-    - Every triangle has an area.
-    - Every vertex is in at least one triangle, and not in too many triangles.
-    - Every edge is in at most two triangles.
-    - Every seam is an inner edge.
-
-    Raises:
-        ValueError: If a condition is not met.
-    """
+    """Raise ValueError, which names the fault, if a mesh cannot be a cloth."""
     count = len(rest)
     if not len(faces):
         raise ValueError("faces must hold at least one triangle, given none")

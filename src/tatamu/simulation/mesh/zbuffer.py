@@ -1,8 +1,4 @@
-"""Conversion of triangles to pixels: the highest triangle over each pixel, and its height.
-
-A triangle covers the pixels whose centres lie in it. The centre of pixel (i, j) is at (i + 0.5, j + 0.5). Masks, height
-maps and pictures are made with this module.
-"""
+"""Triangles as pixels. A triangle covers a pixel (i, j) if the centre (i + 0.5, j + 0.5) lies in it."""
 
 from __future__ import annotations
 
@@ -12,7 +8,7 @@ import numpy as np
 from numba import njit
 
 EDGE_ON = 1e-9
-"""Least value of twice the area of a triangle that has a height [pixels^2]. Smaller triangles count as seen edge-on."""
+"""Minimum of twice a triangle's area [pixels^2]; smaller triangles count as seen edge-on."""
 
 
 @dataclass(frozen=True)
@@ -20,22 +16,18 @@ class ZBuffer:
     """The highest triangle over each pixel of a grid."""
 
     heights: np.ndarray
-    """Height at the centre of each pixel, shape (columns, rows); -inf if no triangle covers the centre."""
+    """Height at the centre of each pixel, shape (columns, rows); -inf if no triangle covers it."""
     face: np.ndarray
-    """Index of the highest triangle over each pixel, shape (columns, rows); -1 if no triangle covers the centre."""
+    """Index of the highest triangle, shape (columns, rows); -1 if no triangle covers the centre."""
     weights: np.ndarray
     """Barycentric coordinates of each pixel's centre in its triangle, shape (columns, rows, 3)."""
 
 
 def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slack: float = 0.0) -> ZBuffer:
-    """Return the highest triangle over each pixel.
+    """Return the highest triangle over each pixel of a grid with `shape` columns and rows.
 
-    Args:
-        points: Coordinates along columns and rows of the grid [pixels], and heights, shape (n, 3).
-        faces: Triangles, shape (m, 3).
-        shape: Numbers of columns and rows of the grid.
-        slack: Tolerance in barycentric coordinates: a pixel's centre counts as inside if it is outside by at most this
-            much. It prevents gaps between two triangles that rounding would cause.
+    The coordinates of points are columns, rows [pixels] and heights. `slack` is a tolerance in barycentric coordinates
+    against gaps that rounding would cause between triangles.
     """
     heights = np.full(shape, -np.inf)
     face = np.full(shape, -1, dtype=np.int64)
@@ -45,10 +37,7 @@ def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slac
 
 
 def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Return which pixels are covered by a triangle, shape (columns, rows).
-
-    The n points have the shape (n, 2) [pixels].
-    """
+    """Return which pixels are covered by a triangle, shape (columns, rows), with points in pixels."""
     covered = np.zeros(shape, dtype=np.bool_)
     _cover(np.ascontiguousarray(points, dtype=float), faces, covered)
     return covered
@@ -56,19 +45,13 @@ def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.nd
 
 @njit(inline="always")
 def _range(a, b, c, size):  # type: ignore[no-untyped-def]
-    """Return the range of pixels that a triangle may cover along an axis with `size` pixels.
-
-    `a`, `b` and `c` are the coordinates of the triangle's corners along the axis.
-    """
+    """Return the pixels that a triangle with the coordinates a, b, c may cover along an axis of `size` pixels."""
     return range(int(max(min(a, b, c), 0.0)), int(min(max(a, b, c) + 1.0, size)))
 
 
 @njit(inline="always")
 def _sides(ax, ay, bx, by, cx, cy, x, y):  # type: ignore[no-untyped-def]
-    """Return twice the signed areas of the three triangles that the point (x, y) forms with the sides of a triangle.
-
-    The three areas have the same sign if the point is inside the triangle.
-    """
+    """Return twice the signed areas of (x, y) with each side, which have the same sign if the point is inside."""
     ab = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
     bc = (cx - bx) * (y - by) - (cy - by) * (x - bx)
     ca = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)

@@ -20,25 +20,16 @@ from tatamu.simulation.side_by_side import side_by_side
 from tatamu.simulation.timeline import Segment, segments
 
 LONGEST_STEP = 2e-3
-"""Longest time step [s]."""
+"""Maximum time step [s]."""
 CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
-"""Capabilities of MuJoCo.
+"""Bending energy is quadratic, so a fold collapses into a flat crease on a mesh coarser than 0.37 bending lengths.
 
-In MuJoCo the bending energy is quadratic, so on large cells a fold collapses into a flat crease. The size of cells is
-the mean edge of the mesh, as a multiple of the cloth's bending length. Up to the size 0.37, the loop of a fold has the
-right shape. Rollouts on larger cells contain a warning.
-
-A rehearsal simulates how the robot carries out its plan. It compares two folds on the same mesh, so larger cells (up to
-the size 0.45) are accepted. Each halving of the edges would need four times as many vertices
-(docs/theory/robot-planning.md)."""
+A rehearsal compares two folds on the same mesh, so up to 0.45 is accepted there, because each halving of the edges
+would need four times as many vertices (docs/theory/robot-planning.md)."""
 
 
 def require() -> None:
-    """Check that MuJoCo is installed.
-
-    Raises:
-        InputError: If MuJoCo is not installed, or is too old.
-    """
+    """Raise InputError if MuJoCo is not installed, or is too old."""
     engine()
 
 
@@ -47,17 +38,12 @@ def prepare() -> None:
 
 
 def compilation() -> tuple[int, int]:
-    """Return (0, 0): no function is compiled, and no function needs to be compiled."""
+    """Return (0, 0), because no function is compiled."""
     return 0, 0
 
 
 def simulate(scene: Scene) -> Rollout:
-    """Simulate one scene in MuJoCo.
-
-    Raises:
-        InputError: If MuJoCo is not installed.
-        SimulationError: If the rollout is not finite.
-    """
+    """Simulate one scene, or raise SimulationError if the rollout is not finite."""
     begin = time.perf_counter()
     run = Run(scene)
     ready = time.perf_counter()
@@ -74,7 +60,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 class Run:
-    """A running simulation: the model and the state of MuJoCo, and the hands."""
+    """A running simulation: MuJoCo's model and state, and the hands."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -88,7 +74,7 @@ class Run:
         self.steps = 0
 
     def positions(self) -> np.ndarray:
-        """Simulate the whole scene, and return the positions of the n vertices in all f frames [m], shape (f, n, 3)."""
+        """Simulate the whole scene, and return the positions in all frames [m], shape (f, n, 3)."""
         frames = [self.scene.cloth.vertices]
         before: tuple[object, ...] = ()
         for segment in segments(self.scene, np.inf):
@@ -103,11 +89,7 @@ class Run:
         return np.array(frames)
 
     def _change(self, step: float, held: tuple[bool, ...]) -> None:
-        """Change the time step or the held vertices.
-
-        The factorised matrix of mass and stiffness depends on the time step and on the held vertices, so it is computed
-        again.
-        """
+        """Change the time step or the held vertices, on which the factorised matrix of mass and stiffness depends."""
         for hand, holding in zip(self.hands, held, strict=True):
             if not holding:
                 hand.open(self.model)
@@ -140,7 +122,7 @@ class Run:
         return np.asarray(positions)
 
     def warnings(self) -> list[str]:
-        """Return MuJoCo's own warnings, and a line for each property of the scene that MuJoCo cannot represent."""
+        """Return MuJoCo's own warnings, and a line for each property that it cannot represent."""
         names = engine().mjtWarning
         found = [
             f"mujoco: {names(number).name.removeprefix('mjWARN_').lower()}, {warning.number} times"

@@ -1,7 +1,4 @@
-"""Grippers in MuJoCo.
-
-MuJoCo has no grippers for cloth. Therefore held vertices are made very heavy, and are moved along their path.
-"""
+"""Grippers, which MuJoCo does not have for cloth: held vertices are made very heavy and are moved along their path."""
 
 from __future__ import annotations
 
@@ -12,9 +9,7 @@ import numpy as np
 from tatamu.simulation.scene import Gripper
 
 HEAVY = 1e6
-"""Mass that is added to a held vertex, as a multiple of its own mass [-].
-
-Because the vertex is so heavy, the cloth cannot pull it off its path within a step."""
+"""Added mass of a held vertex, as a multiple of its own [-], so that cloth cannot pull it off its path in a step."""
 
 
 class HeldVertices:
@@ -39,16 +34,13 @@ class HeldVertices:
             model.dof_armature[self.sliders] = 0.0
 
     def aim(self, data: Any, start: float, end: float) -> None:
-        """Put the vertices on their path before a step from `start` to `end` [s].
-
-        They also get the velocity of the path.
-        """
+        """Put the vertices on their path, with its velocity, before a step from `start` to `end` [s]."""
         if self.closed_at is not None:
             data.qpos[self.sliders] = self._path(start)
             data.qvel[self.sliders] = (self._path(end) - self._path(start)) / (end - start)
 
     def settle(self, data: Any, end: float) -> None:
-        """Put the vertices back on their path after a step, because the cloth has pulled them off their path."""
+        """Put the vertices back on their path after a step, because the cloth has pulled them off."""
         if self.closed_at is not None:
             data.qpos[self.sliders] = self._path(end)
 

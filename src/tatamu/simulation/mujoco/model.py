@@ -1,10 +1,9 @@
 """A scene as a MuJoCo model.
 
-Each vertex is a body with three sliders (joints along x, y and z). A flex, MuJoCo's deformable body, connects all
-vertices. The membrane follows the law of Saint Venant and Kirchhoff on each triangle. Bending is a quadratic hinge
-model with the cylinder rigidity D = E t^3 / 12 (1 - nu^2) (MuJoCo 4.0, XML reference, flex/elasticity). The input of
-MuJoCo is a Young modulus E, a Poisson ratio nu and an elastic thickness t. The thickness t can differ from the
-thickness for contact. E and t follow from the stiffness Y [N/m] and the bending rigidity B [N m] of the cloth:
+Each vertex is a body with three sliders, and a flex, MuJoCo's deformable body, connects all vertices. The membrane
+follows the law of Saint Venant and Kirchhoff on each triangle, and bending is a quadratic hinge model (MuJoCo 4.0, XML
+reference, flex/elasticity). The Young modulus E and an elastic thickness t, other than that of contact, follow from the
+stiffness Y [N/m] and the rigidity B [N m]:
 
     Y = E t,  B = E t^3 / 12 (1 - nu^2)   =>   t = sqrt(12 B (1 - nu^2) / Y),  E = Y / t
 """
@@ -25,11 +24,7 @@ SLIDERS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "
 
 
 def engine() -> Any:
-    """Import the Python package `mujoco` and return it.
-
-    Raises:
-        InputError: If the package is not installed, or its version is older than 4.0.
-    """
+    """Return the Python package `mujoco`, or raise InputError if it is missing or older than 4.0."""
     try:
         import mujoco
     except ImportError:
@@ -40,7 +35,7 @@ def engine() -> Any:
 
 
 def vertex_masses(scene: Scene) -> np.ndarray:
-    """Return the lumped mass of each vertex [kg], shape (n,): a third of the mass of each triangle around it."""
+    """Return the lumped mass of each vertex [kg], shape (n,)."""
     masses = np.zeros(len(scene.cloth.vertices))
     shares = scene.material.areal_density * areas(scene.cloth.rest, scene.cloth.faces) / 3.0
     np.add.at(masses, scene.cloth.faces, shares[:, None])
@@ -48,10 +43,7 @@ def vertex_masses(scene: Scene) -> np.ndarray:
 
 
 def compiled(scene: Scene) -> Any:
-    """Return the compiled model of a scene. In the unstrained shape, the coordinates of all its sliders are zero.
-
-    Before the model runs, MuJoCo must compute the constants of the model (`mj_setConst`).
-    """
+    """Return the compiled model, with its sliders zero in the unstrained shape; `mj_setConst` must run next."""
     mujoco = engine()
     try:
         model = mujoco.MjModel.from_xml_string(_document(scene))

@@ -1,10 +1,4 @@
-"""Rigid bodies in MuJoCo.
-
-They are free bodies with a very large mass. Before every step, each body is put on its path, and gets the velocity of
-this path.
-
-MuJoCo's mocap bodies are not used, because they have no velocity and would not drag the cloth.
-"""
+"""Rigid bodies: free, very heavy bodies that are put on their paths, because mocap bodies would not drag the cloth."""
 
 from __future__ import annotations
 
@@ -15,23 +9,15 @@ import numpy as np
 from tatamu.simulation.body import Body
 
 CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
-"""Contact parameters in MuJoCo's language.
-
-A contact in MuJoCo is a spring with a damper. Here its time constant is 4 ms. The deeper the contact, the stiffer it
-is, up to a depth of 0.2 mm."""
+"""A spring with a damper, with a time constant of 4 ms, that stiffens up to a depth of 0.2 mm."""
 HEAVY = 1e3
-"""Mass of a body [kg]. It is so large that cloth does not move the body within a step."""
+"""Mass of a body [kg], so large that cloth does not move it within a step."""
 RIGID = 2
-"""Bit in MuJoCo's collision masks.
-
-With this bit, bodies collide with cloth, but not with each other or with the table."""
+"""Bit in MuJoCo's collision masks with which bodies collide with cloth, but not with each other or the table."""
 
 
 def rigid(number: int, body: Body) -> str:
-    """Return the XML element of a body in MuJoCo's language.
-
-    Sizes and quaternions are not converted, because MuJoCo defines them as tatamu does.
-    """
+    """Return the XML element of a body; MuJoCo defines sizes and quaternions as tatamu does."""
     size = " ".join(map(repr, body.size))
     return (
         f'<body name="rigid{number}"><freejoint/>'
@@ -45,7 +31,6 @@ class MovingBody:
     """A rigid body that is moved along its path in the scene."""
 
     def __init__(self, body: Body, model: Any, number: int) -> None:
-        """Find the body in a model, from its number among the bodies of the scene."""
         self.body = body
         joint = int(model.body(f"rigid{number}").jntadr[0])
         at = int(model.jnt_qposadr[joint])
@@ -54,7 +39,7 @@ class MovingBody:
         self.velocities = slice(rate, rate + 6)
 
     def aim(self, data: Any, start: float, end: float) -> None:
-        """Put the body on its path before a step from `start` to `end` [s], and give it the velocity of the path."""
+        """Put the body on its path, with its velocity, before a step from `start` to `end` [s]."""
         import mujoco
 
         positions, orientations = self.body.path(np.array([start, end]))
@@ -64,6 +49,6 @@ class MovingBody:
         data.qvel[self.velocities] = np.concatenate([positions[1] - positions[0], turn]) / (end - start)
 
     def settle(self, data: Any, end: float) -> None:
-        """Put the body back on its path after a step, because cloth and gravity have pulled it off the path."""
+        """Put the body back on its path after a step, because cloth and gravity have pulled it off."""
         positions, orientations = self.body.path(np.array([end]))
         data.qpos[self.coordinates] = np.concatenate([positions[0], orientations[0]])

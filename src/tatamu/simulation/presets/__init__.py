@@ -1,16 +1,4 @@
-"""Provides presets: materials from the literature, for users who did not measure their cloth.
-
-Each preset is a file NAME.toml in this folder:
-
-    [preset]
-    title = "..."                      what it is, in a few words
-    note = "..."                       optional: caveats of its use
-    [material]                         the fields of tatamu.simulation.material.Material
-    [spread]                           optional: FIELD = [low, high], the range found in the source
-    [source]                           optional: FIELD = "source of the value, or that it is assumed"
-
-`--material` accepts the name of a preset, or a file.
-"""
+"""Presets: materials from the literature in files NAME.toml, for users who did not measure their cloth."""
 
 from __future__ import annotations
 
@@ -31,9 +19,8 @@ class About(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str
-    """Description of the cloth in a few words."""
     note: str = ""
-    """Warning about the use of the preset; empty if no warning is needed."""
+    """Warning about the use of the preset."""
 
 
 class Preset(BaseModel):
@@ -45,9 +32,9 @@ class Preset(BaseModel):
     preset: About
     material: Material
     spread: dict[str, Range] = Field(default_factory=dict)
-    """Range of values that the source states, by the name of the material's field."""
+    """Range of values that the source states, by field of the material."""
     source: dict[str, str] = Field(default_factory=dict)
-    """Source of each value, by the name of the material's field."""
+    """Source of each value, or that it is assumed, by field of the material."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -62,11 +49,7 @@ class Preset(BaseModel):
 
 
 def load_preset(name: str) -> Preset:
-    """Read the preset with a given name.
-
-    Raises:
-        InputError: If there is no preset with this name.
-    """
+    """Read the preset with this name, or raise InputError."""
     path = PRESETS / f"{name}.toml"
     if not path.is_file():
         raise InputError(f"material: must be one of {', '.join(preset_names())}, given {name!r}")
