@@ -1,7 +1,4 @@
-"""Advice on a plan before a fold is learned.
-
-The advice names the parts of the cloth that no hand carries, and proposes plans whose hands carry all parts.
-"""
+"""Advice on a plan before a fold is learned: parts of the cloth that no hand carries, and plans that carry them."""
 
 from __future__ import annotations
 
@@ -23,16 +20,7 @@ class UncarriedWarning(UserWarning):
 
 
 def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
-    """Return the parts of the cloth that a fold moves but no hand carries, each with its step's number, counted from 0.
-
-    Args:
-        garment: The garment to fold.
-        plan: The fold plan. Each step starts from the cloth that the previous step has folded and laid flat.
-        hands: Number of hands that fold; None for the number in the plan.
-
-    Raises:
-        InputError: If the garment cannot be folded by this plan.
-    """
+    """Return the parts of the cloth that a fold moves but no hand carries, each with the index of its step."""
     state = garment.vertices
     found: list[tuple[int, Part]] = []
     for number, step in enumerate(plan.steps):
@@ -44,13 +32,7 @@ def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[
 
 
 def advice(garment: Garment, plan: Plan, hands: int | None = None) -> list[str]:
-    """Return lines of text to print before a fold plan is learned.
-
-    There is one line for each part that no hand carries. The remaining lines say what the user can do about these
-    parts.
-
-    The arguments and errors are those of `left_behind`.
-    """
+    """Return a line for each part that no hand carries, then lines on what the user can do about them."""
     found = left_behind(garment, plan, hands)
     lines = [f"{_step(plan, number)}no hand carries {part.text}" for number, part in found]
     return lines + (_remedies(garment, plan, found) if found else [])
@@ -64,10 +46,6 @@ def _step(plan: Plan, number: int) -> str:
 
 
 def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
-    """Return lines of text that propose other grasps, and the best plan for the garment's outline.
-
-    Other grasps are proposed only if hands with these grasps carry all moving cloth.
-    """
     lines = []
     wrong = {number for number, _ in found}
     state = garment.vertices
@@ -91,14 +69,7 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
 
 
 def choices(garment: Garment) -> list[Proposal]:
-    """Return the plans for a garment, best first.
-
-    The result contains the built-in plans. For a user's own garment, it also contains the plans proposed for its
-    outline.
-
-    Raises:
-        InputError: If no line is found over which the garment can be folded.
-    """
+    """Return the plans for a garment, best first: the built-in ones and, for a user's garment, those of its outline."""
     if garment.own and not garment.kind:
         return propose(garment)
     plans = known_plans(garment)
@@ -112,9 +83,6 @@ def chosen(garment: Garment, names: Sequence[str]) -> list[Proposal]:
     """Return the named plans for a garment, or all of its plans if `names` is empty.
 
     A name is a built-in plan, the path of a plan file, or `auto` for the best plan for the garment's outline.
-
-    Raises:
-        InputError: If a plan does not exist, or the plan cannot fold the garment.
     """
     if not names:
         return choices(garment)

@@ -1,8 +1,8 @@
 """Parts of a flat outline that stick out of its body: sleeves, a hood, the foot of a sock.
 
 The body is the morphological opening of the outline with a disc: the union of all discs of one radius that fit inside
-the outline. A part outside the body is an appendage if it sticks out far enough. An appendage is folded onto the body
-over a line through the corner where the appendage leaves the body.
+the outline. What sticks out far enough is an appendage. It is folded onto the body over a line through the corner at
+which it leaves the body.
 """
 
 from __future__ import annotations
@@ -16,51 +16,33 @@ from tatamu.folding.plan import SIDES
 from tatamu.garments import Garment
 
 OPENING = 0.6
-"""Radius of the discs that form a garment's body, as a fraction of the radius of the largest disc inside the outline.
-
-The body is the union of all discs of this size that fit inside the outline. Sleeves and hoods are too narrow for such a
-disc.
-"""
+"""Radius of the disc, as a fraction of the radius of the largest disc inside the outline."""
 LEAST_DEPTH = 0.7
-"""Least distance by which an appendage, such as a sleeve, sticks out of the garment's body.
-
-The unit is the radius of the discs that form the body. The right-angled corners of a garment also stick out of the
-body, but only by 0.41 radii.
-"""
+"""Minimum depth of an appendage, in radii of the disc. Right-angled corners stick out by 0.41 radii."""
 BRIDGE = 0.12
-"""Half of the largest width at which a narrow strip of cloth along the body is cut away.
-
-The unit is the radius of the discs that form the garment's body. Such a strip could join two appendages, such as
-sleeves, which would then count as one.
-"""
+"""Half the maximum width of a strip along the body that is cut away, in radii; it could join two appendages."""
 COARSE = 0.006
-"""Largest distance by which simplification may move an outline [m].
-
-Outlines are simplified before their corners are found.
-"""
+"""Maximum distance by which simplification moves an outline before its corners are found [m]."""
 REFLEX = np.radians(12.0)
-"""Least angle by which an outline turns inwards at a corner where a sleeve or another appendage may begin [rad]."""
+"""Minimum angle by which an outline turns inwards at a corner where an appendage may begin [rad]."""
 NOTCH = 0.35
-"""Least depth of the notch between two trouser legs, as a fraction of the garment's length."""
+"""Minimum depth of the notch between two trouser legs, as a fraction of the garment's length."""
 NOTCH_ASIDE = 0.15
-"""Largest sideways distance between the notch of trouser legs and the garment's middle, as a fraction of the width."""
+"""Maximum sideways distance between this notch and the garment's middle, as a fraction of the width."""
 FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
-"""The four directions in which sleeves and other appendages may stick out, in the order in which they are folded.
-
-+y is the left.
-"""
+"""Directions in which appendages may stick out, in the order in which they are folded; +y is the left."""
 
 
 @dataclass(frozen=True)
 class Appendage:
-    """A part of a garment that sticks out of its body, such as a sleeve."""
+    """A part of a garment that sticks out of its body."""
 
     region: shapely.Polygon
-    """The area outside the garment's body that the part covers, as a polygon with coordinates in metres."""
+    """Area of the part outside the body [m]."""
     facing: str
-    """Direction in which the part sticks out of the garment's body: +x, -x, +y or -y."""
+    """Direction in which the part sticks out: +x, -x, +y or -y."""
     line: float
-    """Coordinate of the line over which the part is folded [m]: x if the part faces +x or -x, otherwise y."""
+    """Coordinate of its fold line [m]: x if the part faces +x or -x, otherwise y."""
 
     @property
     def tip(self) -> np.ndarray:
@@ -75,12 +57,7 @@ def silhouette(garment: Garment) -> shapely.Polygon:
 
 
 def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
-    """Return the largest piece of the region that a mesh covers, seen from above. Holes are filled.
-
-    Args:
-        plan: Horizontal positions of the vertices [m], shape (n, 2).
-        faces: Triangles, shape (m, 3).
-    """
+    """Return the largest piece of the region below a mesh, with holes filled, from positions [m], shape (n, 2)."""
     triangles = shapely.polygons(plan[faces])
     covered = shapely.union_all(triangles[shapely.area(triangles) > 1e-12], grid_size=1e-6)
     largest = max(shapely.get_parts(covered.buffer(0)), key=lambda part: float(part.area))
@@ -88,10 +65,7 @@ def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 
 def appendages(outline: shapely.Polygon) -> list[Appendage]:
-    """Return the appendages of a garment's outline, which are the parts that stick out, such as sleeves.
-
-    Appendages at the garment's left and right side come first, left before right. Appendages at its two ends follow.
-    """
+    """Return the appendages of an outline: first those at the left and the right side, then those at the two ends."""
     radius = OPENING * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)
     body = outline.buffer(-radius).buffer(radius)
     sliver = BRIDGE * radius
@@ -106,16 +80,12 @@ def appendages(outline: shapely.Polygon) -> list[Appendage]:
 
 
 def _depth(part: shapely.Polygon, body: shapely.Geometry) -> float:
-    """Return the largest distance between a part's border and the garment's body [m]."""
     corners = shapely.points(np.array(part.exterior.coords))
     return float(shapely.distance(corners, body).max())
 
 
 def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.Polygon) -> Appendage:
-    """Return a part that sticks out, such as a sleeve, as an `Appendage` with its direction and its fold line.
-
-    Its `facing` is the direction that is most nearly perpendicular to the root of the part, where it meets the body.
-    """
+    """Return a part with its fold line. It faces the direction most nearly perpendicular to its root."""
     root = _root(part, body)
     chord = root[1] - root[0]
     across = np.array([chord[1], -chord[0]]) / (np.linalg.norm(chord) + 1e-12)
@@ -130,7 +100,7 @@ def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.P
 
 
 def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
-    """Return both ends of the border between a part, such as a sleeve, and the garment's body [m], shape (2, 2)."""
+    """Return both ends of the border between a part and the body [m], shape (2, 2)."""
     corners = np.array(part.exterior.coords[:-1])
     distance = shapely.distance(shapely.points(corners), body)
     touching = corners[distance <= distance.min() + 0.25 * (np.median(distance) - distance.min()) + 1e-9]
@@ -139,7 +109,6 @@ def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
 
 
 def _reflex(outline: shapely.Polygon) -> np.ndarray:
-    """Return the k corners at which an outline turns inwards [m], shape (k, 2)."""
     coarse = shapely.orient_polygons(shapely.simplify(outline, COARSE))
     points = np.array(coarse.exterior.coords[:-1])
     before = points - np.roll(points, 1, axis=0)

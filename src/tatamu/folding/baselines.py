@@ -11,22 +11,17 @@ from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, polyline_manipulation
 
 LI_2015 = ((0.53996, 0.20555), (0.78185, 0.45923))
-"""Control points P1 and P2 of the curve shipped with the code of Li et al. 2015 (Yinxiaoli/iros2015_folding), in spans.
-
-The curve is exactly this cubic Bezier curve."""
+"""P1 and P2 of the cubic Bezier curve in the code of Li et al. 2015 (Yinxiaoli/iros2015_folding), in spans."""
 
 
 def li_2015(fold: Fold) -> Manipulation:
-    """Return a manipulation whose hands follow the curve that is part of the published code of Li et al. 2015."""
+    """Return a manipulation whose hands follow the curve in the published code of Li et al. 2015."""
     (x1, z1), (x2, z2) = np.array(LI_2015) * fold.span
     return bezier_manipulation(fold, _corners(fold), x1, z1, x2, z2)
 
 
 def triangle(fold: Fold) -> Manipulation:
-    """Return a manipulation whose hands move straight to a point above the fold line, then straight to the release.
-
-    The height of this point above the middle between grasp and release is half of their horizontal distance.
-    """
+    """Return a manipulation along straight lines to a point half a span above the fold line, then to the release."""
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
         return np.stack([np.zeros(3), 0.5 * translation + [0.0, 0.0, 0.5 * span], translation])
@@ -35,10 +30,7 @@ def triangle(fold: Fold) -> Manipulation:
 
 
 def circle(fold: Fold) -> Manipulation:
-    """Return a manipulation whose hands follow half circles about the fold line.
-
-    The hands move as if the moving side were a stiff board.
-    """
+    """Return a manipulation whose hands follow half circles about the fold line, as on a stiff board."""
     angle = np.linspace(0.0, np.pi, SAMPLES + 1)
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
@@ -53,7 +45,6 @@ BASELINES: dict[str, tuple[str, Callable[[Fold], Manipulation]]] = {
     "triangle": ("Straight lines over half the span", triangle),
     "circle": ("Circular arc about the fold line", circle),
 }
-"""Title and function of each fixed path, by name."""
 
 
 def _corners(fold: Fold) -> tuple[int, ...]:
@@ -61,12 +52,6 @@ def _corners(fold: Fold) -> tuple[int, ...]:
 
 
 def _each(fold: Fold, path: Callable[[float, np.ndarray], np.ndarray]) -> Manipulation:
-    """Return a manipulation in which each hand follows a path from the same function.
-
-    Args:
-        fold: The fold.
-        path: Function that returns the path of one hand [m]. Its arguments are the horizontal distance and the vector
-            from the hand's grasp to its release [m].
-    """
+    """Return a manipulation in which each hand follows `path`, called with its span and its translation [m]."""
     grasps = _corners(fold)
     return polyline_manipulation(fold, grasps, [path(fold.span_of(v), fold.translation(v)) for v in grasps])

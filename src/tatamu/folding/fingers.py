@@ -1,16 +1,15 @@
-"""The two equal fingers of a hand and their sizes. One finger is under the hem of the cloth, the other is over the hem.
+"""The two equal fingers of a hand: one is under the hem of the cloth, the other is over it.
 
-`Fingers` describes the fingers of a simulated hand. `tatamu.robots.jaw.Jaw` describes the fingers of a robot. Both
-classes are based on `FingerSize`. The axes of a hand are:
+The axes of a hand are:
 
     a   axis of the fingers, from the hand to their tips; it points towards the side of the cloth that stays, and
         down by the angle `tilt` from the horizontal
     u   opening axis, from the lower finger to the upper finger; it is perpendicular to the axes a and w
     w   axis along the hem
 
-The held row of vertices lies at the tips, between both fingers. The lower finger has the thickness f. Its lowest point
-is f cos(tilt) below the held row. A closing hand therefore lifts the hem by the height f cos(tilt). At the release, the
-hem is at the same height above the layers below.
+The held row of vertices lies at the tips, between both fingers. The lowest point of the lower finger, whose thickness
+is f, is f cos(tilt) below it. A closing hand therefore lifts the hem by this height, and releases it as high above the
+layers below.
 """
 
 from __future__ import annotations
@@ -24,10 +23,7 @@ from tatamu.base.records import Record
 from tatamu.simulation.material import Number
 
 PAD = 0.01
-"""Length of the cloth between the finger pads of a hand, measured from the hem inwards [m].
-
-The value is for a hand that grasps the hem as intended.
-"""
+"""Length of the cloth between the finger pads, from the hem inwards [m]."""
 PRESETS = {
     # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
     "franka-hand": {"thickness": 0.0152, "width": 0.0175, "length": 0.0185},
@@ -45,16 +41,16 @@ PRESETS = {
     # the finger's collision mesh in v2/openarm_bimanual.xml of openarm-mujoco 2.3.0
     "openarm": {"thickness": 0.021, "width": 0.055, "length": 0.0235},
 }
-"""Fingers of known hands [m]. The comment above each hand names the shape, in a published model, that was measured."""
+"""Fingers of known hands [m]. The comments name the shapes, in published models, that were measured."""
 
 
 class FingerSize(Record):
-    """Size of both fingers of a hand at their tips, and how far they open."""
+    """Size of both fingers at their tips, and how far they open."""
 
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.008
-    """Thickness of each finger, along the opening axis [m]."""
+    """Thickness along the opening axis [m]."""
     width: Annotated[Number, Field(gt=0.0, le=0.15)] = 0.03
-    """Width of each finger along the hem [m]."""
+    """Width along the hem [m]."""
     length: Annotated[Number, Field(ge=0.005, le=0.2)] = 0.02
     """Length of the straight part of each finger, along its axis [m]."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.012
@@ -63,10 +59,7 @@ class FingerSize(Record):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Replace the name of a known hand by the sizes of its fingers.
-
-        Sizes that are also given have priority over the preset.
-        """
+        """Replace the name of a known hand by its sizes. Sizes that are also given have priority."""
         if not isinstance(given, dict) or "preset" not in given:
             return given
         name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}
@@ -76,32 +69,24 @@ class FingerSize(Record):
 
     @classmethod
     def of_hand(cls, preset: str, **others: Any) -> Self:
-        """Return the fingers of a known hand.
-
-        Args:
-            preset: Name of the hand, one of `PRESETS`.
-            others: Fields that the preset does not have, or whose value differs from the preset.
-        """
+        """Return the fingers of a known hand, one of `PRESETS`, with other or further fields."""
         return cls.model_validate({"preset": preset, **others})
 
 
 class Fingers(FingerSize):
-    """Fingers of a simulated hand. The default is a hand without fingers, which is simulated as a point."""
+    """Fingers of a simulated hand. By default there are none, and the hand is simulated as a point."""
 
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
-    """Thickness of each finger [m]. A hand with thickness 0 has no fingers and is simulated as a point."""
+    """Thickness of each finger [m]; 0 for a hand without fingers."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
-    """Distance between both fingers before they close and after they have opened [m]."""
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
-    """Angle of the fingers below the horizontal [rad]."""
+    """Angle below the horizontal [rad]."""
     friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
     """Coulomb coefficient of friction between cloth and fingers [-]."""
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
-    """Largest depth below the table's top to which a hand may be commanded without failing [m].
-
-    The default is the depth for an arm with a stiffness of 3000 N/m, which then presses on the table with 20 N. The
-    source of both numbers is `setDefaultBehavior` in examples/examples_common.cpp of frankaemika/libfranka.
-    """
+    """Maximum depth below the table to which a hand may be commanded without failing [m]. The default is that of an arm
+    with 3000 N/m, which then presses with 20 N (`setDefaultBehavior` in examples/examples_common.cpp of
+    frankaemika/libfranka)."""
 
     @property
     def stated(self) -> bool:
@@ -115,20 +100,11 @@ class Fingers(FingerSize):
 
     @property
     def setback(self) -> float:
-        """Length of the grasped cloth that goes around the tip of the lower finger [m].
-
-        The motion of the hand is shorter by this length.
-        """
+        """Length of the grasped cloth round the tip of the lower finger [m], by which the hand's motion is shorter."""
         return float(self.thickness * (1.0 - np.sin(self.tilt)))
 
     def axes(self, normal: np.ndarray) -> np.ndarray:
-        """Return the axes a, w and u of the fingers as the columns of a right-handed rotation, shape (3, 3).
-
-        Axis a points from the hand to the fingertips, w along the hem, and u from the lower finger to the upper finger.
-
-        Args:
-            normal: Horizontal unit vector from the cloth that moves to the cloth that stays, shape (2,).
-        """
+        """Return a, w and u as the columns of a rotation, shape (3, 3), from `FoldLine.normal`, shape (2,)."""
         cos, sin = np.cos(self.tilt), np.sin(self.tilt)
         axis = np.array([*(cos * normal), -sin])
         opening = np.array([*(sin * normal), cos])

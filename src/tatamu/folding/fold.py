@@ -30,30 +30,20 @@ class Fold:
     line: np.ndarray
     """Two points of the fold line [m], shape (2, 2)."""
     crease: FoldLine
-    """The fold line, with the side of it that moves."""
     stacks: Stack
-    """Heights of the cloth before the fold, and heights of the stack of layers that the fold makes."""
     target: np.ndarray
     """The target shape S_t: position of each vertex after a perfect fold [m], shape (n, 3)."""
     left: np.ndarray
-    """The M vertices that the left hand may grasp (grasp candidates), from the garment's corner inwards, shape (M,)."""
+    """The M vertices that the left hand may grasp, from the garment's corner inwards, shape (M,)."""
     right: np.ndarray
-    """The M vertices that the right hand may grasp, from the garment's corner inwards, shape (M,).
-
-    They are not used if only one hand folds.
-    """
+    """The same for the right hand, shape (M,). They are not used if one hand folds."""
     hands: int = 2
     area_ratio: float | None = None
-    """Area after the fold divided by the area before, for cloth without thickness; None to use the ratio of the target
-    shape."""
     fingers: Fingers = field(default_factory=Fingers)
-    """Fingers of the hands."""
     aim: Aim = field(default_factory=Aim)
-    """Room that the hands leave for errors."""
     softening: float = 1.0
     """Divisor of the stretch stiffness in scenes, because large triangles lock (`tatamu.folding.mesh`)."""
     press: Press | None = None
-    """The press that flattens the fold after the hands have left; None if the fold is not pressed."""
 
     def __repr__(self) -> str:
         hands = "one hand" if self.hands == 1 else "two hands"
@@ -61,21 +51,16 @@ class Fold:
 
     @property
     def normal(self) -> np.ndarray:
-        """Horizontal unit vector across the fold line, from the side that moves to the side that stays, shape (2,)."""
         return self.crease.normal
 
     @property
     def candidates(self) -> int:
-        """Number M of vertices from which each hand can choose its grasp."""
+        """How many grasps M each hand can choose from."""
         return len(self.left)
 
     @cached_property
     def span(self) -> float:
-        """Horizontal distance that a hand moves from grasp to release [m].
-
-        The distance is computed for the grasp candidate of each hand that is nearest to the fold line. The result is
-        the mean over the hands.
-        """
+        """Horizontal distance from the grasp nearest to the fold line to its release [m], mean over the hands."""
         nearest = [min(self.span_of(int(vertex)) for vertex in hand) for hand in (self.left, self.right)]
         return sum(nearest[: self.hands]) / self.hands
 
@@ -90,25 +75,18 @@ class Fold:
 
     @cached_property
     def _ends(self) -> tuple[float, float]:
-        """The outermost grasp candidates along the fold line [m]."""
         _, along = self.crease.split(self.start[np.concatenate([self.left, self.right])])
         return float(along.min()), float(along.max())
 
     def span_of(self, vertex: int) -> float:
-        """Return the horizontal distance from a grasp to its release [m].
-
-        The release is the mirror image of the grasp over the fold line.
-        """
+        """Return the horizontal distance from a grasp to its release, its mirror image over the fold line [m]."""
         return float(-2.0 * self.crease.split(self.place(vertex)[None])[0][0])
 
     def translation(self, vertex: int) -> np.ndarray:
-        """Return the vector from a grasp P0 to its release P3 [m], shape (3,).
+        """Return the vector from a grasp P0 to its release P3 [m], shape (3,), without the fingers' `lift`.
 
-        P3 is the mirror image of P0 over the fold line. At the height of P3, the lowest layer in the hand touches the
-        cloth that stays. With fingers, P3 is nearer to P0 and higher, because the layers in the hand go round the tip
-        of the lower finger.
-
-        The vector does not contain the fingers' `lift`, because the lift raises P0 and P3 equally.
+        P3 is the mirror image of P0 over the fold line, as high as the lowest layer in the hand touches the cloth that
+        stays. With fingers it is nearer to P0 and higher, because the layers go round the tip of the lower finger.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
         rise = self.stacks.under[vertex] - lowest
@@ -117,34 +95,24 @@ class Fold:
         return np.array([*(self.span_of(vertex) - self.fingers.setback) * self.normal, rise])
 
     def held_thickness(self, vertex: int) -> float:
-        """Return the total thickness of the layers that fingers hold if they pinch the cloth at a vertex [m]."""
+        """Return the thickness of the layers that fingers hold at a vertex [m]."""
         return float(np.ptp(self.start[self.patch(vertex), 2]) + self.garment.material.thickness)
 
     @cached_property
     def releases(self) -> tuple[np.ndarray, ...]:
-        """Distance and height of the release from the grasp [m], for each of the M grasp candidates of each hand.
-
-        Each hand has an array of shape (M, 2). The first column contains the horizontal distance from grasp to release.
-        The second column contains the height of the release above the grasp.
-        """
+        """Horizontal distance and height of the release from each of the M grasps [m], shape (M, 2) for each hand."""
         hands = (self.left, self.right)[: self.hands]
         return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)
 
     def patch(self, vertex: int) -> list[int]:
-        """Return the vertices that fingers hold if they pinch the cloth at a vertex.
-
-        These are the outermost vertices of every layer under the pads of the fingers.
-        """
+        """Return the vertices that fingers hold at a vertex: the outermost ones of every layer under their pads."""
         if vertex not in self._patches:
             self._patches[vertex] = self._patch(vertex)
         return list(self._patches[vertex])
 
     @cached_property
     def _patches(self) -> dict[int, list[int]]:
-        """Vertices that fingers hold, for each grasped vertex that was used so far.
-
-        They are stored, because all trials use the same few grasps.
-        """
+        """Held vertices of each vertex that was grasped so far. All trials use the same few grasps."""
         return {}
 
     def _patch(self, vertex: int) -> list[int]:
@@ -171,17 +139,14 @@ class Fold:
 
     @property
     def crease_ends(self) -> tuple[float, float]:
-        """Coordinates of both ends of the crease, along the fold line, the smaller coordinate first [m]."""
+        """Coordinates of both ends of the crease along the fold line, the smaller one first [m]."""
         across, along = self.crease.split(self.start)
         near = along[np.abs(across) <= self.garment.spacing]
         return float(near.min()), float(near.max())
 
     @property
     def folded_thickness(self) -> float:
-        """Thickness of all layers at the fold line after the fold [m].
-
-        The loops at earlier folds count as pressed flat.
-        """
+        """Thickness of all layers at the fold line after the fold, with earlier loops pressed flat [m]."""
         near = np.abs(self.crease.split(self.start)[0]) <= self.garment.spacing
         return 2.0 * float(self.stacks.middle[near].max() + 0.5 * self.garment.material.thickness)
 
@@ -193,14 +158,7 @@ class Fold:
 def fold_of(
     garment: Garment, plan: Plan, step: Step, state: np.ndarray | None = None, hands: int | None = None
 ) -> Fold:
-    """Return the fold that a step of a fold plan makes.
-
-    Args:
-        garment: The garment to fold.
-        plan: The plan that the step belongs to.
-        step: The step to fold.
-        state: Positions of the cloth before the fold [m], shape (n, 3); None if the garment lies flat.
-        hands: Number of hands that fold; None for the number in the plan.
+    """Return the fold that a step of a plan makes, from the cloth at `state` [m], shape (n, 3), or from flat cloth.
 
     Raises:
         InputError: If the garment cannot be folded by this step.
@@ -224,7 +182,6 @@ def fold_of(
 
 
 def _check_room(garment: Garment, reach: float) -> None:
-    """Raise an error if the moving side of the cloth is narrower than the crease."""
     width = crease_of(garment, garment.material.thickness).arc[-1]
     if width > reach:
         raise InputError(
@@ -234,23 +191,13 @@ def _check_room(garment: Garment, reach: float) -> None:
 
 
 def make_fold(name: str, garment: Garment) -> Fold:
-    """Return the first fold of a fold plan on the flat garment. The plan is given by its name.
-
-    Raises:
-        InputError: If there is no such plan, or the plan cannot fold the garment.
-    """
+    """Return the first fold of a named plan on the flat garment."""
     plan = make_plan(name, garment)
     return fold_of(garment, plan, plan.steps[0])
 
 
 def ideal_folds(garment: Garment, plan: Plan, hands: int | None = None) -> list[Fold]:
-    """Return all folds of a fold plan on a garment that starts flat.
-
-    Each fold starts from the ideal result of the previous fold.
-
-    Raises:
-        InputError: If the garment cannot be folded by this plan.
-    """
+    """Return all folds of a plan, each from the ideal result of the one before. Errors name the step."""
     folds: list[Fold] = []
     for number, step in enumerate(plan.steps, start=1):
         try:

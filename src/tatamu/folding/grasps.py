@@ -1,7 +1,4 @@
-"""Grasp candidates: the vertices that a hand may grasp.
-
-They lie on the edge of the garment, on the side that the fold moves, and are ordered from the garment's corner inwards.
-"""
+"""Grasp candidates: the vertices on the moving edge that a hand may grasp, from the garment's corner inwards."""
 
 from __future__ import annotations
 
@@ -13,23 +10,15 @@ from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
 HAND_CLEARANCE = 0.06
-"""Least distance between the grasps of the two hands [m]. At this distance, the hands do not cross or touch."""
+"""Minimum distance between the grasps of the two hands [m], at which hands neither cross nor touch."""
 NEAREST = 0.5
-"""Least distance between a grasp and the fold line.
-
-The unit is the largest distance between the grasped edge and the fold line.
-"""
+"""Minimum distance between a grasp and the fold line, as a fraction of the grasped edge's maximum distance."""
 SAME_PLACE = 0.4
-"""Largest horizontal distance of two vertices that count as one above the other, in edge lengths of the mesh.
-
-If vertices lie above each other, fingers hold all of them.
-"""
+"""Maximum horizontal distance of vertices that lie one above the other, in edge lengths of the mesh."""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
-    """Return the vertices that the left hand and the right hand may grasp: M for each hand, shape (M,).
-
-    The two arrays are equal if one hand folds.
+    """Return the M vertices that the left and the right hand may grasp, shape (M,) each; equal ones for one hand.
 
     Raises:
         InputError: If the named edge is not on the moving side, or the hands do not fit on it.
@@ -56,20 +45,13 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
 
 
 def distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
-    """Return the mean distance between each edge of the garment and the fold line [m], by the name of the edge.
-
-    The edges are those on the side that the fold moves. Only the part of an edge that hands can grasp counts.
-    """
+    """Return the mean distance from the fold line of the part of each edge that hands can grasp [m], by its name."""
     parts = {name: _moving(garment, state, line, name) for name in garment.edges}
     return {name: float(-line.split(state[part])[0].mean()) for name, part in parts.items() if len(part)}
 
 
 def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
-    """Return the name of the edge on the moving side whose mean distance from the fold line is largest.
-
-    Raises:
-        InputError: If no edge lies on the moving side.
-    """
+    """Return the name of the edge on the moving side whose mean distance from the fold line is largest."""
     far = distances(garment, state, line)
     if not far:
         raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
@@ -77,10 +59,6 @@ def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
 
 
 def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
-    """Return the vertices of a named edge of the garment on the moving side of the fold.
-
-    Vertices below another vertex of the edge are omitted.
-    """
     if name == AUTO:
         return _moving(garment, state, line, farthest_edge(garment, state, line))
     if name not in garment.edges:
@@ -101,7 +79,7 @@ def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> n
 
 
 def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndarray:
-    """Return the vertices in their given order, without vertices that lie below another of these vertices."""
+    """Return the vertices, in their order, without those that lie below another one."""
     kept: list[int] = []
     for vertex in vertices[np.argsort(-state[vertices, 2], kind="stable")]:
         if not (np.linalg.norm(state[kept, :2] - state[vertex, :2], axis=1) < apart).any():
@@ -110,19 +88,13 @@ def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndar
 
 
 def _ordered(state: np.ndarray, line: FoldLine, edge: np.ndarray, side: float) -> np.ndarray:
-    """Return the vertices of a garment's edge, from the corner inwards.
-
-    The corner is the vertex that is farthest from the fold line and farthest to the side of the hand, left or right.
-    """
+    """Return the vertices of an edge from the corner inwards, on the side of the left (1) or the right hand (-1)."""
     across, along = line.split(state[edge])
     return edge[np.argsort(across - side * along, kind="stable")]
 
 
 def _apart(left: np.ndarray, right: np.ndarray, clearance: float) -> int:
-    """Return the largest number of grasp candidates per hand with which both hands always keep a least distance.
-
-    The least distance is `clearance` [m].
-    """
+    """Return how many candidates per hand keep the hands apart by `clearance` [m] in every pair."""
     count = min(len(left), len(right))
     distance = np.linalg.norm(left[:count, None, :2] - right[None, :count, :2], axis=2)
     while count and distance[:count, :count].min() < clearance - 1e-9:

@@ -1,9 +1,8 @@
-"""A hand as rigid bodies. Its two fingers close on the hem of the cloth, carry the hem, open and leave.
+"""A hand as rigid bodies: two fingers close on the hem of the cloth, carry it, open and leave.
 
-The hand comes from outside the cloth along the axis of its fingers, and closes. Its orientation stays the same during
-the fold. At the release, the hem has therefore turned over around the lower finger. This finger then lies between the
-hem and the layers below. The upper finger opens while the lower finger stays. Then the hand draws back along its own
-axis.
+The hand comes from outside the cloth along the axis of its fingers, and keeps its orientation. At the release, the hem
+has therefore turned over round the lower finger, which lies between the hem and the layers below. The upper finger
+opens, then the hand draws back along its axis.
 """
 
 from __future__ import annotations
@@ -20,15 +19,15 @@ from tatamu.folding.manipulation import Hand
 from tatamu.simulation.body import Body
 
 AWAY = 0.05
-"""Distance between the hem and a hand, before the hand comes to grasp and after it has drawn back [m]."""
+"""Distance between the hem and a hand before it comes and after it has drawn back [m]."""
 OPENING, LEAVING = 0.1, 0.3
-"""Time in which the fingers of a hand open, and time in which the hand then draws back [s]."""
+"""Time in which fingers open, and time in which the hand then draws back [s]."""
 FRAME = 1.0 / 60.0
-"""Approximate time between neighbouring knots, the times at which a motion is described [s]."""
+"""Approximate time between neighbouring knots of a motion [s]."""
 
 
 def leaves(fingers: Fingers) -> float:
-    """Return the time that a hand with these fingers takes to open and to draw back [s]."""
+    """Return the time that a hand takes to open and to draw back [s]."""
     return OPENING + LEAVING if fingers.stated else 0.0
 
 
@@ -37,9 +36,9 @@ class HandPath:
     """Path of the point at the fingertips of a hand."""
 
     times: np.ndarray
-    """Times of the k knots, at which the path is described [s], shape (k,). The first time is 0."""
+    """Times of the k knots from 0 on [s], shape (k,)."""
     points: np.ndarray
-    """Position of the fingertips' point at each knot [m], shape (k, 3)."""
+    """Position at each knot [m], shape (k, 3)."""
     closed: float
     """Time at which the fingers have closed [s]."""
     opens: float
@@ -47,15 +46,7 @@ class HandPath:
 
 
 def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float, path: HandPath) -> list[Body]:
-    """Return both fingers of a hand as rigid bodies, the lower finger before the upper finger.
-
-    Args:
-        hand: Name of the hand, left or right.
-        fingers: Shape of the fingers.
-        normal: Horizontal unit vector from the cloth that moves to the cloth that stays, shape (2,).
-        held: Thickness of the cloth between the fingers [m].
-        path: The path of the hand.
-    """
+    """Return both fingers of a hand as rigid bodies, the lower one first, round cloth of the thickness `held` [m]."""
     times = _knots(path)
     points = np.column_stack([np.interp(times, path.times, column) for column in path.points.T])
     coming = 1.0 - _passed(times, 0.0, path.closed)
@@ -83,10 +74,6 @@ def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float,
 
 
 def _knots(path: HandPath) -> np.ndarray:
-    """Return the times at which the motion of the fingers is described [s].
-
-    The result contains the times of the hand's path, and additional times while the hand closes, opens and draws back.
-    """
     ends = (path.opens, path.opens + OPENING, path.opens + OPENING + LEAVING)
     coming = np.linspace(0.0, path.closed, max(2, round(path.closed / FRAME) + 1))
     going = [np.linspace(a, b, round((b - a) / FRAME) + 1) for a, b in pairwise(ends)]

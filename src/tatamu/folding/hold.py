@@ -14,26 +14,16 @@ from tatamu.folding.plan import Step
 from tatamu.garments import Garment
 
 TWO_HANDS = 0.15
-"""Least length of a garment's edge that both hands grasp, measured along the fold line [m].
-
-A shorter edge, such as a cuff, is grasped by one hand.
-"""
+"""Minimum length of an edge that both hands grasp, along the fold line [m]. One hand grasps a cuff."""
 MOST_EDGES = 8
-"""Largest number of garment edges that are tried as places to grasp, alone and in pairs.
-
-These are the edges farthest from the fold line.
-"""
+"""How many edges, farthest from the fold line first, are tried as grasps, alone and in pairs."""
 
 
 def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
-    """Return the names of the one or two garment edges that hands should grasp, and the number of hands.
+    """Return the one or two edges that hands should grasp, and the number of hands.
 
-    The edge farthest from the fold line is chosen if hands on this edge carry all moving cloth. Otherwise another edge,
-    or a pair of edges, is chosen with which two hands carry all moving cloth. In a pair, each hand grasps one edge. If
-    no such choice exists, the edge farthest from the fold line is kept.
-
-    Raises:
-        InputError: If no edge lies on the moving side.
+    The edge farthest from the fold line is chosen if hands on it carry all moving cloth, or if no grasp does. Otherwise
+    another edge is chosen, or a pair of which each hand grasps one.
     """
     plain = (farthest_edge(garment, state, line),)
     hands = 2 if _extent(garment, state, line, plain[0]) >= TWO_HANDS else 1
@@ -47,10 +37,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 
 
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
-    """Return a grasp that carries all cloth that moves: one edge for both hands, or one edge for each hand.
-
-    The result is None if no grasp carries all moving cloth.
-    """
+    """Return a grasp that carries all moving cloth: an edge for both hands, or one for each; None if there is none."""
     far = distances(garment, state, line)
     names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
     middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}
@@ -67,16 +54,11 @@ def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[st
 def covered(
     garment: Garment, state: np.ndarray, line: FoldLine, grasp: tuple[str, ...], hands: int
 ) -> tuple[Part, ...]:
-    """Return the parts of the moving cloth that stay behind if hands grasp these edges.
-
-    Raises:
-        InputError: If the hands cannot grasp these edges.
-    """
+    """Return the parts of the moving cloth that stay behind if hands grasp these edges."""
     step = Step.model_validate({"line": ((0.0, 0.0), (0.0, 1.0)), "moves": "-x", "grasp": grasp})
     return uncarried(garment, state, line, candidates(garment, state, line, step, hands)[:hands])
 
 
 def _extent(garment: Garment, state: np.ndarray, line: FoldLine, edge: str) -> float:
-    """Return the length of the part of a garment's edge that hands may grasp, measured along the fold line [m]."""
     across, along = line.split(state[np.unique(garment.edges[edge])])
     return float(np.ptp(along[-across >= NEAREST * float((-across).max())]))

@@ -1,14 +1,12 @@
 """The ideal fold of a cloth: one side is mirrored over the fold line, on top of the side that stays.
 
-A fold lays one stack of cloth on another. Both stacks are treated as one stack of mean height H that is bent round the
-fold line. The mid-surface of this stack has the shape of minimum energy for a strip of thickness H (see
-`tatamu.simulation.heavy_strip.crease`). A layer that is at height z before the fold is parallel to this mid-surface.
-Its distance from the mid-surface is d = z - H/2. The layer is inside the loop if d > 0. Far from the line, the stack is
-thus turned over: z becomes 2H - z. Near the line, lengths change by the factor 1 - d * curvature.
+A fold lays one stack of cloth on another. Both are treated as one stack of mean height H that is bent round the fold
+line, whose mid-surface has the shape of minimum energy for a strip of thickness H (`simulation.heavy_strip.crease`). A
+layer at height z before the fold is parallel to this mid-surface at the distance d = z - H/2, inside the loop if d > 0.
+Far from the line, the stack is thus turned over: z becomes 2H - z. Near it, lengths change by 1 - d * curvature.
 
-There are two simplifications. First, the loops at earlier folds inside the stack are pressed: the part of their height
-above the height that all layers would have if they lay flat is multiplied by `KEPT`. Second, the slope of H along the
-table is at most `SLOPE`, because cloth does not hang straight down from an edge.
+There are two simplifications. The loops at earlier folds are pressed: their height above the stack of flat layers is
+multiplied by `KEPT`. The slope of H is at most `SLOPE`, because cloth does not hang straight down from an edge.
 """
 
 from __future__ import annotations
@@ -23,22 +21,13 @@ from tatamu.simulation.heavy_strip.crease import Crease, crease
 from tatamu.simulation.mesh.topology import areas
 
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
-"""Heights of stacks of layers for which the shape of the crease is computed, in thicknesses of the cloth.
-
-For other heights, the shape is interpolated.
-"""
+"""Heights of stacks for which the shape of the crease is computed, in thicknesses; it is interpolated between."""
 KEPT = 0.5
-"""Fraction of its height that the loop of cloth at an earlier fold keeps when it is pressed.
-
-The height is measured from the top of the stack that the layers would form if they lay flat.
-"""
+"""Fraction of its height above flat layers that the loop at an earlier fold keeps when it is pressed."""
 FADE = 3.5
-"""Distance along the fold line, beyond the end of a crease, in which the height of the crease's loop falls to zero.
-
-The unit is the bending length of the cloth.
-"""
+"""Distance beyond the end of a crease in which the height of its loop falls to zero, in bending lengths."""
 SLOPE = 0.3
-"""Steepest rise of cloth that lies on other cloth [-]. Cloth with this slope is 4 % longer than flat cloth."""
+"""Maximum slope of cloth that lies on other cloth [-]. Such cloth is 4 % longer than flat cloth."""
 
 
 @dataclass(frozen=True)
@@ -52,14 +41,11 @@ class FoldLine:
 
     @property
     def along(self) -> np.ndarray:
-        """Unit vector along the fold line, to the left of `normal`. The left hand is on this side."""
+        """Unit vector along the fold line, to the left of `normal`, where the left hand is."""
         return np.array([-self.normal[1], self.normal[0]])
 
     def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the distances of n points from the fold line, and their coordinates along it [m], each of shape (n,).
-
-        The distance is negative on the moving side.
-        """
+        """Return distances from the line, negative on the moving side, and coordinates along it [m], shapes (n,)."""
         offset = points[:, :2] - self.origin
         return offset @ self.normal, offset @ self.along
 
@@ -69,42 +55,27 @@ class FoldLine:
         return self.join(-across, along)
 
     def join(self, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return n points, shape (n, 2), from their distances from the fold line and their coordinates along it."""
+        """Return the points, shape (n, 2), with these distances and coordinates: the inverse of `split`."""
         return self.origin + across[:, None] * self.normal + along[:, None] * self.along
 
 
 @dataclass(frozen=True)
 class Stack:
-    """Heights of a cloth before a fold, and heights of the stack of layers that the fold makes.
-
-    The loops at earlier folds count as pressed.
-    """
+    """Heights of a cloth before a fold, with earlier loops pressed, and of the stack that the fold makes."""
 
     middle: np.ndarray
-    """Height of the cloth's mid-surface at each vertex before the fold [m], shape (n,)."""
+    """Height of the mid-surface at each vertex before the fold [m], shape (n,)."""
     under: np.ndarray
-    """Height of the cloth's upper surface at the mirror image of each vertex over the fold line [m], shape (n,).
-
-    It is 0 on the bare table.
-    """
+    """Height of the upper surface at each vertex's mirror image [m], shape (n,); 0 on the bare table."""
     mean: np.ndarray
-    """H: half of the total height of the stack that a vertex belongs to after the fold [m], shape (n,).
-
-    H is the mean of the heights of the two stacks that are laid on each other.
-    """
+    """H: half the height of the stack that a vertex belongs to after the fold [m], shape (n,)."""
     creased: np.ndarray
-    """How much the crease bends the cloth at each vertex, from 0 to 1, shape (n,).
-
-    The value is 1 if cloth crosses the fold line next to the vertex. It is 0 far from such cloth, for example between
-    trouser legs.
-    """
+    """How much the crease bends the cloth, shape (n,): 1 where cloth crosses the fold line beside the vertex, 0 far
+    from such cloth, as between trouser legs."""
 
 
 def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
-    """Return the heights of a garment before a fold, and of the stack of layers that the fold makes.
-
-    Before the fold, the garment has the positions `state` [m], shape (n, 3).
-    """
+    """Return the heights of a garment at positions `state` [m], shape (n, 3), and of the stack that a fold makes."""
     thickness = garment.material.thickness
     reach = 0.5 * garment.spacing
     area = float(areas(garment.unstrained, garment.faces).sum())
@@ -113,7 +84,7 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
     surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
 
     def together(points: np.ndarray) -> np.ndarray:
-        """Return the height of the moving side plus the height at its mirror image [m]; 0 outside the moving side."""
+        """Return the heights of both sides at points of the moving side, added [m]; 0 elsewhere."""
         own = surface.height(points)
         across = line.split(points)[0]
         return np.where((own > 0) & (across < PIXEL), own + surface.height(line.mirrored(points)), 0.0)
@@ -126,11 +97,7 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
 
 
 def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -> np.ndarray:
-    """Return how much the crease bends the cloth at each vertex, from 0 to 1, shape (n,).
-
-    The result depends on the coordinate of a vertex along the fold line. It is 1 at coordinates where cloth crosses the
-    fold line. Next to these coordinates, it falls to 0 over the distance `fade` [m].
-    """
+    """Return `Stack.creased`, which depends on the coordinate along the fold line and falls to 0 over `fade` [m]."""
     along = line.split(state)[1]
     places = np.arange(along.min(), along.max() + PIXEL, PIXEL)
     crossing = places[surface.height(line.join(np.zeros(len(places)), places)) > 0]
@@ -142,20 +109,12 @@ def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -
 
 
 def pressed(z: np.ndarray, flat: float) -> np.ndarray:
-    """Return the heights of pressed cloth [m].
-
-    The part of each height in `z` above the height `flat` of a flat stack [m] is multiplied by `KEPT`.
-
-    The order of heights does not change, so no layers meet.
-    """
+    """Return heights [m] whose part above `flat` [m] is multiplied by `KEPT`. Their order does not change."""
     return np.where(z <= flat, z, flat + KEPT * (z - flat))
 
 
 def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stack) -> np.ndarray:
-    """Return the target shape of a fold [m], shape (n, 3).
-
-    Before the fold, the garment has the positions `state` [m], shape (n, 3).
-    """
+    """Return the target shape of a fold [m], shape (n, 3), from the positions `state` before it [m], shape (n, 3)."""
     across, along = line.split(state)
     x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
     flat_z = np.where(across < 0, 2.0 * stacks.mean - stacks.middle, stacks.middle)
@@ -168,20 +127,12 @@ def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stac
 
 
 def crease_of(garment: Garment, height: float) -> Crease:
-    """Return the shape of the crease that forms when a stack of layers is folded.
-
-    The stack is `height` [m] high.
-    """
+    """Return the shape of the crease of a stack of a height [m]."""
     return crease(garment.material.bending_length, height)
 
 
 def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and z of n points in stacks of layers that are bent at the fold line [m], each of shape (n,).
-
-    Each point has a stack of `height` [m].
-
-    The points are given by their arc lengths u along the stack, and their distances d from its mid-surface.
-    """
+    """Return x and z [m], shapes (n,), of points at arc lengths u and distances d from bent stacks' mid-surfaces."""
     grid = np.array(STACKS) * garment.material.thickness
     held = np.clip(height, grid[0], grid[-1])
     lower = np.clip(np.searchsorted(grid, held, side="right") - 1, 0, len(grid) - 2)

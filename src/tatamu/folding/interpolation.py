@@ -1,4 +1,4 @@
-"""Interpolation of a garment's state (the positions of its vertices) to the vertices of another mesh of it."""
+"""Interpolation of a garment's state to the vertices of another mesh of it."""
 
 from __future__ import annotations
 
@@ -8,19 +8,11 @@ from scipy.spatial import cKDTree
 from tatamu.garments import Garment
 
 CANDIDATES = 12
-"""Number of triangles that are tried in the search for the triangle around a point, the nearest triangle first."""
+"""How many nearby triangles are tried in the search for the one round a point."""
 
 
 def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndarray:
-    """Return the positions of a garment, given on one mesh, at the m vertices of another mesh of it [m], shape (m, 3).
-
-    The position of every vertex is looked up on the flat garment, in the layer of this vertex.
-
-    Args:
-        garment: The garment on the first mesh.
-        state: Positions of the vertices of the first mesh [m], shape (n, 3).
-        other: The garment on the other mesh.
-    """
+    """Return the positions of a garment at the vertices of another mesh [m], shape (m, 3), each found in its layer."""
     found = np.empty((len(other.vertices), 3))
     for up in (False, True):
         faces = garment.faces[_face_up(garment) == up]
@@ -31,13 +23,7 @@ def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndar
 
 
 def _in_triangles(flat: np.ndarray, faces: np.ndarray, points: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return values that are given at the vertices of a mesh, interpolated to p points, shape (p, 3).
-
-    The points have the shape (p, 2).
-
-    The n flat vertices of the mesh have the shape (n, 2), and their values (n, 3). A point outside the mesh has the
-    values of a nearby triangle.
-    """
+    """Return values of flat vertices at p points, shape (p, 3); outside the mesh, those of a nearby triangle."""
     corners = flat[faces]
     count = min(CANDIDATES, len(faces))
     _, near = cKDTree(corners.mean(axis=1)).query(points, count)

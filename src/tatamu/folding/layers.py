@@ -13,35 +13,25 @@ from tatamu.simulation.mesh.zbuffer import z_buffer
 PIXEL = 0.001
 """Width of a pixel in the map of heights [m]."""
 SLACK = 1e-9
-"""Tolerance that decides whether a pixel at the border of a triangle lies in it, in barycentric coordinates.
-
-It prevents gaps between triangles.
+"""Tolerance, in barycentric coordinates, with which pixels at a triangle's border belong to it, so there are no gaps.
 """
 NANOMETRES = 9
-"""Number of decimals to which heights in metres are rounded, so that a flat layer has exactly equal heights."""
+"""Number of decimals of heights in metres, so that a flat layer has exactly equal heights."""
 
 
 class Surface:
     """A map of the heights of a surface over the table."""
 
     def __init__(self, low: np.ndarray, heights: np.ndarray) -> None:
-        """Make a map from heights [m], shape (columns, rows).
-
-        `low` is the corner of its first pixel [m], shape (2,).
-        """
+        """Make a map from heights [m], shape (columns, rows), with the first pixel's corner [m], shape (2,)."""
         self._low = low
         self._heights = heights
 
     @classmethod
     def of(cls, points: np.ndarray, faces: np.ndarray, thickness: float, reach: float) -> Surface:
-        """Return the upper surface of a cloth.
+        """Return the upper surface of a cloth, half a thickness above its mid-surface `points` [m], shape (n, 3).
 
-        Args:
-            points: Positions of the mid-surface [m], shape (n, 3).
-            faces: Triangles, shape (m, 3).
-            thickness: Thickness of the cloth [m]. Its upper surface lies half of this thickness above the mid-surface.
-            reach: Largest distance from the cloth at which a point beside the cloth still counts as a point on the
-                cloth [m].
+        A point beside the cloth counts as on it up to the distance `reach` [m].
         """
         low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
         size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
@@ -57,10 +47,7 @@ class Surface:
         return float((self._heights > 0.0).sum()) * PIXEL**2
 
     def height(self, points: np.ndarray) -> np.ndarray:
-        """Return the heights of the surface at k points, which have the shape (k, 2) [m].
-
-        The result has the shape (k,). It is 0 on the bare table.
-        """
+        """Return the heights at k points, shape (k, 2), as shape (k,) [m]; 0 on the bare table."""
         column, row = np.floor((points - self._low) / PIXEL).astype(int).T
         inside = (column >= 0) & (row >= 0) & (column < self._heights.shape[0]) & (row < self._heights.shape[1])
         heights = np.zeros(len(points))
@@ -68,10 +55,9 @@ class Surface:
         return heights
 
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
-        """Return a surface whose heights come from a function.
+        """Return a surface with the heights of a function, raised where it would be steeper than `slope`.
 
-        Pixels are raised where the surface would be steeper than `slope`. `height` is a function from the centres of k
-        pixels, shape (k, 2), to their heights [m], shape (k,).
+        The function takes the centres of k pixels, shape (k, 2), and returns their heights [m], shape (k,).
         """
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)
@@ -80,10 +66,7 @@ class Surface:
 
 @njit(cache=True)
 def _gentle(heights, fall):  # type: ignore[no-untyped-def]
-    """Raise pixels of a map of heights until none is lower than a neighbour by more than `fall`.
-
-    Two sweeps over the map suffice, as in a distance transform.
-    """
+    """Raise pixels until none is lower than a neighbour by more than `fall`; two sweeps suffice, as for distances."""
     columns, rows = heights.shape
     for sweep in range(2):
         for a in range(columns):

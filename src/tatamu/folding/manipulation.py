@@ -1,4 +1,4 @@
-"""A manipulation: the grasps of the hands, the paths of the hands, and the times at which they move and let go."""
+"""A manipulation: the grasps and the paths of the hands, and the times at which they move and let go."""
 
 from __future__ import annotations
 
@@ -22,25 +22,16 @@ from tatamu.simulation.scene import Index, Points
 TOP_SPEED = 0.6
 """Top speed of a hand [m/s]. At twice this speed, the results of folds change (De Gusseme and wyffels 2022)."""
 WAIT, HOLD, SETTLE = 0.1, 0.4, 0.7
-"""Three times [s]: WAIT is the time until the hands move. HOLD is the time from the arrival of the hands until they
-open.
-
-SETTLE is the time from the opening of the hands until the fold is scored.
-"""
+"""Times until the hands move, from their arrival until they open, and from then until the fold is scored [s]."""
 FRAME_RATE = 60.0
-"""Number of frames per second in the motion of the hands and in the recorded motion of the cloth [1/s]."""
+"""Frames per second of the hands' and of the cloth's recorded motion [1/s]."""
 
 Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")
-"""Names of the hands, in the order of `Manipulation`."""
 OFF_PATH = 2e-3
-"""Largest distance between a via-point and the motion of its hand [m].
-
-Via-points are points of a hand's path that a robot follows. A file with a via-point at a larger distance is refused.
-"""
+"""Maximum distance between a via-point of a file and the motion of its hand [m]."""
 VIA_EVERY = 10
-"""Number of frames between neighbouring via-points (paper, section VI-C). Via-points are points of a hand's path that a
-robot follows."""
+"""Number of frames between via-points, which a robot follows (paper, section VI-C)."""
 
 
 class Timing(OpenRecord):
@@ -71,7 +62,6 @@ class GraspPoint(OpenRecord):
     position: Annotated[list[float], Field(min_length=3, max_length=3)]
     """Position of the grasped vertex [m], shape (3,)."""
     patch: list[Index] = Field(default_factory=list)
-    """Indices of the vertices that the hand holds."""
 
 
 class ArmPath(OpenRecord):
@@ -80,12 +70,9 @@ class ArmPath(OpenRecord):
     name: Literal["left", "right"]
     grasp: GraspPoint
     control_points: Points
-    """Control points of the hand's Bezier curve in the scene, from the grasp P0 to the release P3 [m], shape (4, 3)."""
+    """P0 to P3 of the hand's curve in the scene, from grasp to release [m], shape (4, 3)."""
     from_grasp: Points | None = None
-    """Control points P0 to P3 of the curve relative to the grasp [m], shape (4, 3); None in files of other programs.
-
-    The height `lift` of the file is not included.
-    """
+    """P0 to P3 relative to the grasp, without the file's `lift` [m], shape (4, 3); None in files of other programs."""
 
     @field_validator("control_points", "from_grasp")
     @classmethod
@@ -96,12 +83,11 @@ class ArmPath(OpenRecord):
 
     @property
     def curve(self) -> Bezier:
-        """The path of the hand in the scene, as a Bezier curve."""
         return Bezier(self.control_points)
 
 
 class ViaPoints(OpenRecord):
-    """Points on the paths of the hands that a robot follows. There is one point in every `every_frames` frames."""
+    """Points on the paths of the hands that a robot follows, one in every `every_frames` frames."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"right"})
 
@@ -109,9 +95,7 @@ class ViaPoints(OpenRecord):
     times: list[float]
     """Times of the points [s]."""
     left: Points
-    """Points of the left hand [m], one for each of `times`."""
     right: Points | None = None
-    """Points of the right hand [m]; None if one hand folds."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -128,14 +112,12 @@ class ManipulationFile(OpenRecord):
 
     version: Literal[1] = 1
     frame_rate: float = Field(60.0, gt=0)
-    """Number of frames per second of the motion [1/s]."""
     arms: Annotated[list[ArmPath], Field(min_length=1, max_length=2)]
     """Arms, left before right."""
     timing: Timing | None = None
     lift: float | None = None
-    """Height by which the closing fingers lift the grasped cloth [m]; None in files of other programs."""
+    """Height by which the closing fingers lift the cloth [m]; None in files of other programs."""
     settle: float = SETTLE
-    """Time from the opening of the hands until the fold is scored [s]."""
     via_points: ViaPoints | None = None
 
     @model_validator(mode="after")
@@ -147,7 +129,6 @@ class ManipulationFile(OpenRecord):
 
     @property
     def timing_values(self) -> dict[str, float]:
-        """The times in the file, by their names."""
         return self.timing.model_dump(exclude_none=True) if self.timing else {}
 
 
@@ -158,21 +139,16 @@ class Manipulation:
     grasps: tuple[int, ...]
     """Index of the grasped vertex of each hand, left before right."""
     positions: tuple[np.ndarray, ...]
-    """Position of each hand's grasp [m], shape (3,)."""
+    """Position of each grasp [m], shape (3,)."""
     paths: tuple[np.ndarray, ...]
-    """Path of each hand relative to its grasp, as s points [m], shape (s, 3).
-
-    The path starts at (0, 0, 0) and ends at the release.
-    """
+    """Path of each hand from (0, 0, 0) at its grasp to its release [m], shape (s, 3)."""
     control_points: tuple[np.ndarray, ...] | None
-    """Control points P0 to P3 of each hand's curve, relative to its grasp [m], shape (4, 3); None if the paths are not
-    cubic Bezier curves."""
+    """P0 to P3 of each hand's curve, relative to its grasp [m], shape (4, 3); None for paths that are no cubic Beziers.
+    """
     lift: float = 0.0
-    """Height by which the closing fingers lift the grasped cloth [m]."""
+    """Height by which the closing fingers lift the cloth [m]."""
     settle: float = SETTLE
-    """Time from the opening of the hands until the fold is scored [s]."""
     patches: tuple[tuple[int, ...], ...] = ()
-    """Indices of the vertices that each hand holds."""
 
     def __repr__(self) -> str:
         hands = "one hand" if len(self.grasps) == 1 else "two hands"
@@ -181,11 +157,7 @@ class Manipulation:
         )
 
     def describe(self) -> ManipulationFile:
-        """Return the content of `manipulation.json`.
-
-        Raises:
-            ValueError: If the paths are not cubic Bezier curves.
-        """
+        """Return the content of `manipulation.json`. The paths must be cubic Bezier curves."""
         times, displacements = self.motion()
         via = np.unique(np.append(np.arange(0, len(times), VIA_EVERY), len(times) - 1))
         patches = self.patches or ((),) * len(self.grasps)
@@ -237,13 +209,7 @@ class Manipulation:
         return made
 
     def check_via_points(self, via: ViaPoints | None) -> None:
-        """Check that via-points lie on the curves of the hands.
-
-        A robot with other via-points would not follow the curves.
-
-        Raises:
-            InputError: If a via-point is farther than `OFF_PATH` from the motion of its hand.
-        """
+        """Check that via-points lie within `OFF_PATH` of the curves of the hands, because a robot follows them."""
         if via is None:
             return
         times, moved = self.motion()
@@ -257,20 +223,11 @@ class Manipulation:
                 )
 
     def save(self, path: Path | str) -> None:
-        """Write `manipulation.json`.
-
-        Raises:
-            InputError: If the file cannot be written.
-        """
         write_json(Path(path), self.describe().model_dump())
 
     @classmethod
     def load(cls, path: Path | str) -> Manipulation:
-        """Read `manipulation.json` and return the manipulation exactly as it was saved.
-
-        Raises:
-            InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
-        """
+        """Read `manipulation.json`. Errors name the file and the field."""
         file = validated(ManipulationFile, read_json(Path(path)), Path(path))
         try:
             return cls.of(file)
@@ -279,11 +236,7 @@ class Manipulation:
 
     @property
     def curves(self) -> tuple[Bezier, ...]:
-        """Bezier curve of each hand in the scene.
-
-        Raises:
-            ValueError: If the paths are not cubic Bezier curves.
-        """
+        """Bezier curve of each hand in the scene. The paths must be cubic Bezier curves."""
         if self.control_points is None:
             raise ValueError("the paths of this manipulation are polylines")
         placed = zip(self.positions, self.control_points, strict=True)
@@ -300,16 +253,12 @@ class Manipulation:
 
     @property
     def move_seconds(self) -> float:
-        """Time during which the hands move [s].
-
-        The time is a whole number of frames. It depends on the longer of the hands' paths.
-        """
+        """Time during which the hands move [s]: whole frames, by the longer of the paths."""
         longest = max(map(curves.length, self.paths))
         return float(np.ceil(curves.minimum_jerk_duration(longest, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
 
     @property
     def timing(self) -> Timing:
-        """Times at which the hands close, start to move, arrive and open."""
         arrives = WAIT + self.move_seconds
         return Timing(
             closes=0.0,
@@ -321,11 +270,7 @@ class Manipulation:
         )
 
     def motion(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Return the motion of the hands, with one knot (time and positions) per frame.
-
-        Returns:
-            Times of the k knots [s], shape (k,), and for each hand its displacements at the knots [m], shape (k, 3).
-        """
+        """Return the times of k knots [s], shape (k,), one a frame, and each hand's displacements [m], shape (k, 3)."""
         count = round(self.move_seconds * FRAME_RATE)
         fraction = curves.minimum_jerk(np.arange(count + 1) / count)
         times = WAIT + np.arange(count + 1) / FRAME_RATE
@@ -337,11 +282,9 @@ def bezier_manipulation(
 ) -> Manipulation:
     """Return the paper's manipulation of Eq. (9), made from the inner control points P1 and P2 of a Bezier curve.
 
-    P1 and P2 are relative to the grasp P0, with x along the motion of the fold and z up [m].
-
-    The arguments describe a hand whose distance from grasp to release is the fold's span. A hand with a larger distance
-    follows the same curve, enlarged by the ratio of both distances. Both hands then turn the cloth about the fold line
-    together.
+    P1 and P2 are relative to the grasp P0, with x along the motion of the fold and z up [m], for a hand whose release
+    is one span away. The curve of another hand is enlarged by the ratio of the distances, so that both hands turn the
+    cloth about the fold line together.
     """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -356,12 +299,7 @@ def bezier_manipulation(
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the trajectory lengths l_x of Eq. (10) of p manipulations [m], shape (p,), without sampling their paths.
-
-    Args:
-        fold: The fold of all manipulations.
-        parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9). Each is an array of shape (p,).
-    """
+    """Return l_x of Eq. (10) of p manipulations [m], shape (p,), from parameters of this shape, without sampling."""
     x1, z1, x2, z2 = (parameters[name] for name in ("x1", "z1", "x2", "z2"))
     zero = np.zeros_like(x1)
     total = zero
@@ -376,10 +314,7 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
-    """Return a manipulation whose hands follow polylines: straight lines from point to point.
-
-    A polyline consists of s points relative to the hand's grasp [m], shape (s, 3).
-    """
+    """Return a manipulation along polylines of s points relative to each hand's grasp [m], shape (s, 3)."""
     return Manipulation(grasps, _places(fold, grasps), tuple(paths), None, fold.fingers.lift)
 
 

@@ -11,21 +11,12 @@ import numpy as np
 from tatamu.folding.fold import Fold
 
 MARKS = ("left_along", "left_across", "right_along", "right_across", "slip_along", "slip_across")
-"""Names of the deviations of a finished fold from its target [m].
-
-Each deviation is measured in the direction in which the fold moves cloth ("along"), or perpendicular to it ("across",
-positive to the left). The left corner of the moved hem has two deviations, the right corner has two, and the slip of
-the lower hem has two.
-"""
+"""Deviations of both corners of the moved hem, and of the lower hem (slip), from their targets [m]: along the direction
+in which the fold moves cloth, and across it, positive to the left."""
 
 
 def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
-    """Return the deviations of a finished fold from its target [m], by the names of `MARKS`.
-
-    Args:
-        fold: The fold.
-        final: Positions of the cloth after the fold [m], shape (n, 3).
-    """
+    """Return the deviations `MARKS` of a cloth that ends at `final` [m], shape (n, 3), by their names."""
     corners = [int(fold.left[0]), int(fold.right[0])]
     moved = [(final - fold.target)[corner, :2] for corner in corners]
     hem = lower_hem(fold, corners)
@@ -35,7 +26,7 @@ def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
 
 
 def lower_hem(fold: Fold, corners: list[int]) -> list[int]:
-    """For each corner of the moved hem, return the vertex of unmoved cloth that is nearest to the corner's target."""
+    """Return the vertex of unmoved cloth that is nearest to each corner's target."""
     still = np.flatnonzero(fold.still())
     if not len(still):
         across, _ = fold.crease.split(fold.start)

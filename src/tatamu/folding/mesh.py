@@ -1,4 +1,4 @@
-"""The mesh on which folds are learned: coarser than a garment's own, which resolves every crease.
+"""The mesh on which folds are learned: larger triangles than the garment's own, which resolve every crease.
 
 Large triangles lock: where cloth curves in two directions, they must stretch instead of bend, and the cloth seems too
 stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B. On a
@@ -21,7 +21,7 @@ from tatamu.simulation.material import ORTHOTROPIC_MEMBRANE, Material
 ONE_LAYER, TWO_LAYERS, SEVERAL_STEPS = 2.0, 1.7, 1.5
 """Ratio k for a garment of one layer and of two layers, and for plans of several steps, whose loops spring open."""
 MIN_VERTICES = 250
-"""Minimum number of vertices of a coarser mesh. A smaller garment keeps its own."""
+"""Minimum number of vertices. A smaller garment keeps its own mesh."""
 
 
 def learning_mesh(garment: Garment, plan: Plan, hands: int | None) -> tuple[Garment, float]:

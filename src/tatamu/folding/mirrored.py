@@ -1,8 +1,4 @@
-"""Approximation of a folded cloth: one side is mirrored over the fold line and lies flat on top of all other cloth.
-
-This approximation compares proposed plans without a simulation. Simulated folds are scored against the more exact shape
-of `ideal`.
-"""
+"""Rough folds, to compare plans without a simulation (see `ideal`): one side lies flat on top of all other cloth."""
 
 from __future__ import annotations
 
@@ -13,13 +9,7 @@ from tatamu.garments import Garment
 
 
 def laid(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
-    """Return the positions of a cloth after one side is mirrored over the fold line and laid on top [m], shape (n, 3).
-
-    Args:
-        garment: The garment to fold.
-        state: The cloth before the fold [m], shape (n, 3).
-        line: The fold line and its moving side.
-    """
+    """Return the positions of a cloth whose moving side is mirrored and laid on top [m], shape (n, 3)."""
     across, _ = line.split(state)
     moving = across < 0
     after = state.copy()

@@ -1,7 +1,4 @@
-"""A fold plan: a sequence of folds, each with a line, the side that moves, and the edges where hands may grasp.
-
-Users write plans as TOML files. An example is in docs/reference/fold-plan.md.
-"""
+"""A fold plan: a sequence of folds, which users write as TOML (docs/reference/fold-plan.md)."""
 
 from __future__ import annotations
 
@@ -20,9 +17,9 @@ from tatamu.folding.press import Press
 from tatamu.garments import Garment
 
 AUTO = "auto"
-"""Name in a fold plan that stands for the garment's edge farthest from the fold line."""
+"""Name of the edge farthest from the fold line."""
 SIDES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
-"""Direction from the fold line to the side of the cloth that moves, by the name of this side."""
+"""Direction from the fold line to the side of the cloth that moves, by its name."""
 
 Place = tuple[float, float]
 
@@ -35,23 +32,17 @@ class Step(Record):
     """One fold of a plan."""
 
     title: str = ""
-    """What is folded, in a few words."""
     line: tuple[Place, Place]
-    """Two points (x, y) of the fold line, in the plan's unit."""
+    """Two points (x, y), in the plan's unit."""
     moves: Literal["+x", "-x", "+y", "-y"]
-    """Side of the fold line on which the cloth moves."""
     grasp: Annotated[tuple[str, ...], BeforeValidator(_names), Field(min_length=1, max_length=2)] = (AUTO,)
-    """Edge of the garment that both hands grasp, or the edges of the left and of the right hand.
-
-    `auto` stands for the edge farthest from the fold line.
-    """
+    """Edge that both hands grasp, or the edges of the left and of the right hand."""
     hands: Literal[1, 2] = 2
     area_ratio: float | None = Field(None, gt=0.0, le=1.0)
-    """Area after the fold divided by the area before, for cloth without thickness; None to use the ratio of the target
-    shape."""
+    """Area after the fold divided by the area before, for cloth without thickness; None to use the target's."""
 
     press: Press | None = None
-    """The press that flattens the fold after the hands have left; None if the fold is not pressed."""
+    """Pressing after the hands have left; None if the fold is not pressed."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -68,14 +59,11 @@ class Plan(Record):
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[\w -]+$")
     unit: Literal["fraction", "m"] = "fraction"
-    """Unit of the coordinates of the fold lines, which are 0 at the garment's middle.
-
-    The unit is a metre (`m`), or a `fraction` of the garment's length (x) and width (y).
-    """
+    """Unit of the fold lines, whose origin is the garment's middle: metres, or fractions of its length (x) and width
+    (y)."""
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=20, alias="step")]
 
     def to_toml(self) -> str:
-        """Return the plan as the text of a file that `load_plan` can read."""
         steps = [step.model_dump(exclude_defaults=True, mode="json") for step in self.steps]
         return tomli_w.dumps({"plan": {"name": self.name, "unit": self.unit}, "step": steps})
 
@@ -85,15 +73,11 @@ class Plan(Record):
         return np.array(step.line) * scale
 
     def line(self, step: Step, garment: Garment) -> FoldLine:
-        """Return the fold line of a step, in metres on the table."""
         return line_of(self.points(step, garment), step.moves)
 
 
 def line_of(points: np.ndarray, moves: str) -> FoldLine:
-    """Return the fold line through two points [m], shape (2, 2).
-
-    Its moving side is in the direction `moves`.
-    """
+    """Return the fold line through two points [m], shape (2, 2), whose moving side is in the direction `moves`."""
     direction = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
     normal = np.array([direction[1], -direction[0]])
     normal = np.where(normal == 0.0, 0.0, normal)  # no negative zero
@@ -102,11 +86,7 @@ def line_of(points: np.ndarray, moves: str) -> FoldLine:
 
 
 def load_plan(path: Path) -> Plan:
-    """Read a plan from TOML.
-
-    Raises:
-        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
-    """
+    """Read a plan from TOML. Errors name the file and the field."""
     value = read_toml(path)
     head = value.pop("plan", {})
     if not isinstance(head, dict):

@@ -1,7 +1,7 @@
 """The built-in fold plans.
 
 Coordinates are fractions of the garment's length (x, from -0.5 at the hem) and width (y, positive to the left). A
-user's own garment has the plans of its kind. If its kind is not known, it has the plans in `ANY`.
+user's own garment has the plans of its kind, or those in `ANY` if its kind is not known.
 """
 
 from __future__ import annotations
@@ -14,22 +14,15 @@ from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
 from tatamu.garments import Garment
 
 THIRD = 0.18
-"""Distance from a T-shirt's middle to the lines over which its sides are folded.
-
-It is a fraction of the shirt's width, measured over the sleeves.
-
-The distance is not a sixth, because then the end of the sleeve that is folded first would lie exactly on the second
-fold line.
-"""
+"""Distance from a T-shirt's middle to its lengthwise fold lines, as a fraction of its width over the sleeves. With a
+sixth, the end of the sleeve folded first would lie exactly on the second line."""
 
 
 def _across(x: float, **more: object) -> dict[str, object]:
-    """Return a fold over a line across the garment's length."""
     return {"line": ((x, -0.5), (x, 0.5)), **more}
 
 
 def _lengthwise(y: float, **more: object) -> dict[str, object]:
-    """Return a fold over a line along the garment's length."""
     return {"line": ((-0.5, y), (0.5, y)), **more}
 
 
@@ -44,7 +37,7 @@ QUARTERS = _plan(
     _lengthwise(0.0, title="in half along the length", moves="-y", area_ratio=0.5),
 )
 ANY = {"half": _plan("half", _across(0.0, title="in half across the length", moves="-x"))}
-"""Fold plans that fit every garment, by name."""
+"""Plans that fit every garment, by name."""
 
 PLANS: dict[str, dict[str, Plan]] = {
     "towel": {"half": HALF, "quarters": QUARTERS},
@@ -72,16 +65,12 @@ PLANS: dict[str, dict[str, Plan]] = {
         ),
     },
 }
-"""Built-in fold plans, by the name of the garment and the name of the plan."""
 
 
 def make_plan(name: str, garment: Garment) -> Plan:
-    """Return a plan for a garment. It is read from a .toml file, built in, or proposed for the garment's outline.
+    """Return a plan from a .toml file, a built-in one, or one that is proposed for the garment's outline.
 
-    For a user's own garment, `auto` is the best plan for its outline. For other garments, `auto` is the half fold.
-
-    Raises:
-        InputError: If there is no such plan, or the file does not contain a valid plan.
+    `auto` is the best plan for the outline of a user's own garment, and the half fold for others.
     """
     if name.endswith(".toml"):
         return load_plan(Path(name))
@@ -98,5 +87,5 @@ def make_plan(name: str, garment: Garment) -> Plan:
 
 
 def known_plans(garment: Garment) -> dict[str, Plan]:
-    """Return the built-in plans for a garment, by name. They do not depend on the garment's outline."""
+    """Return the built-in plans for a garment, by name."""
     return PLANS.get(garment.kind if garment.own else garment.name, ANY)

@@ -1,12 +1,9 @@
-"""Pressing a fold after the hands have left.
+"""Pressing a fold after the hands have left: a plate flattens the crease, or a hand slides along it.
 
-A plate flattens the crease, or a hand slides along the crease. Then the plate or the hand leaves.
-
-A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. For this conversion,
-the crease is modelled as an elastica (a thin elastic strip) between two parallel plates. The ends of the strip lie flat
-on the plates. B is the bending rigidity of the cloth [N m], and P the force per length of the crease [N/m]. phi is the
-angle between strip and plates, and s the arc length [m]. The first formula gives the angle phi. The second gives the
-distance D between the mid-surfaces of the layers:
+A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. The crease counts as
+an elastica between two plates on which its ends lie flat. With the bending rigidity B of the cloth [N m], the force P
+per length of the crease [N/m], the angle phi between strip and plates and the arc length s [m], the distance D of the
+layers' mid-surfaces is:
 
     B/2 (d phi/ds)^2 = P sin phi
     D = sqrt(B / 2P) c,   c = integral of sqrt(sin phi) from 0 to pi = 2.396
@@ -27,26 +24,20 @@ from tatamu.simulation.body import Body
 from tatamu.simulation.material import Material, Number
 
 FLAT = 2.396
-"""The constant c of the module's formula: twice the integral of sqrt(sin) over a quarter turn [-].
-
-The formula gives the distance between two layers that are pressed together.
-"""
+"""The constant c of D [-]: twice the integral of sqrt(sin) over a quarter turn."""
 PLATE, HAND = (0.06, 0.4), (0.02, 0.03)
-"""Default sizes of a plate and of a pressing hand, each across the fold line and along it [m]."""
+"""Default sizes of a plate and of a pressing hand, across the fold line and along it [m]."""
 HALF_THICKNESS = 0.005
-"""Half the thickness of a plate or of a pressing hand [m]."""
+"""Half the thickness of a plate or a pressing hand [m]."""
 BEYOND = 0.01
-"""Distance by which a plate extends beyond the fold line, to the side from which the moved cloth came [m]."""
+"""Distance by which a plate extends beyond the fold line [m]."""
 RESTS = 0.3
-"""Time from the departure of the hands until the pressing begins, in which the cloth can fall [s]. It is also the time
-in which the cloth can rise after the pressing."""
+"""Time for the cloth to fall before the pressing, and to rise after it [s]."""
 MOVES = 0.4
 """Time in which a plate comes down or goes up [s]."""
 HIGH, ABOVE = 0.8, 0.05
-"""Two heights [m]: the plate waits at the first height, which is above the hands. It comes down to press from the
-second height."""
+"""Heights above the hands, where a plate waits, and from which it comes down to press [m]."""
 KNOTS = 16
-"""Number of knots (times with positions) that describe each motion of the plate or the hand."""
 
 Side = Annotated[Number, Field(ge=0.005, le=3.0)]
 
@@ -55,16 +46,13 @@ class Press(Record):
     """The pressing of a fold after the hands have left it."""
 
     tool: Literal["plate", "hand"] = "plate"
-    """Tool: a plate that covers the whole crease, or a hand that slides along the crease."""
+    """A plate that covers the whole crease, or a hand that slides along it."""
     size: tuple[Side, Side] | None = None
-    """Size of the plate or the hand, across the fold line and along it [m].
-
-    If it is None, a plate has the size 0.06 x 0.4, and a hand has the size 0.02 x 0.03.
-    """
+    """Size of the plate or the hand, across the fold line and along it [m]; None for 0.06 x 0.4 or 0.02 x 0.03."""
     gap: Annotated[Number, Field(gt=0.0, le=0.1)] | None = None
     """Distance between the table and the plate or the hand [m]."""
     weight: Annotated[Number, Field(gt=0.0, le=1000.0)] | None = None
-    """Force on the plate or the hand [N]. The gap is computed from this force."""
+    """Force on the plate or the hand [N], from which the gap is computed."""
     seconds: Annotated[Number, Field(gt=0.0, le=60.0)] = 1.0
     """Time for which a plate presses, or in which a hand slides along the crease [s]."""
 
@@ -77,21 +65,15 @@ class Press(Record):
 
     @property
     def area(self) -> tuple[float, float]:
-        """Size of the plate or the hand, across the fold line and along it [m]."""
         return self.size or (PLATE if self.tool == "plate" else HAND)
 
     @property
     def duration(self) -> float:
-        """Time from the moment when the hands have left until the end of the scene [s]."""
+        """Time from the departure of the hands until the end of the scene [s]."""
         return 2.0 * RESTS + 3.0 * MOVES + self.seconds
 
     def gap_over(self, material: Material, stack: float, crease: float) -> float:
-        """Return the distance between the table and the plate or the hand that presses [m].
-
-        Args:
-            material: Material of the cloth.
-            stack: Total thickness of the layers after the fold [m].
-            crease: Length of the crease [m].
+        """Return the gap over a `stack` of layers that is so thick, at a `crease` that is so long [m].
 
         Raises:
             InputError: If the layers do not fit into the gap.
@@ -108,14 +90,9 @@ class Press(Record):
 
 
 def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: float, begins: float) -> Body:
-    """Return the plate or the hand that presses, as a rigid body with a prescribed motion.
+    """Return the plate or the hand that presses, from the time `begins` at which the hands have left [s].
 
-    Args:
-        press: Options of the press.
-        line: The fold line.
-        ends: Coordinates of both ends of the crease along the line [m].
-        gap: Distance between the table and the plate or the hand [m].
-        begins: Time at which the hands have left [s].
+    `ends` are the coordinates of both ends of the crease along the line [m].
     """
     across, along = press.area
     low, high = ends

@@ -1,9 +1,6 @@
-"""Fold plans proposed from a garment's outline.
+"""Fold plans proposed from a garment's outline: parts that stick out are folded in, then the body in half.
 
-Parts that stick out are folded in first. Then the body is folded in half.
-
-A proposal states the fold lines in order, the sides that move, and the edges to grasp. `coverage` finds the parts of
-the cloth that no hand would carry. Plans without such parts come first. Nothing is simulated.
+Plans that leave no cloth behind come first (`coverage`). Nothing is simulated.
 """
 
 from __future__ import annotations
@@ -24,29 +21,24 @@ from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
 SHORT_FLAP = 2.0
-"""Least width of a folded part that does not count as short, in widths of its crease.
-
-Most of a short part belongs to the loop of cloth at the crease.
-"""
+"""Minimum width of a folded part, in widths of its crease; a narrower one is mostly loop."""
 AUTO_PLAN = "auto"
-"""Name of the best fold plan that is proposed for a garment."""
 SIDES = ("bottom", "top", "left", "right")
-"""Names that `tatamu.garments.outline_sides` gives to a garment's edges if the user has not named them."""
+"""Names that `tatamu.garments.outline_sides` gives to edges without a name."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A fold plan that is proposed because it suits a garment's outline."""
+    """A fold plan that suits a garment's outline."""
 
     plan: Plan
     missed: tuple[tuple[int, Part], ...]
-    """Parts of the cloth that no hand carries, each with the number of the step, counted from 0."""
+    """Parts of the cloth that no hand carries, each with the index of its step."""
     short: bool = False
     """Whether a folded part is so narrow, compared with its crease, that it hardly lies flat."""
 
     @property
     def text(self) -> str:
-        """Titles of the plan's steps, in one line."""
         return ", ".join(step.title for step in self.plan.steps)
 
 
@@ -70,19 +62,12 @@ def propose(garment: Garment) -> list[Proposal]:
 
 
 def best_plan(garment: Garment) -> Plan:
-    """Return the best fold plan for a garment's outline, under the name `auto`.
-
-    Raises:
-        InputError: If no line is found over which the garment can be folded.
-    """
+    """Return the best fold plan for a garment's outline."""
     return propose(garment)[0].plan
 
 
 def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
-    """Return the fold plans to try for a garment, each as a name and a list of folds.
-
-    The most common plan for such a garment is first.
-    """
+    """Return the names and the folds of plans to try, the most common plan for such a garment first."""
     outline = silhouette(garment)
     legs = has_legs(outline)
     parts = [part for part in appendages(outline) if not (legs and part.facing == "-x")]
@@ -105,7 +90,6 @@ def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
 
 
 def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
-    """Return the title of the step that folds a sleeve or another appendage in."""
     pair = {"+y", "-y"} <= {each.facing for each in parts}
     if part.facing in ("+y", "-y"):
         return f"{'left' if part.facing == '+y' else 'right'} {'sleeve' if pair else 'side'} in"
@@ -116,17 +100,17 @@ def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
 
 
 class _Wanted(NamedTuple):
-    """A fold, from which a step of a plan is made. Its line is parallel to the x or the y axis."""
+    """A fold over a line that is parallel to the x or the y axis."""
 
     title: str
     moves: str
     at: float
-    """X or y coordinate of the fold line [m]."""
+    """Its x or y coordinate [m]."""
 
 
 @dataclass(frozen=True)
 class _Inwards:
-    """A fold that lays an appendage (a part that sticks out, such as a sleeve) on the garment's body."""
+    """A fold that lays an appendage on the garment's body."""
 
     part: Appendage
     title: str
@@ -137,7 +121,7 @@ class _Inwards:
 
 @dataclass(frozen=True)
 class _Halving:
-    """A fold in half: its line is in the middle of the area that the garment covers after the earlier folds."""
+    """A fold over the middle of the area that the garment covers after the earlier folds."""
 
     axis: str
 
@@ -152,28 +136,24 @@ _Fold = _Inwards | _Halving
 
 
 def _ends(moves: str, at: float) -> np.ndarray:
-    """Return two points of the fold line at x = `at` or y = `at`, shape (2, 2)."""
     return np.array([[at, -0.5], [at, 0.5]] if moves[1] == "x" else [[-0.5, at], [0.5, at]])
 
 
 @dataclass(frozen=True)
 class _Folded:
-    """A garment after some folds, each of them ideal and flat."""
+    """A garment after some folds, each of them flat."""
 
     steps: tuple[dict[str, Any], ...]
     missed: tuple[tuple[int, Part], ...]
     short: bool
     state: np.ndarray
-    """Positions of the cloth after these folds [m], shape (n, 3)."""
+    """Positions [m], shape (n, 3)."""
 
 
 def _folded(
     garment: Garment, folds: tuple[_Fold, ...], known: dict[tuple[_Fold, ...], _Folded | None]
 ) -> _Folded | None:
-    """Return the garment after the given folds; None if a fold is impossible.
-
-    Results are stored in `known`.
-    """
+    """Return the garment after folds, from `known` if it is there; None if a fold is impossible."""
     if folds not in known:
         before = _folded(garment, folds[:-1], known)
         try:
@@ -184,11 +164,6 @@ def _folded(
 
 
 def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
-    """Return the garment after one more fold.
-
-    Raises:
-        InputError: If the fold is impossible.
-    """
     state = before.state
     wanted = fold.step(state)
     width, length = garment.size

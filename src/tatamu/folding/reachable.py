@@ -13,11 +13,7 @@ HEIGHTS = (0.2, 0.5)
 
 
 def check_reach(task: Task) -> None:
-    """Check that the task's robot can carry out a typical fold in every step of the plan.
-
-    Raises:
-        InputError: If all typical folds of a step are out of reach.
-    """
+    """Raise InputError if the robot can carry out no typical fold in a step of the plan."""
     if task.reach is None:
         return
     folds = ideal_folds(task.garment, task.plan, task.hands)

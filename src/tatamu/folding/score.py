@@ -1,13 +1,13 @@
-"""Quality of a fold: the paper's objective and the field's measures, all computed in this module.
+"""Quality of a fold: the paper's objective and the field's measures.
 
     C   = l_x + alpha D                               Eq. (10)
     D   = sum_i w_i e_i                               Eq. (11)
     e_i = |q_i - y_i|                                 Eq. (12)
     w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     Eq. (13)
 
-q_i are the vertices of the target shape S_t [m]. y_i are the vertices of the outcome S_x [m]. C is the objective, l_x
-the length of the hands' paths [m], and D the shape distance [m]. w_i is the weight of vertex i. mu_e and sigma_e are
-the mean and the standard deviation of the distances e_i [m].
+q_i are the vertices of the target shape S_t and y_i those of the outcome S_x [m]. C is the objective, l_x the length of
+the hands' paths [m], D the shape distance [m], and w_i the weight of vertex i. mu_e and sigma_e are the mean and the
+standard deviation of the distances e_i [m].
 """
 
 from __future__ import annotations
@@ -21,62 +21,47 @@ from tatamu.folding.fold import Fold
 from tatamu.simulation.mesh.zbuffer import mask
 
 ALPHA = 0.01
-"""Factor alpha of the shape distance D in the objective C = l_x + alpha D, Eq. (10). The value is the paper's."""
+"""Factor alpha of Eq. (10). The value is the paper's."""
 TAIL = 1.28
-"""Factor of the standard deviation in Eq. (13).
-
-The cloth is bent unnecessarily at a vertex whose distance from its target exceeds the mean of all distances by more
-than 1.28 standard deviations.
+"""Factor of the standard deviation in Eq. (13). The cloth is bent unnecessarily at vertices farther from their targets.
 """
 PIXEL = 0.001
-"""Width of a pixel in the view of the cloth from above [m]."""
+"""Width of a pixel in the view from above [m]."""
 
 
 class Measured(Protocol):
-    """The measures that decide whether a fold succeeds. They are None if the simulation of the fold failed.
-
-    Each is None if the simulation of the fold failed.
-    """
+    """The measures that decide whether a fold succeeds; None if its simulation failed."""
 
     @property
-    def mean_vertex_distance(self) -> float | None:
-        """Mean distance e_i of the vertices from their targets [m]."""
-        ...
+    def mean_vertex_distance(self) -> float | None: ...
 
     @property
-    def moving_vertex_distance(self) -> float | None:
-        """Mean distance e_i between vertices that should move and their targets [m]; None if it was not measured."""
-        ...
+    def moving_vertex_distance(self) -> float | None: ...
 
     @property
-    def mask_iou(self) -> float | None:
-        """Overlap of the folded cloth and its target, seen from above: intersection over union [-]."""
-        ...
+    def mask_iou(self) -> float | None: ...
 
 
 def judged_distance(measured: Measured) -> float | None:
     """Return the vertex distance that decides whether a fold succeeds [m].
 
-    Of two means, it is the larger one: the mean over the whole cloth, and the mean over the part that moves. When a
-    cloth is folded in half, half of it never moves. The mean over all vertices alone would hide half of the error.
+    It is the larger of the means over all vertices and over those that move. When a cloth is folded in half, half of it
+    never moves, so the mean over all vertices would hide half of the error.
     """
     whole, moving = measured.mean_vertex_distance, measured.moving_vertex_distance
     return whole if whole is None or moving is None else max(whole, moving)
 
 
 class Limits(OpenRecord):
-    """The limits that a fold must meet to count as successful."""
+    """The limits within which a fold succeeds."""
 
     mean_vertex_distance: float = 0.0125
-    """Largest mean distance between the vertices and their targets in a successful fold [m]. The limit is for the mean
-    over the whole cloth, and for the mean over the part that moves.
-
-    BiFold 2025 uses 12.5 mm over all points."""
+    """Maximum of `judged_distance` [m]. BiFold 2025 uses 12.5 mm over all points."""
     mask_iou: float = 0.80
-    """Smallest overlap of the cloth and its target, seen from above, in a successful fold [-] (FoldBack 2026)."""
+    """Minimum overlap of the cloth and its target, seen from above [-] (FoldBack 2026)."""
 
     def hold(self, measured: Measured) -> bool:
-        """Return whether a fold succeeds. The result is False if the simulation of the fold failed."""
+        """Return whether a fold succeeds; False if its simulation failed."""
         distance = judged_distance(measured)
         if distance is None or measured.mask_iou is None:
             return False
@@ -84,10 +69,9 @@ class Limits(OpenRecord):
         return near and measured.mask_iou >= self.mask_iou
 
     def slack(self, measured: Measured) -> float:
-        """Return how far a fold is from failure, as a fraction of the limits.
+        """Return how far a fold is from failure, as a fraction of the limits, at least -1.
 
-        The result is 1 for a fold without any error, 0 for a fold at the limits, and negative for a fold that fails.
-        The smallest result is -1, for errors of at least twice the limits or a failed simulation.
+        The result is 1 without any error, 0 at the limits, and -1 for twice the limits or a failed simulation.
         """
         distance = judged_distance(measured)
         if distance is None or measured.mask_iou is None:
@@ -101,42 +85,33 @@ class Score(OpenRecord):
     """All measures of one fold. Their sources are in docs/guide/learning.md."""
 
     objective: float
-    """Objective C = l_x + alpha D, Eq. (10), with the trajectory length l_x and the shape distance D."""
+    """Objective C, Eq. (10)."""
     trajectory_length: float
     """Trajectory length l_x: mean length of the hands' paths [m]."""
     shape_distance: float
-    """Shape distance D: the sum of the vertices' distances from their targets, e_i, times their weights w_i, Eq. (11)
-    [m]."""
+    """Shape distance D, Eq. (11) [m]."""
     mean_vertex_distance: float
-    """Mean distance e_i of the vertices from their targets [m].
-
-    A fold below 0.002 is near perfect, a fold around 0.005 is good, and a fold above 0.02 has failed (De Gusseme and
-    wyffels 2022).
-    """
+    """Mean distance e_i of the vertices from their targets [m]. Below 0.002 a fold is near perfect, around 0.005 it is
+    good, and above 0.02 it has failed (De Gusseme and wyffels 2022)."""
     moving_vertex_distance: float | None = None
-    """Mean distance e_i between the vertices that should move and their targets [m]; None in files of earlier
-    versions."""
+    """The same for the vertices that should move [m]; None in files of earlier versions."""
     mask_iou: float
-    """Overlap of the folded cloth and its target, seen from above: intersection over union [-]."""
+    """Intersection over union of the folded cloth and its target, seen from above [-]."""
     area_error: float
-    """Error of the folded area: E_f = 100/r abs(A_f/A_i - r) [%].
-
-    A_i and A_f are the areas before and after the fold, seen from above. r is 0.5 for a fold in half (Garcia-Camacho et
-    al. 2020). For other folds, r is the ratio of the target shape's area to the area before the fold."""
+    """E_f = 100/r abs(A_f/A_i - r) [%], with the areas A_i before and A_f after the fold, seen from above. r is 0.5 for
+    a fold in half (Garcia-Camacho et al. 2020), otherwise the ratio of the target's area to A_i."""
     slip: float
-    """Mean horizontal displacement of the part of the cloth that should not move [m]."""
+    """Mean horizontal displacement of the part that should not move [m]."""
     residual_bend: float
-    """Largest amount by which a vertex's distance from its target exceeds mu + 1.28 sigma [m] (the paper's Fig. 2). The
-    mean of all distances is mu, and their standard deviation is sigma."""
+    """Maximum amount by which a distance e_i exceeds mu_e + 1.28 sigma_e [m] (the paper's Fig. 2)."""
 
     @property
     def succeeds(self) -> bool:
-        """Whether the fold is within the limits of a successful fold that are usual in the field."""
+        """Whether the fold is within the default `Limits`."""
         return Limits().hold(self)
 
 
 MEASURES = tuple(Score.model_fields)
-"""Names of all measures of a fold."""
 
 
 def vertex_distances(target: np.ndarray, outcome: np.ndarray) -> np.ndarray:
@@ -145,25 +120,22 @@ def vertex_distances(target: np.ndarray, outcome: np.ndarray) -> np.ndarray:
 
 
 def weights(e: np.ndarray) -> np.ndarray:
-    """Return the weights w_i of the vertices, Eq. (13), from their distances e_i [m], shape (n,)."""
+    """Return the weights w_i of Eq. (13), shape (n,), from the distances e_i [m]."""
     return np.asarray(np.maximum(e - (e.mean() + TAIL * e.std()), 0.0) + 1.0)
 
 
 def shape_distance(e: np.ndarray) -> float:
-    """Return the shape distance D of Eq. (11) from the vertices' distances e_i [m]."""
+    """Return the shape distance D of Eq. (11) from the distances e_i [m]."""
     return float((weights(e) * e).sum())
 
 
 def residuals(e: np.ndarray) -> np.ndarray:
-    """Return a vector, shape (n,), whose squares sum to the term alpha D of Eq. (10).
-
-    It is computed from the distances e_i [m].
-    """
+    """Return a vector, shape (n,), whose squares sum to alpha D of Eq. (10), from the distances e_i [m]."""
     return np.asarray(np.sqrt(ALPHA * weights(e) * e))
 
 
 def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
-    """Return the score of a trial from the final positions of the cloth, shape (n, 3)."""
+    """Return the score of a trial from the final positions of the cloth [m], shape (n, 3)."""
     e = vertex_distances(fold.target, outcome)
     distance = shape_distance(e)
     reached, wanted, before = top_views(fold.garment.faces, outcome, fold.target, fold.start)
@@ -183,19 +155,12 @@ def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
 
 
 def intersection_over_union(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the overlap of two masks [-]: the area of their intersection divided by the area of their union.
-
-    A mask states which pixels a shape covers.
-
-    """
+    """Return the area of two masks' intersection divided by that of their union [-]."""
     return float((one & other).sum() / max((one | other).sum(), 1))
 
 
 def top_views(faces: np.ndarray, *shapes: np.ndarray) -> list[np.ndarray]:
-    """Return masks of shapes seen from above, on a common raster of pixels of width `PIXEL`.
-
-    A pixel belongs to the mask if the shape covers its centre.
-    """
+    """Return masks of shapes seen from above: which pixels of a common raster have their centres in each."""
     low = np.min([shape[:, :2].min(0) for shape in shapes], axis=0) - PIXEL
     high = np.max([shape[:, :2].max(0) for shape in shapes], axis=0) + PIXEL
     size = np.minimum(np.ceil((high - low) / PIXEL).astype(int), 8000)

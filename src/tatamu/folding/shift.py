@@ -22,27 +22,21 @@ class HandShift(OpenRecord):
     """The correction of the path of one hand [m]."""
 
     grasp: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Shift of the point where the hand grasps [m]: in the direction of the fold, and to the left of it."""
+    """Shift of the grasp [m]: in the direction of the fold, and to the left of it."""
     release: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Shift of the point where the hand lets go [m]: in the direction of the fold, and to the left of it."""
+    """Shift of the release [m], in the same directions."""
     height: float = 0.0
-    """Upward shift of the whole path of the hand [m]."""
+    """Upward shift of the whole path [m]."""
 
     @property
     def is_none(self) -> bool:
-        """Whether the correction leaves the path unchanged."""
         return not any((*self.grasp, *self.release, self.height))
 
 
 def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift]) -> Manipulation:
-    """Return a manipulation with corrected paths of the hands.
+    """Return a manipulation with corrected paths of its hands, left before right.
 
     A shift of the grasp moves the control points P0 and P1 of a hand's curve. A shift of the release moves P2 and P3.
-
-    Args:
-        fold: The fold that the manipulation makes.
-        manipulation: The manipulation to correct, on Bezier curves.
-        shifts: The correction of each hand, left before right.
 
     Raises:
         InputError: If there are fewer shifts than hands, or the paths are not Bezier curves.
@@ -64,9 +58,6 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
 
 
 def _in_scene(fold: Fold, vector: Sequence[float]) -> np.ndarray:
-    """Return a horizontal vector in the coordinates of the scene, shape (3,).
-
-    It is given by its components in the direction of the fold and to the left of this direction.
-    """
+    """Return a vector in the scene, shape (3,), from its parts in the fold's direction and to the left of it."""
     along, across = vector
     return np.array([*(along * fold.normal + across * fold.crease.along), 0.0])

@@ -30,63 +30,52 @@ from tatamu.simulation.simulators import capabilities
 
 
 def _no_refusal(manipulation: Manipulation) -> None:
-    """Return None, which means that a robot can execute any manipulation.
-
-    It is the default of `Reach.refusal`. It is not a lambda, because a lambda cannot be pickled.
-    """
+    """Return None: the default of `Reach.refusal`, not a lambda because those cannot be pickled."""
 
 
 def _forget_nothing() -> None:
-    """Do nothing. This is the default of `Reach.forget`, for robots without stored placements."""
+    """Do nothing: the default of `Reach.forget`."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Describes which manipulations a robot can execute."""
+    """Which manipulations a robot can execute."""
 
     robot: str
-    """Name of the robot."""
     description: bytes = field(default=b"", kw_only=True)
-    """Content of the file that describes the robot; empty for a robot that tatamu contains."""
+    """Content of the file that describes the robot; empty for a built-in one."""
     files: tuple[Path, ...] = field(default=(), kw_only=True)
-    """The file that describes the robot, and the files to which it refers."""
+    """The file that describes the robot, and those to which it refers."""
     disturbances: Mapping[str, Any] | None = field(default=None, kw_only=True)
-    """Table of disturbances in the robot's description; None if the description has no such table."""
+    """Table of disturbances in the robot's description; None if there is none."""
     quality: Callable[[Manipulation], float]
-    """Function that rates the robot's motion along a manipulation on Bezier curves.
-
-    The rating is negative if the robot cannot execute the manipulation."""
+    """Rates the robot's motion along a manipulation on Bezier curves, negative if it cannot execute it."""
     refusal: Callable[[Manipulation], str | None] = _no_refusal
-    """Function that returns why the robot cannot execute a manipulation; None if the robot can.
-
-    A call does not change later results of `quality`."""
+    """Returns why the robot cannot execute a manipulation, or None, without an effect on later results of `quality`."""
     forget: Callable[[], None] = _forget_nothing
-    """Function that deletes the placements of the robot (where it stands) that `quality` has stored."""
+    """Deletes the places to stand that `quality` has stored."""
 
 
 class TaskOptions(OpenRecord):
-    """The options of a task, exactly as the user gave them, such as the names of the garment and the fold."""
+    """The options of a task as the user gave them, such as the name of the garment; None for the defaults."""
 
     garment: str
     fold: str
     size: list[float] | None = None
-    """Width and length of the garment [m]; None for the garment's own size."""
+    """Width and length [m]."""
     spacing: float | None = None
-    """Distance between neighbouring vertices of the mesh [m]; None for the garment's own spacing."""
+    """Distance between neighbouring vertices of the mesh [m]."""
     scale: float | None = None
-    """Metres per unit of the garment's file; None if the file states its unit."""
+    """Metres per unit of the garment's file."""
     hands: int | None = None
-    """Number of hands that fold; None for the number in the plan."""
     material: str | None = None
-    """Name or file of the cloth's material; None for the garment's own material."""
+    """Name or file."""
     robot: str | None = None
-    """Name or file of the robot that must be able to execute the fold; None if any manipulation is allowed."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"scale", "material", "robot"})
 
     @property
     def size_pair(self) -> tuple[float, float] | None:
-        """Width and length of the garment [m]; None for the garment's own size."""
         return None if self.size is None else (self.size[0], self.size[1])
 
 
@@ -98,87 +87,60 @@ class Task:
     plan: Plan
     simulator: str
     hands: int | None = None
-    """Number of hands that fold; None for the number in the plan."""
+    """Number of hands; None for the plan's."""
     reach: Reach | None = None
-    """Describes which manipulations the robot can execute; None if any manipulation is allowed."""
+    """Which manipulations the robot can execute; None for all."""
     asked: TaskOptions | None = None
-    """The names and options from which the task was made; None if the task was made from objects."""
+    """The names and options from which the task was made; None if it was made from objects."""
     fingers: Fingers = field(default_factory=Fingers)
-    """The fingers of the hands."""
     number: int = 0
-    """Number of the step in the fold plan, counted from 0."""
+    """Index of the step in the plan."""
     state: np.ndarray | None = None
-    """Positions of the cloth before the fold [m], shape (n, 3); None if the cloth lies flat."""
+    """The cloth before the fold [m], shape (n, 3); None if it lies flat."""
     aim: Aim = field(default_factory=Aim)
-    """Room that the hands leave for errors."""
     softening: float = 1.0
-    """Divisor of the stretch stiffness in scenes, because large triangles lock (`tatamu.folding.mesh`)."""
     shift: tuple[HandShift, ...] = ()
-    """Correction of each hand's path, left before right; empty if no correction is needed."""
+    """Correction of each hand's path, left before right; empty for none."""
 
     def __repr__(self) -> str:
         number, count = self.step
         return f"<Task: {self.garment!r}, fold {self.plan.name}, step {number} of {count}, simulator {self.simulator}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, without the robot.
-
-        Only the process that proposes trials needs the robot.
-        """
+        """Return the state for pickling, without the robot, which only the process that proposes trials needs."""
         return {**self.__dict__, "reach": None}
 
     @cached_property
     def fold(self) -> Fold:
-        """The fold of this step, with its fold line, target shape and grasp candidates."""
         made = fold_of(self.garment, self.plan, self.plan.steps[self.number], self.state, self.hands)
         return replace(made, fingers=self.fingers, aim=self.aim, softening=self.softening)
 
     @cached_property
     def space(self) -> Space:
-        """The search space of the parameters x = (x1, z1, x2, z2, g1, g2), Eq. (9). Grasps are whole numbers."""
+        """The search space of x = (x1, z1, x2, z2, g1, g2), Eq. (9), with whole grasps."""
         return search_space(self.fold)
 
     @property
     def step(self) -> tuple[int, int]:
-        """Number of the step, counted from 1, and number of steps in the plan."""
+        """Number of the step, counted from 1, and number of steps."""
         return self.number + 1, len(self.plan.steps)
 
     @property
     def title(self) -> str:
-        """Title of the fold, in a few words."""
         return self.plan.steps[self.number].title
 
     def at(self, number: int, state: np.ndarray | None) -> Task:
-        """Return the task for another step of the same fold plan.
-
-        Args:
-            number: Number of the step, from 0.
-            state: Positions of the cloth before that step [m], shape (n, 3); None if the cloth lies flat.
-        """
+        """Return the task for another step, by its index, from cloth at `state` [m], shape (n, 3), or flat cloth."""
         return replace(self, number=number, state=state)
 
     def next(self, state: np.ndarray) -> Task:
-        """Return the task for the next step of the fold plan.
-
-        Args:
-            state: Positions of the cloth after this step [m], shape (n, 3).
-
-        Raises:
-            InputError: If this is the last step.
-        """
+        """Return the task for the next step, from the cloth after this one [m], shape (n, 3)."""
         if self.number + 1 == len(self.plan.steps):
             raise InputError(f"task: must have a next step, and {self.plan.name} ends with step {self.number + 1}")
         return self.at(self.number + 1, state)
 
     def manipulation(self, parameters: Mapping[str, float]) -> Manipulation:
-        """Return the manipulation with the parameters x = (x1, z1, x2, z2, g1, g2), Eq. (9).
-
-        Grasps that are not whole numbers are rounded down.
-
-        Raises:
-            InputError: If a parameter is missing, not finite, a negative height, or not the number of a grasp. The
-                message names the parameter.
-        """
+        """Return the manipulation with the parameters (x1, z1, x2, z2, g1, g2), Eq. (9). Grasps are rounded down."""
         check_parameters(parameters, self.fold.candidates)
         g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))
         grasps = (int(self.fold.left[g1]), int(self.fold.right[g2]))[: self.fold.hands]
@@ -187,15 +149,10 @@ class Task:
 
 
 def check_parameters(parameters: Mapping[str, float], candidates: int) -> None:
-    """Raise an error for parameters that no manipulation can have.
-
-    Args:
-        parameters: The parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
-        candidates: Number of grasps from which each hand may choose.
+    """Check the parameters x1, z1, x2, z2 [m], g1 and g2 of Eq. (9) of a hand with so many grasp candidates.
 
     Raises:
-        InputError: If a parameter is missing, not finite, a negative height, or not the number of a grasp. The message
-            names the parameter.
+        InputError: If a parameter is missing, not finite, a negative height, or no grasp. The message names it.
     """
     for name in ("x1", "z1", "x2", "z2", "g1", "g2"):
         value = parameters.get(name)
@@ -220,24 +177,10 @@ def make_task(
     reach: Reach | None = None,
     fingers: Fingers | None = None,
 ) -> Task:
-    """Return the task for the first step of a fold plan.
+    """Return the task for the first step of a fold plan, which is named, proposed (`auto`) or a file.
 
-    Args:
-        garment: A garment, the name of a garment, or its file. The arguments `size`, `material`, `spacing` and `scale`
-            only apply to a name or a file.
-        fold: Name of a fold plan, or its file.
-        size: Width and length of the garment [m]; None for the garment's own size.
-        material: Material of the cloth, the name of a preset, or a file; None for the garment's own material.
-        spacing: Distance between neighbouring vertices [m]; None for the garment's own spacing.
-        scale: Metres per unit of the garment's file; None if the file states its unit.
-        simulator: Name of the simulator.
-        hands: Number of hands that fold, 1 or 2; None for the number in the plan.
-        reach: Describes which manipulations the robot can execute; None if any manipulation is allowed.
-        fingers: The fingers of the hands; None for hands without fingers.
-
-    Raises:
-        InputError: If a name is unknown, the garment cannot be made, or the plan cannot fold the garment. The message
-            names the argument.
+    `size`, `material`, `spacing` and `scale` are for a garment that is given by its name or file; None stands for its
+    own. Lengths are in metres, and `scale` in metres per unit of the file. Errors name the argument.
     """
     coarse = capabilities(simulator).coarse_search
     if hands not in (None, 1, 2):
@@ -256,10 +199,7 @@ def make_task(
 
 
 def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) -> TaskOptions | None:
-    """Return the names and options, as the user gave them, from which a task was made.
-
-    The result is None if the garment was not made by `make_garment`.
-    """
+    """Return the names and options of a task; None if its garment was not made by `make_garment`."""
     source = garment.source
     if source is None:
         return None
@@ -276,5 +216,5 @@ def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) 
 
 
 def digest(*arrays: np.ndarray) -> str:
-    """Return a short name for arrays of numbers. The name changes if any bit of the arrays changes."""
+    """Return a short name for arrays, which changes with any bit of them."""
     return sha256(b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in arrays)).hexdigest()[:16]

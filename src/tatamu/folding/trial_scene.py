@@ -19,34 +19,28 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
 _CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
-"""Times of the frames in which the fingers close, before the hands move [s]."""
+"""Times of the frames in which the fingers close [s]."""
 
 
 @dataclass(frozen=True)
 class Carry:
-    """The motion of a hand that carries the vertices that it holds."""
+    """The motion of a hand that carries vertices."""
 
     hand: Hand
     vertex: int
-    """Index of the grasped vertex."""
     times: np.ndarray
-    """Times of the k knots of the motion [s], shape (k,). The hand starts to move at the first knot."""
+    """Times of the k knots of the motion, the first when the hand has closed [s], shape (k,)."""
     displacements: np.ndarray
-    """Displacement of the hand from the grasp at each knot [m], shape (k, 3).
-
-    At the first knot, the hand has closed and has not moved yet.
-    """
+    """Displacement from the grasp at each knot [m], shape (k, 3), the first of them 0."""
     opens: float
     """Time at which the hand opens [s]."""
     beside: np.ndarray | None = None
-    """Position of the hand relative to the grasped vertex at each knot [m], shape (k, 3).
-
-    It is None if the hand is at the vertex.
+    """Position of the hand relative to the grasped vertex at each knot [m], shape (k, 3); None if it is at the vertex.
     """
 
 
 def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
-    """Return the motions of the hands in a manipulation, left before right."""
+    """Return the motion of each hand in a manipulation, left before right."""
     times, displacements = manipulation.motion()
     opens = manipulation.timing.opens
     hands = zip(HANDS, manipulation.grasps, displacements, strict=False)
@@ -54,22 +48,17 @@ def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
-    """Return the scene of one trial: the garment on the table before the fold, and the hands.
+    """Return the scene of one trial: the garment on the table before the fold, and the hands, left before right.
 
-    Each hand is one gripper, left before right. A hand whose fingers press layers together consists of several
-    grippers. Fingers with a thickness are bodies in the scene.
+    Each hand is one gripper, or several if its fingers press layers together. Fingers with a thickness are bodies.
     """
     return scene_with(fold, carries_of(fold, manipulation), manipulation.timing.ends, fold.garment.material)
 
 
 def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
-    """Return a scene whose hands may have any motion, even motions that no `Manipulation` can describe.
+    """Return a scene that ends at a time [s], whose hands may have motions that no `Manipulation` can describe.
 
-    Args:
-        fold: The fold.
-        carries: Motion of each hand.
-        ends: Time at which the scene ends [s].
-        material: Material of the cloth. If this material is thicker than the garment's material, the cloth lies higher.
+    Cloth of a thicker material than the garment's lies higher.
     """
     grippers = [
         Gripper(hand=carry.hand, vertices=held, closes=0.0, opens=carry.opens, times=knots, displacements=path)
@@ -96,26 +85,19 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
 
 
 def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
-    """Return the vertices that a hand holds, in groups that its closing fingers press down equally far.
-
-    Each group comes with this distance [m].
-
-    The group that is not pressed down comes first.
-    """
+    """Return groups of held vertices, each with the height by which closing fingers move it [m], unpressed first."""
     patch = np.array(fold.patch(vertex))
     down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
 
 
 def _bodies(fold: Fold, carries: Sequence[Carry], thickness: float) -> list[Body]:
-    """Return the fingers of all hands as rigid bodies. The list is empty if the hands have no fingers."""
     if not fold.fingers.stated:
         return []
     return [body for carry in carries for body in _fingers(fold, carry, thickness)]
 
 
 def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
-    """Return the fingers of a hand as rigid bodies, around the layers that the hand holds."""
     heights = np.concatenate([fold.start[held, 2] + down for held, down in _held(fold, carry.vertex)])
     heights = heights * thickness / fold.garment.material.thickness
     middle = 0.5 * (heights.min() + heights.max())
@@ -134,12 +116,7 @@ def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
 
 
 def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
-    """Return the motion of vertices that closing fingers press down and then carry: knots [s] and displacements [m].
-
-    Args:
-        carry: Motion of the hand.
-        down: Upward displacement by which the fingers press the vertices [m]; negative or zero.
-    """
+    """Return the knots [s] and displacements [m] of vertices that are pressed by `down` [m], then carried."""
     pressed_down = np.array([0.0, 0.0, down])
     shift = pressed_down + carry.displacements[0]
     if not shift.any():
@@ -150,10 +127,7 @@ def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
 
 
 def _cloth(fold: Fold, thicker: float) -> Cloth:
-    """Return the simulated cloth as it is before the fold.
-
-    Its unstrained shape is the flat garment, even after earlier folds.
-    """
+    """Return the cloth before the fold. Its unstrained shape is the flat garment, even after earlier folds."""
     garment = fold.garment
     rest = garment.rest if fold.start is garment.vertices else garment.unstrained
     start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]
