@@ -1,7 +1,4 @@
-"""Types for arrays in records.
-
-The arrays are read-only and are validated when a record is made. In files, they are plain lists.
-"""
+"""Types for arrays in records: read-only, validated when a record is made, plain lists in files."""
 
 from __future__ import annotations
 
@@ -11,11 +8,10 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer
 
 LARGEST = 1e3
-"""Largest coordinate or displacement [m]. A larger value is probably in another unit."""
+"""Maximum coordinate or displacement [m]. A larger value is probably in another unit."""
 
 LARGEST_INDEX = 2**53
-"""Limit of the index of a vertex. Floating point numbers represent all whole numbers up to this limit exactly, but not
-all larger numbers."""
+"""Limit of an index. Floating point numbers represent all whole numbers up to it exactly."""
 
 
 def _floats(value: Any) -> np.ndarray:
@@ -51,7 +47,7 @@ def _faces(value: Any) -> np.ndarray:
 
 
 def edges(value: Any) -> np.ndarray:
-    """Return the e edges of a mesh as pairs of vertex indices, shape (e, 2). An empty list gives the shape (0, 2)."""
+    """Return the e edges of a mesh as pairs of vertex indices, shape (e, 2), also of an empty list."""
     return _guarded(value, 2, "[i, j]")
 
 

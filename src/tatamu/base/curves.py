@@ -13,16 +13,14 @@ SAMPLES = 400
 FINE = 4000
 """Number of segments of the polyline with which lengths and points of a `Bezier` are found."""
 GOLDEN = 0.618034
-"""Ratio of the golden section."""
 TOP_SPEED_FACTOR = 1.875
-"""Ratio of the top speed of the minimum-jerk motion to its mean speed."""
 
 
 def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Return s points of a Bezier curve with d coordinates, shape (s, d).
 
-    The points are T(t) = sum_k B_k^N(t) P_k, Eq. (1), with the Bernstein polynomials B_k^N. The N + 1 control points
-    P_k have the shape (N + 1, d), and the s parameters t the shape (s,).
+    The points are T(t) = sum_k B_k^N(t) P_k, Eq. (1), with the Bernstein polynomials B_k^N, the N + 1 control points
+    P_k, shape (N + 1, d), and the parameters t, shape (s,).
     """
     n = len(control_points) - 1
     basis = np.stack([comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)], axis=-1)
@@ -30,14 +28,14 @@ def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def sampled_bezier(control_points: np.ndarray) -> np.ndarray:
-    """Return a Bezier curve as a polyline with many points of d coordinates, shape (SAMPLES + 1, d)."""
+    """Return a Bezier curve as a polyline, shape (SAMPLES + 1, d)."""
     return bezier(control_points, np.linspace(0.0, 1.0, SAMPLES + 1))
 
 
 def bezier_lengths(control_points: np.ndarray) -> np.ndarray:
     """Return the lengths of p cubic Bezier curves [m], shape (p,), by Gauss-Legendre quadrature.
 
-    The control points with d coordinates have the shape (p, 4, d).
+    Their control points have the shape (p, 4, d).
     """
     u = 0.5 * (_NODES + 1.0)
     basis = 3.0 * np.stack([(1.0 - u) ** 2, 2.0 * (1.0 - u) * u, u**2])  # (3, s): T'(u) per difference of the P_k
@@ -62,17 +60,16 @@ def along(polyline: np.ndarray, fraction: np.ndarray) -> np.ndarray:
 
 
 def minimum_jerk(fraction: np.ndarray) -> np.ndarray:
-    """Return the fraction of the path that is covered at a fraction of the time, in a minimum-jerk motion.
+    """Return the fraction of the path that is covered at a fraction s of the time, in a minimum-jerk motion.
 
-    At the fraction s of the time, the covered fraction is 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985). A
-    minimum-jerk motion is the smoothest motion from rest to rest. The result is 0 before the start and 1 after the end.
+    It is 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985), the smoothest motion from rest to rest.
     """
     s = np.clip(fraction, 0.0, 1.0)
     return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
 
 
 def minimum_jerk_duration(path_length: float, top_speed: float) -> float:
-    """Return the duration [s] of a minimum-jerk motion with a given path length [m] and top speed [m/s]."""
+    """Return the duration of a minimum-jerk motion [s] from its length [m] and its top speed [m/s]."""
     return TOP_SPEED_FACTOR * path_length / top_speed
 
 
@@ -93,10 +90,7 @@ class Bezier:
         return u, arc_lengths(self.at(u))
 
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the parameters of the curve's points nearest to n points, and their distances [m].
-
-        Both results have the shape (n,).
-        """
+        """Return the parameters of the curve's points nearest to n points, and their distances [m], shapes (n,)."""
         u = np.linspace(0, 1, FINE // 2 + 1)
         curve = self.at(u)
         best = np.array([np.argmin(((curve - point) ** 2).sum(axis=1)) for point in points])

@@ -1,9 +1,8 @@
-"""The errors that tatamu raises on purpose, as a tree of classes and subclasses.
+"""The errors that tatamu raises on purpose.
 
-TatamuError
-├── InputError              a file, an option or a scene is wrong; the command line exits with the code 2
-│   └── UnavailableError    a scheduler, a database or a disk does not answer; finished work is kept
-└── SimulationError         a simulation failed: the cloth stretched too far, was too fast, or had no finite position
+TatamuError ├── InputError              a file, an option or a scene is wrong; the command line exits with the code 2 │
+└── UnavailableError    a scheduler, a database or a disk does not answer; finished work is kept └── SimulationError
+a simulation failed: the cloth stretched too far, was too fast, or had no finite position
     ├── SceneError          no simulation of this scene can succeed; this class is also an InputError
     └── WorkerKilledError   a computation killed its processes repeatedly
 """
@@ -16,17 +15,14 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
 LONGEST = 1500
-"""Largest number of characters of an error's text.
-
-The middle of a longer text is cut, so the file name and the advice remain.
-"""
+"""Maximum number of characters of a text. The middle of a longer one is cut, so file name and advice remain."""
 
 
 def one_line(text: str) -> str:
     r"""Return a text as one line that any terminal can show.
 
-    A text may quote a file that is damaged or hostile. Therefore control characters, invisible characters, and
-    characters that reverse the direction of writing are escaped as in Python, for example `\x1b`.
+    A text may quote a hostile file, so control characters, invisible ones, and those that reverse the direction of
+    writing are escaped as in Python, for example `\x1b`.
     """
     line = " ".join(text.split())
     if len(line) > LONGEST:
@@ -38,7 +34,6 @@ class TatamuError(Exception):
     """Base of all errors that tatamu raises on purpose. The text is one line with advice for the user."""
 
     def __str__(self) -> str:
-        """Return the text as one line, without control characters."""
         return one_line(super().__str__())
 
 
@@ -55,10 +50,7 @@ class SimulationError(TatamuError):
 
 
 class SceneError(InputError, SimulationError):
-    """No simulation of this scene can succeed.
-
-    In a study, this error means that a trial has failed. Elsewhere, it means that the user's scene is wrong.
-    """
+    """No simulation of this scene can succeed: a failed trial in a study, elsewhere a wrong scene of the user."""
 
 
 class WorkerKilledError(SimulationError):

@@ -1,4 +1,4 @@
-"""Optional packages, and the extras that install them. An error names the extra that must be installed."""
+"""Optional packages, and the extras that install them."""
 
 from __future__ import annotations
 
@@ -24,21 +24,13 @@ EXTRAS = {
 
 
 def missing(error: ModuleNotFoundError) -> InputError | None:
-    """Return the error for a missing module of an extra; None if the module belongs to no extra.
-
-    Args:
-        error: Error that was raised by an import.
-    """
+    """Return the error for a missing module of an extra; None if the module belongs to no extra."""
     module = (error.name or "").partition(".")[0]
     return next((_lacking(module, extra) for extra, modules in EXTRAS.items() if module in modules), None)
 
 
 def needed(module: str, extra: str) -> Any:
-    """Import an optional package.
-
-    Args:
-        module: Name of the module.
-        extra: Name of the extra that installs the module for this use. Several extras may install one module.
+    """Import an optional package for a use whose extra is given; several extras may install one package.
 
     Raises:
         InputError: If the package is not installed. The message says how to install it.

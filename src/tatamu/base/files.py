@@ -1,4 +1,4 @@
-"""Reading and writing of files. Files are validated when they are read, and never left half-written."""
+"""Reading and writing of files: validated when they are read, never left half-written, and of limited sizes [bytes]."""
 
 from __future__ import annotations
 
@@ -27,27 +27,20 @@ from tatamu.base.errors import InputError, UnavailableError, describe
 Model = TypeVar("Model", bound=BaseModel)
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Error numbers of the operating system that mean that a disk is full or cannot be written."""
+"""Numbers of errors that mean that a disk is full or cannot be written."""
 MIB = 1 << 20
 LARGEST_TEXT = 32 * MIB
-"""Largest size of text and JSON files [bytes]. It is three times the size of a large garment's mesh."""
+"""Maximum size of text and JSON files: three times that of a large garment's mesh."""
 LARGEST_TOML = 2 * MIB
-"""Largest size of TOML files, which are written by people [bytes]."""
+"""Maximum size of TOML files, which are written by people."""
 LARGEST_NPZ = 1024 * MIB
-"""Largest memory of all arrays in a file [bytes].
-
-It is ten times the memory for a motion of the default towel that lasts ten minutes.
-"""
+"""Maximum memory of all arrays in a file: ten times that of a motion of the default towel over ten minutes."""
 NUMBERS = "fiub"
-"""Letters of numpy for the types of arrays that are read: floating point numbers, integers and booleans."""
+"""Numpy's letters for floating point numbers, integers and booleans."""
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
-    """Check, before any work is done, that output files can be written and that none of them is an input file.
-
-    Raises:
-        InputError: If an output file is a folder, or one of the input files.
-    """
+    """Check, before any work is done, that output files can be written and none of them is an input file."""
     for target in targets:
         if os.path.isdir(target):  # unlike Path.is_dir, no error for an impossible name; writing reports it
             raise InputError(f"{target}: cannot be written (is a folder)")
@@ -62,10 +55,7 @@ def sibling(path: Path) -> Path:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield an empty temporary file next to `path`, for use in a `with` statement.
-
-    If the statement succeeds, the temporary file is written to the disk and renamed to `path`. Otherwise it is removed.
-    """
+    """Yield a temporary file that takes the place of `path` if the `with` statement succeeds."""
     if not path.name:
         raise InputError(f"{path}: cannot be written (is a folder)")
     temporary = sibling(path)
@@ -110,11 +100,7 @@ def write_npz(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
 
 @contextmanager
 def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
-    """Yield an open regular file of limited size. Pipes and devices are refused because their size is not known.
-
-    Args:
-        path: Path of the file.
-        largest: Largest allowed size of the file [bytes].
+    """Yield an open regular file. Pipes and devices are refused because their size is not known.
 
     Raises:
         InputError: If the file cannot be read, is not a regular file, or is too large.
@@ -135,15 +121,7 @@ def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
 
 
 def read_bytes(path: Path, largest: int = LARGEST_TEXT) -> bytes:
-    """Read a regular file of limited size.
-
-    Args:
-        path: Path of the file.
-        largest: Largest allowed size of the file [bytes].
-
-    Raises:
-        InputError: If the file cannot be read, is not a regular file, or is too large.
-    """
+    """Read a regular file."""
     with opened(path, largest) as file:
         data = file.read(largest + 1)  # some files of the system report no size
     if len(data) > largest:
@@ -152,11 +130,7 @@ def read_bytes(path: Path, largest: int = LARGEST_TEXT) -> bytes:
 
 
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
-    """Read a UTF-8 text file.
-
-    Raises:
-        InputError: If the file cannot be read. The message gives the reason in one line.
-    """
+    """Read a UTF-8 text file. Errors give the reason in one line."""
     try:
         return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a byte order mark at the start
     except UnicodeDecodeError:
@@ -165,14 +139,9 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
 
 @contextmanager
 def foreign(path: Path, what: str) -> Iterator[None]:
-    """Guard a `with` statement in which a library reads a file. Any error becomes one line, and output is suppressed.
+    """Guard a `with` statement in which a library reads a file: any error becomes one line, and output is suppressed.
 
-    Args:
-        path: Path of the file to read.
-        what: Expected kind of file for the message, such as "a DXF file".
-
-    Raises:
-        InputError: If the reader raises any error.
+    `what` is the expected kind of file for the message, such as "a DXF file".
     """
     before = logging.root.manager.disable
     logging.disable()
@@ -191,11 +160,7 @@ def foreign(path: Path, what: str) -> Iterator[None]:
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file.
-
-    Raises:
-        InputError: If the file is not valid JSON. The message names the line or field.
-    """
+    """Read a JSON file. Errors name the line or field."""
     text = read_text(path)
     try:
         return json.loads(text, object_pairs_hook=_once)
@@ -215,11 +180,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def read_toml(path: Path) -> Any:
-    """Read a TOML file.
-
-    Raises:
-        InputError: If the file is not valid TOML. The message names the line or field.
-    """
+    """Read a TOML file. Errors name the line or field."""
     text = read_text(path, LARGEST_TOML)
     try:
         return tomllib.loads(text)
@@ -229,18 +190,10 @@ def read_toml(path: Path) -> Any:
 
 
 def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = LARGEST_NPZ) -> dict[str, np.ndarray]:
-    """Read the arrays of an .npz file. Each array contains numbers or a single text.
+    """Read the arrays of an .npz file, which are numbers or single texts.
 
-    A small file may unpack to gigabytes. The sizes in the headers of all arrays are therefore added before any array is
-    read.
-
-    Args:
-        path: Path of the file.
-        what: Expected kind of file for the message.
-        largest: Largest allowed memory of all arrays [bytes].
-
-    Raises:
-        InputError: If the file cannot be read, is not an .npz file, is too large, or contains any other array.
+    A small file may unpack to gigabytes, so the sizes in all headers are added before any array is read. `what` is the
+    expected kind of file for the message.
     """
     with opened(path, largest) as file, foreign(path, what), zipfile.ZipFile(file) as archive:
         names = [name for name in archive.namelist() if name.endswith(".npy")]
@@ -254,11 +207,7 @@ def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = L
 
 
 def _size(member: IO[bytes], unpacked: int, name: str) -> int:
-    """Return the size of an array in an .npz file [bytes], according to its header.
-
-    Raises:
-        ValueError: If the array contains something other than numbers or a single text, or its header is wrong.
-    """
+    """Return the size of an array [bytes] by its header; raise ValueError for other arrays than numbers or a text."""
     version = npy.read_magic(member)
     if version not in ((1, 0), (2, 0)):
         raise ValueError(f"{name} has the format {version[0]}.{version[1]}")
@@ -278,10 +227,7 @@ def _array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
 
 
 def validated(model: type[Model], value: Any, source: Path | str) -> Model:
-    """Make a record of the type `model` from plain data.
-
-    The first wrong field becomes an `InputError` that names the source.
-    """
+    """Return plain data as a record. The error for the first wrong field names the source."""
     try:
         return model.model_validate(value)
     except ValidationError as error:
@@ -291,11 +237,7 @@ def validated(model: type[Model], value: Any, source: Path | str) -> Model:
 
 
 def read_record(model: type[Model], table: str, path: Path) -> Model:
-    """Read a record of the type `model` from a TOML file whose only table has the name `table`.
-
-    Raises:
-        InputError: If the file cannot be read, has other tables, or a field is wrong.
-    """
+    """Read a record from a TOML file with a single table. Errors name the file and the field."""
     value = read_toml(path)
     if list(value) != [table]:
         raise InputError(f"{path}: must have one table [{table}], given {', '.join(map(str, value)) or 'none'}")

@@ -1,4 +1,4 @@
-"""Locks for folders. Only one process at a time can have the lock of a folder."""
+"""Locks of folders, each for one process at a time."""
 
 from __future__ import annotations
 
@@ -13,16 +13,9 @@ if TYPE_CHECKING:
 
 
 def lock_folder(path: Path, name: str, busy: str) -> AcquireReturnProxy:
-    """Make a folder and lock it.
+    """Make a folder and lock it until the end of a `with` statement, or of the process.
 
-    If the result is used in a `with` statement, the lock ends with the statement. At the latest, the lock ends with the
-    process.
-
-    Args:
-        path: Path of the folder.
-        name: Name of the lock file in the folder.
-        busy: Text of the error message that tells what the process with the lock is doing, such as "another sweep is
-            running here".
+    `busy` says what the process with the lock does, such as "another sweep is running here".
 
     Raises:
         InputError: If another process has the lock, or the folder cannot be written.

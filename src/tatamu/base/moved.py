@@ -57,7 +57,6 @@ class _Moved(MetaPathFinder, Loader):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Claim the modules that have moved."""
         if not fullname.startswith("tatamu.") or present_name(fullname) is None:
             return None
         return ModuleSpec(fullname, self, is_package=True)
@@ -66,7 +65,6 @@ class _Moved(MetaPathFinder, Loader):
         """Let Python make an empty module, whose attributes are those of the present one."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Take all attributes from the present module."""
         present = str(present_name(module.__name__))
         warnings.warn(f"{module.__name__} is now {present}", FutureWarning, stacklevel=2)
         module.__dict__["__getattr__"] = partial(getattr, import_module(present))

@@ -19,11 +19,11 @@ class OpenRecord(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False, arbitrary_types_allowed=True)
 
     UNSAID: ClassVar[frozenset[str]] = frozenset()
-    """Names of the fields that are omitted in the file if they have their defaults."""
+    """Fields that are omitted in the file if they have their defaults."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the record as plain data (texts, numbers, lists and dictionaries), in the order of the fields."""
+        """Return plain data in the order of the fields."""
         plain: dict[str, Any] = standard(self)
         for name in self.UNSAID:
             usual = type(self).model_fields[name].get_default(call_default_factory=True)

@@ -8,11 +8,7 @@ from tatamu.base.errors import InputError
 
 
 def parse_size(text: str, option: str = "size") -> tuple[float, float]:
-    """Return width and length [m] from a text such as "0.34x0.80".
-
-    Raises:
-        InputError: If the text is not a size, or a side is not above zero. The message names the option.
-    """
+    """Return width and length [m] from a text such as "0.34x0.80". Errors name the option."""
     try:
         width, length = (float(part) for part in text.lower().split("x"))
     except ValueError:

@@ -41,15 +41,9 @@ def identify() -> tuple[Versions, str]:
 
 
 async def replace_overdue(client: str, limit: float, dask_scheduler: Any = None) -> int:
-    """Restart or remove the workers on which a client's calls take too long, so that the calls run on other workers.
+    """Restart or remove the workers on which a client's calls take longer than `limit` [s], so that others run them.
 
-    Args:
-        client: Name of the client at the scheduler.
-        limit: Longest time that a call may run [s].
-        dask_scheduler: The scheduler, on which this function runs. Dask passes it.
-
-    Returns:
-        The number of the client's calls that have not ended.
+    Dask passes the scheduler, on which this runs. The result is the number of the client's calls that have not ended.
     """
     calls = {
         call

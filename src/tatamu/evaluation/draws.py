@@ -42,7 +42,6 @@ class Subject:
         return sha256(known.encode()).hexdigest()[:16]
 
     def key(self, scenario: World) -> str:
-        """Return the key under which the outcome in a scenario is kept."""
         values = sorted((name, value.hex()) for name, value in scenario.values.items() if value)
         return sha256(json.dumps([self.digest, values]).encode()).hexdigest()[:24]
 
@@ -57,11 +56,7 @@ class Draws:
         file: Path | None = None,
         progress: Progress = lambda done, total: None,
     ) -> None:
-        """Read the outcomes that are kept in a file, one a line. An incomplete line is skipped.
-
-        Raises:
-            InputError: If the file cannot be read, or its folder cannot be made.
-        """
+        """Read the outcomes that are kept in a file, one a line. An incomplete line is skipped."""
         self.subject = subject
         self._workers = workers
         self._file = file
@@ -81,11 +76,7 @@ class Draws:
         return len(self._asked)
 
     def outcomes(self, scenarios: Sequence[World]) -> list[Outcome]:
-        """Return the outcomes in scenarios, in their order.
-
-        Raises:
-            InputError: If the file cannot be written.
-        """
+        """Return the outcomes in scenarios, in their order."""
         keys = [self.subject.key(each) for each in scenarios]
         self._asked.update(keys)
         missing = {key: each for key, each in zip(keys, scenarios, strict=True) if key not in self._known}

@@ -57,9 +57,7 @@ class Evaluation:
     nominal: float
     """Objective C of Eq. (10) without disturbances, or a penalty if the simulation failed."""
     score: Score | None
-    """All measures without disturbances; None if the simulation failed."""
     error: str | None = None
-    """Why the simulation failed; None if it did not."""
     rollout: Rollout | None = None
     """Motion without disturbances; None if it was dropped to save memory."""
     scenarios: int = 0
@@ -85,7 +83,6 @@ class Evaluator(ABC):
     """Rates the fold that parameters produce."""
 
     task: Task
-    """The fold that is evaluated."""
     contains_length = False
     """Whether the objective contains l_x of Eq. (10), which a search then need not learn."""
     scenario_count = 0
@@ -93,11 +90,7 @@ class Evaluator(ABC):
 
     @abstractmethod
     def __call__(self, ask: Ask | Mapping[str, int | float]) -> Evaluation:
-        """Evaluate a manipulation. A failed simulation gives an evaluation, too.
-
-        Raises:
-            InputError: If a parameter is wrong.
-        """
+        """Evaluate a manipulation. A failed simulation gives an evaluation, too."""
 
     @abstractmethod
     def on(self, task: Task) -> Self:

@@ -94,7 +94,6 @@ class Success(OpenRecord):
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.rate >= LIKELY else "failed"
 
     def __str__(self) -> str:
-        """Return the headline."""
         return self.headline
 
 
@@ -163,9 +162,4 @@ class MarginsRecord(OpenRecord):
 
     @classmethod
     def load(cls, path: Path) -> MarginsRecord:
-        """Read a file.
-
-        Raises:
-            InputError: If the file cannot be read, or a field is wrong.
-        """
         return validated(cls, read_json(path), path)

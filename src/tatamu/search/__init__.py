@@ -1,7 +1,4 @@
-"""Searches: `ask` returns the parameters of the next trial, and `tell` reports how good they are.
-
-A search works on vectors of numbers, and knows neither cloth nor simulators.
-"""
+"""Searches on vectors of numbers: `ask` returns the parameters of a trial, and `tell` reports how good they are."""
 
 from tatamu.search.registry import check_search, find_search, register_search, search_names
 from tatamu.search.search import Observation, Proposal, Search

@@ -1,4 +1,4 @@
-"""Covariance matrix adaptation evolution strategy, CMA-ES (Hansen 2016). It uses the package `cmaes`."""
+"""Covariance matrix adaptation evolution strategy, CMA-ES (Hansen 2016), by the package `cmaes`."""
 
 from __future__ import annotations
 
@@ -11,18 +11,14 @@ from tatamu.search.search import Observation, Search
 from tatamu.search.space import Parameters, Space
 
 FIRST_SPREAD = 1.0 / 6.0
-"""Standard deviation of the first generation about the middle of the unit cube, as a fraction of the cube's side.
-
-Optuna uses the same value."""
+"""Standard deviation of the first generation about the middle of the unit cube, in its sides, as in Optuna."""
 
 
 class CMASearch(Search):
-    """Search that draws each proposal from a normal distribution.
+    """Search that draws each proposal from a normal distribution, adapted to the results of earlier generations.
 
-    The distribution is adapted to the results of earlier generations.
-
-    The strategy is replayed from the observations. Therefore a proposal only depends on the observations, the number of
-    the proposal and the seed. The first proposal is random, as in Optuna's sampler.
+    The strategy is replayed from the observations, so that a proposal depends only on them, its index and the seed. The
+    first one is random, as in Optuna's sampler.
     """
 
     def propose(self) -> tuple[Parameters, float | None]:
@@ -35,7 +31,7 @@ class CMASearch(Search):
 
 
 def replay_strategy(space: Space, observations: Sequence[Observation]) -> CMA:
-    """Return the CMA-ES strategy after all complete generations of observations, in the given order."""
+    """Return the strategy after all complete generations of observations, in the given order."""
     dimensions = space.dimensions
     bounds = np.tile([0.0, 1.0], (dimensions, 1))
     strategy = CMA(np.full(dimensions, 0.5), FIRST_SPREAD, bounds, seed=0, n_max_resampling=10 * dimensions)

@@ -1,13 +1,8 @@
-"""The paper's search: a Gaussian process with a Matern kernel, and expected improvement.
+"""The paper's search: a Gaussian process with a Matern kernel without noise (beta = 0), and expected improvement.
 
-The noise of observations is zero (beta = 0).
-
-This search differs from the paper's search in two ways. First, the kernel has a separate length for each parameter.
-Second, a part of the objective may be known before a trial runs, such as l_x of Eq. (10). Then the process models the
-logarithm of the rest, and the known part need not be learned. The logarithm is used because objectives of good folds
-differ from each other only by hundredths, but objectives of bad folds by whole numbers.
-
-A proposal takes a few milliseconds.
+It differs in two ways: the kernel has a length for each parameter, and a part of the objective may be known before a
+trial, such as l_x of Eq. (10). Then the process models the logarithm of the rest, because objectives of good folds
+differ by hundredths and those of bad folds by whole numbers. A proposal takes a few milliseconds.
 """
 
 from __future__ import annotations
@@ -24,53 +19,39 @@ from tatamu.search.search import Search
 from tatamu.search.space import KnownPart, Parameters, Space
 
 THREADS = ThreadpoolController()
-"""Controls the number of threads of linear algebra. With more than one thread, small matrices take ten times as
-long."""
+"""Controls the threads of linear algebra. With more than one, small matrices take ten times as long."""
 MIN_UNKNOWN = 1e-6
-"""Least value of the unknown part of an objective (the objective minus its known part).
-
-Without this limit, rounding errors could make the unknown part zero or negative.
-"""
+"""Minimum of an objective without its known part, which rounding errors could make zero or negative."""
 MIN_DEVIATION = 0.1
-"""Least standard deviation by which observed logarithms are divided.
-
-Without it, small differences between nearly equal values would be enlarged to unit variance."""
+"""Minimum standard deviation by which observed logarithms are divided, so that small differences stay small."""
 APART = 0.03
-"""Least difference between a proposal and every known or pending point, in at least one parameter.
-
-It is a fraction of the side of the unit cube."""
+"""Minimum difference between a proposal and every known or pending point in at least one parameter, in sides of the
+cube."""
 TAKEN = 1e9
-"""Amount by which log expected improvement is lowered at points nearer than `APART` to a known or pending point.
-
-Such a point is proposed only if no other point is expected to improve on the best trial."""
+"""Amount by which points nearer than `APART` are lowered, so that they are proposed only if no other point improves."""
 
 
 @dataclass(frozen=True)
 class Maximisation:
-    """Settings of the search for the maximum of an acquisition function.
+    """How to maximise an acquisition function: points are scattered, then clouds around the best become narrower.
 
-    Points are first scattered over the cube. In later rounds, clouds of points around the best points become narrower.
+    Spreads are standard deviations in sides of the unit cube.
     """
 
     scattered: int = 1024
-    """Number of points that are scattered over the whole unit cube at the start."""
     around_best: int = 512
-    """Number of points that are placed around the best trials at the start."""
+    """Number of points around the best trials at the start."""
     best_trials: int = 4
-    """Number of best trials around which points are placed."""
     spreads: tuple[float, ...] = (0.02, 0.1, 0.3)
-    """Standard deviations of the points around the best trials, in sides of the unit cube."""
     kept: int = 6
-    """Number of best points that each round of the maximisation keeps. New points are placed around them."""
+    """How many points each round keeps, to place new ones around them."""
     per_kept: int = 21
-    """Number of new points that each round of the maximisation places around each of the best points."""
     rounds: int = 8
     first_spread: float = 0.15
-    """Standard deviation of the new points in the first round of the maximisation, in sides of the unit cube."""
     narrowing: float = 0.6
-    """Ratio of the new points' standard deviation in a round of the maximisation to that in the previous round."""
+    """Ratio of the spread in a round to that in the round before."""
     changed: float = 0.6
-    """Probability, for each coordinate, that a new point differs from the point around which it is placed."""
+    """Probability, for each coordinate, that a new point differs from the one around which it is placed."""
 
 
 class GPSearch(Search):
@@ -97,11 +78,7 @@ class GPSearch(Search):
 def _acquisition(
     space: Space, points: np.ndarray, objectives: np.ndarray, pending: np.ndarray
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a function that gives log expected improvement over the best trial.
-
-    The argument of this function is an array of p points with d coordinates, shape (p, d). The result has the shape
-    (p,).
-    """
+    """Return log expected improvement over the best trial, shape (p,), as a function of p points, shape (p, d)."""
     best = float(objectives.min())
     if space.known_part is None:
         process, centre, spread = fit_standardised(points, objectives, pending)
@@ -120,10 +97,7 @@ def _acquisition(
 
 
 def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return an acquisition function whose values are lowered near n taken points, shape (n, d).
-
-    Taken points are known or pending. A point is near if it differs by less than `APART` from a taken point.
-    """
+    """Return an acquisition function that is lowered within `APART` of n known or pending points, shape (n, d)."""
 
     def lowered(at: np.ndarray) -> np.ndarray:
         near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)
@@ -133,34 +107,21 @@ def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]
 
 
 def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.ndarray:
-    """Return the logarithms of the unknown parts of n objectives, shape (n,).
-
-    The unknown part is the objective minus its known part. If no part is known, return the objectives themselves.
-    """
+    """Return the logarithms of n objectives without their known part, shape (n,); the objectives if none is known."""
     if space.known_part is None:
         return objectives
     return np.asarray(np.log(np.maximum(objectives - space.known_part(space.values(points)), MIN_UNKNOWN)))
 
 
 def leading(points: np.ndarray, objectives: np.ndarray, count: int) -> np.ndarray:
-    """Return the `count` points with the lowest objectives, best first, shape (count, d)."""
+    """Return the points with the lowest objectives, best first, shape (count, d)."""
     return points[np.argsort(objectives, kind="stable")[:count]]
 
 
 def fit_standardised(
     points: np.ndarray, values: np.ndarray, pending: np.ndarray, least: float = MIN_DEVIATION
 ) -> tuple[GaussianProcess, float, float]:
-    """Fit a Gaussian process to standardised values, and add its own mean as an observation at pending points.
-
-    Args:
-        points: The n points of the unit cube whose values were observed, shape (n, d).
-        values: Observed values, shape (n,).
-        pending: Points of the p trials that are still running, shape (p, d).
-        least: Least standard deviation by which values are divided. Without it, small differences would be enlarged.
-
-    Returns:
-        The process, and the two numbers with which the values were standardised: their centre and their spread.
-    """
+    """Return a process of standardised values that believes pending points, with the values' centre and spread."""
     centre = float(values.mean())
     spread = max(float(values.std()), least)
     return GaussianProcess.fit(points, (values - centre) / spread).believing(pending), centre, spread
@@ -173,16 +134,9 @@ def maximise(
     random: np.random.Generator,
     settings: Maximisation,
 ) -> tuple[np.ndarray, float]:
-    """Find the point with the largest acquisition, and return its d coordinates and its acquisition.
+    """Return the d coordinates of the point with the maximum acquisition, and this maximum.
 
     Gradients would save little time, because a thousand points are evaluated in a millisecond.
-
-    Args:
-        acquisition: Function of p points, shape (p, d), that returns their acquisition, shape (p,).
-        space: The search space.
-        best: Points of the b best trials, shape (b, d).
-        random: Random number generator for the points.
-        settings: Numbers of points that are tried, and their spreads.
     """
     scattered = random.random((settings.scattered, space.dimensions))
     middles = best[random.integers(len(best), size=settings.around_best)]

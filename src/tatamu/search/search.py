@@ -47,13 +47,7 @@ class Search(ABC):
     """
 
     def __init__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> None:
-        """Start a search.
-
-        Args:
-            space: Bounds of the parameters, and the part of the objective that is known before a trial.
-            seed: Random seed.
-            first: Parameters that are proposed first, in this order. Repeated ones are left out.
-        """
+        """Start a search that first proposes the parameters in `first`, in this order, repeated ones once."""
         self.space = space
         self.seed = seed
         self.first = [dict(each) for index, each in enumerate(first) if each not in first[:index]]
@@ -62,15 +56,11 @@ class Search(ABC):
 
     @property
     def count(self) -> int:
-        """How many proposals were made."""
         return len(self.told) + len(self.pending)
 
     @property
     def known(self) -> list[Observation]:
-        """Results on which a proposal may depend.
-
-        The first own proposal depends on none, so that it does not wait for the results of the given parameters.
-        """
+        """Results on which a proposal may depend: none for the first own one, so it waits for no given ones."""
         return [] if self.count == len(self.first) else self.told
 
     @abstractmethod
@@ -89,11 +79,7 @@ class Search(ABC):
         self.pending.append(proposal)
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report the result of a proposal, or of parameters that were not proposed.
-
-        Raises:
-            InputError: If the objective is not finite.
-        """
+        """Report the result, a finite number, of a proposal, or of parameters that were not proposed."""
         objective = float(found) if isinstance(found, int | float) else found.objective
         if not np.isfinite(objective):
             raise InputError(f"objective: must be a finite number, given {objective}")
@@ -105,5 +91,4 @@ class Search(ABC):
         self.told.append(Observation(dict(proposal), objective))
 
     def sub_seed(self) -> int:
-        """Return the random seed of the next proposal."""
         return int(np.random.SeedSequence([self.seed, self.count]).generate_state(1)[0])

@@ -15,11 +15,9 @@ from tatamu.base.errors import InputError
 Parameters = dict[str, int | float]
 """A point of a search space, by the names of its parameters. Whole numbers have the type `int`."""
 KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
-"""Function that computes the part of an objective for which no simulation is needed.
-
-Its argument maps the name of each parameter to p values, shape (p,). Its result has the shape (p,)."""
+"""Computes the part of an objective that needs no simulation, shape (p,), from the p values of each parameter."""
 ROUNDING = 1e-9
-"""Largest distance outside a bound that still counts as a rounding error, as a fraction of the range."""
+"""Maximum distance outside a bound that still counts as a rounding error, as a fraction of the range."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +27,6 @@ class Bounds:
     low: float
     high: float
     whole: bool = False
-    """Whether only whole numbers are allowed."""
 
     @property
     def single(self) -> bool:
@@ -37,16 +34,11 @@ class Bounds:
         return self.low == self.high
 
     def nearest(self, value: float) -> int | float:
-        """Return the allowed value that is nearest to `value`."""
         inside = min(max(value, self.low), self.high)
         return round(inside) if self.whole else float(inside)
 
     def check(self, name: str, value: Any) -> None:
-        """Check that a value is within the bounds.
-
-        Raises:
-            InputError: If `value` is not a number within the bounds. The message begins with `name`.
-        """
+        """Raise an InputError that begins with `name` if a value is not a number within the bounds."""
         slack = ROUNDING * (self.high - self.low)
         number = isinstance(value, Real) and not isinstance(value, bool)
         if not number or not self.low - slack <= value <= self.high + slack or (self.whole and value != int(value)):
@@ -58,23 +50,18 @@ class Bounds:
 class Space:
     """Named parameters with bounds, and the unit cube that represents them.
 
-    Each parameter with more than one value has its own axis of the cube. For whole numbers, the side of the cube is
-    divided into equal parts, and the middle of each part represents a number.
+    Each parameter with more than one value has its own axis. For whole numbers, the side of the cube is divided into
+    equal parts, whose middles represent the numbers.
     """
 
     bounds: Mapping[str, Bounds]
     known_part: KnownPart | None = field(default=None, kw_only=True)
-    """Function for the part of the objective that is known without a simulation; None if no part is known."""
 
     def middle(self) -> Parameters:
-        """Return the parameters in the middle of the space."""
         return {name: each.nearest(0.5 * (each.low + each.high)) for name, each in self.bounds.items()}
 
     def random(self, seed: int) -> Parameters:
-        """Return random parameters. All points of the space have the same probability.
-
-        Optuna's `RandomSampler` returns the same parameters for this seed.
-        """
+        """Return parameters drawn uniformly, the same as Optuna's `RandomSampler` for this seed."""
         generator = np.random.RandomState(seed)
         drawn: Parameters = {}
         for name, each in self.bounds.items():
@@ -84,11 +71,7 @@ class Space:
         return drawn
 
     def check(self, parameters: Mapping[str, Any]) -> None:
-        """Check that parameters are in the space.
-
-        Raises:
-            InputError: If a parameter is missing, unknown, or outside its bounds. The message names the parameter.
-        """
+        """Raise an InputError that names the parameter which is missing, unknown, or outside its bounds."""
         if wrong := next(iter(set(parameters) ^ set(self.bounds)), None):
             raise InputError(f"parameters: must be {', '.join(self.bounds)}; {wrong} is missing or unknown")
         for name, each in self.bounds.items():
@@ -96,7 +79,7 @@ class Space:
 
     @cached_property
     def _names(self) -> list[str]:
-        """Names of the parameters with more than one value, in the order of the cube's axes."""
+        """Parameters with more than one value, in the order of the cube's axes."""
         return sorted(name for name, each in self.bounds.items() if not each.single)
 
     @cached_property
@@ -117,7 +100,6 @@ class Space:
 
     @property
     def dimensions(self) -> int:
-        """Number of parameters with more than one value."""
         return len(self._names)
 
     def points(self, parameters: Sequence[Mapping[str, Any]]) -> np.ndarray:
@@ -127,16 +109,13 @@ class Space:
         return np.asarray((rows - self._low + 0.5 * self._whole) / self._size)
 
     def snap(self, points: np.ndarray) -> np.ndarray:
-        """Return, for each of p points of the unit cube, the nearest point with allowed parameters, shape (p, d)."""
+        """Return the nearest point with allowed parameters to each of p points, shape (p, d)."""
         inside = np.clip(points, 0.0, 1.0)
         middles = (np.minimum(np.floor(inside * self._size), self._size - 1.0) + 0.5) / self._size
         return np.where(self._whole, middles, inside)
 
     def values(self, points: np.ndarray) -> dict[str, np.ndarray]:
-        """Return, for each parameter, the p values that p points of the unit cube represent, shape (p,).
-
-        The points, shape (p, d), are results of `snap`.
-        """
+        """Return the p values of each parameter, shape (p,), at points from `snap`, shape (p, d)."""
         values = self._low + points * self._size - 0.5 * self._whole
         values[:, self._whole] = np.round(values[:, self._whole])
         values = np.clip(values, self._low, self._high)  # low + (high - low) may be rounded to a number above high
@@ -144,7 +123,7 @@ class Space:
         return {**dict(zip(self._names, values.T, strict=True)), **single}
 
     def parameters(self, point: np.ndarray) -> Parameters:
-        """Return the parameters that a point of the unit cube represents. The point is a result of `snap`."""
+        """Return the parameters at a point from `snap`."""
         values = self.values(point[None])
         searched = {
             name: int(values[name][0]) if whole else float(values[name][0])

@@ -1,8 +1,8 @@
-"""Studies in a shared PostgreSQL database. Several clients may use it at the same time through Optuna's `RDBStorage`.
+"""Studies in a shared PostgreSQL database, which several clients may use at a time through Optuna's `RDBStorage`.
 
-Passwords come from PGPASSWORD or ~/.pgpass, which libpq reads. The addresses, messages and files of tatamu never
-contain a password. A lost connection is opened again for a limited time. Only one client uses a study at a time. This
-client has an advisory lock, which the server releases when the client ends, even if the client crashes.
+Passwords come from PGPASSWORD or ~/.pgpass, which libpq reads; addresses, messages and files of tatamu contain none. A
+lost connection is opened again for a limited time. A client holds the advisory lock of its study, which the server
+releases when the client ends, even by a crash.
 """
 
 from __future__ import annotations
@@ -27,32 +27,22 @@ from tatamu.base.errors import InputError, UnavailableError
 Value = TypeVar("Value")
 
 OPENING_SECONDS = 10.0
-"""Longest time for opening the first connection to the database [s]. Attempts are repeated during this time."""
+"""Maximum time for opening the first connection [s]."""
 RETRY_SECONDS = 120.0
-"""Longest time for opening a lost connection to the database again [s]. Attempts are repeated during this time."""
+"""Maximum time for opening a lost connection again [s]."""
 HOLD_SECONDS = 15.0
-"""Longest time for which a client waits if another client has locked the study [s]."""
+"""Maximum time for which a client waits for a study that another client has locked [s]."""
 PAUSE = 0.25
-"""Pause between two attempts to use the database, or to lock a study in it [s]."""
+"""Pause between two attempts to use the database, or to lock a study [s]."""
 CONNECTIONS = 4
-"""Largest number of connections of one client to the database.
-
-One more connection locks the studies of the client. It is not counted.
-"""
+"""Maximum number of connections of a client, without the one that locks its studies."""
 SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp_keepalives_count=3"
-"""Options of a connection to the database.
-
-With them, the server notices that a client's machine has disappeared, and releases the locks of this client.
-"""
+"""With these, the server notices that a client's machine has disappeared, and releases its locks."""
 LOST_STATES = ("08", "57P", "53300")
-"""SQLSTATE error codes, or their beginnings, which mean that the database is not available at the moment.
-
-The connection was lost, the server shuts down, or the server has too many clients."""
+"""Beginnings of SQLSTATE codes: the connection was lost, the server shuts down or has too many clients."""
 PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
-"""SQLSTATE codes of the database's temporary errors. If such an error occurs, the operation is repeated.
-
-They include conflicts with other clients, and tables that another client creates at the same time.
-"""
+"""SQLSTATE codes after which an operation is repeated: also conflicts, and tables that another client creates at this
+time."""
 PASSING_WORDS = (
     "refused",
     "starting up",
@@ -67,26 +57,19 @@ PASSING_WORDS = (
     "reset by peer",
     "no such file or directory",
 )
-"""Parts of the messages of the database's temporary errors.
-
-They identify such an error if the database driver gives no SQLSTATE code.
-"""
+"""Parts of messages after which an operation is repeated, if the driver gives no SQLSTATE code."""
 
 
 class ConnectionLostError(Exception):
-    """An error: the connection to the database was lost.
+    """The connection was lost.
 
-    It is not a subclass of an SQLAlchemy error, because Optuna repeats an operation after such an error. Instead,
-    tatamu first checks whether the operation was done before the connection was lost.
+    It is no SQLAlchemy error, because Optuna would repeat the operation after one. Tatamu first checks whether it was
+    done.
     """
 
 
 def parse_storage(given: str) -> str:
-    """Check the form of a database's address, and return the address as `postgresql://USER@HOST/DB`.
-
-    Raises:
-        InputError: If the address has another form or contains a password. The message never repeats the password.
-    """
+    """Return a database's address as `postgresql://USER@HOST/DB`. Errors never repeat a password, which is refused."""
     wanted = "must be postgresql://USER@HOST/DB"
     try:
         url = make_url(given)
@@ -103,10 +86,9 @@ def parse_storage(given: str) -> str:
 
 @dataclass
 class SharedDatabase:
-    """A database that several machines use, with the connections of this process to it."""
+    """A database that several machines use, with this process's connections to it."""
 
     address: str
-    """`postgresql://USER@HOST/DB`, without a password."""
     retry_seconds: float = RETRY_SECONDS
     _storage: RDBStorage | None = None
     _holding: Connection | None = None
@@ -115,27 +97,17 @@ class SharedDatabase:
 
     @property
     def storage(self) -> RDBStorage:
-        """Optuna's storage in the database. The connection is opened at the first use.
-
-        Raises:
-            InputError: If the database refuses the connection.
-            UnavailableError: If the database does not answer.
-        """
+        """Optuna's storage in the database, connected at the first use."""
         with self._lock:
             if self._storage is None:
                 self._storage = self._persist(self._open, OPENING_SECONDS)
             return self._storage
 
     def run(self, operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value | None:
-        """Run an operation on the database. Repeat the operation if the connection was lost.
+        """Run an operation that reads, or that writes in one transaction, and repeat it if the connection was lost.
 
-        Args:
-            operation: Function that reads, or that writes in one transaction.
-            done: Function that is called before each new attempt. It returns whether an earlier attempt completed the
-                operation, and only the answer was lost.
-
-        Returns:
-            The result of the operation; None if the operation was done but the answer was lost.
+        `done` is called before each new attempt. It returns whether an earlier one was completed and only the answer
+        was lost; then the result is None.
         """
         first = True
 
@@ -165,7 +137,6 @@ class SharedDatabase:
             self._held.add(name)
 
     def release(self, name: str) -> None:
-        """Release the lock on a study."""
         with self._lock:
             self._held.discard(name)
             if self._holding is not None:
@@ -175,7 +146,6 @@ class SharedDatabase:
                     self._drop_holding()  # the lock ended with its connection
 
     def close(self) -> None:
-        """Close all connections and release all locks."""
         with self._lock:
             self._drop_holding()
             if self._storage is not None:
@@ -194,7 +164,7 @@ class SharedDatabase:
                 raise
 
     def _hold_again(self) -> None:
-        """After a lost connection, lock all studies again that this process had locked."""
+        """Lock all studies again that this process had locked, after a lost connection."""
         with self._lock:
             try:
                 if self._holding is not None:
@@ -213,7 +183,7 @@ class SharedDatabase:
         self._holding = None
 
     def _persist(self, operation: Callable[[], Value], seconds: float) -> Value:
-        """Repeat an operation on the database until it succeeds, for at most `seconds` [s].
+        """Repeat an operation until it succeeds, for at most `seconds` [s].
 
         Raises:
             InputError: If the database refuses the operation.
@@ -253,16 +223,10 @@ class SharedDatabase:
 
 @contextmanager
 def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
-    """Yield the shared database at an address, and close it when the `with` block ends; None if the address is None.
-
-    This process opens only a few connections to the database.
-
-    Args:
-        address: Address `postgresql://USER@HOST/DB`, or None.
+    """Yield the shared database at an address, and close it when the `with` block ends; None without an address.
 
     Raises:
-        InputError: If the address is invalid, the database driver is not installed, or the database refuses the
-            connection.
+        InputError: If the address is invalid, its driver is not installed, or the database refuses the connection.
         UnavailableError: If the database does not answer.
     """
     if address is None:
@@ -286,10 +250,7 @@ def _rendered(url: URL) -> str:
 
 
 def _say_that_it_was_lost(context: ExceptionContext) -> None:
-    """Raise a `ConnectionLostError` if an SQLAlchemy error means that the connection to the database was lost.
-
-    Optuna would repeat an operation after the SQLAlchemy error, but not after a `ConnectionLostError`.
-    """
+    """Raise a `ConnectionLostError` for an SQLAlchemy error that means this."""
     state, reason = _reason(context.original_exception)
     if context.is_disconnect or _passes(state, reason, LOST_STATES):
         raise ConnectionLostError(reason)
@@ -300,10 +261,7 @@ def _passes(state: str, reason: str, states: tuple[str, ...] = PASSING_STATES) -
 
 
 def _reason(error: BaseException) -> tuple[str, str]:
-    """Return two texts about an error of the database: its SQLSTATE code, and the driver's message in one line.
-
-    The first text is empty if the error has no code.
-    """
+    """Return the SQLSTATE code of an error, or "", and the driver's message in one line."""
     cause: Any = error
     while getattr(cause, "orig", None) or cause.__cause__:
         cause = getattr(cause, "orig", None) or cause.__cause__

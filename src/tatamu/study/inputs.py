@@ -1,6 +1,6 @@
-"""Copies of the files from which a fold was learned: garment, plan, material and robot.
+"""Copies of the files from which a fold was learned, in the folder of its result.
 
-The copies are in the folder of the result. Therefore the folder can be moved, and the original files can be changed.
+With them, the folder can be moved, and the original files can be changed.
 """
 
 from __future__ import annotations
@@ -22,22 +22,19 @@ from tatamu.simulation.material import is_preset
 
 INPUTS = "inputs"
 INDEX = "files.json"
-"""Name of the file that lists the path of the copy for each kind of input, such as the garment."""
+"""The file with the path of the copy of each kind of input."""
 LARGEST_INPUT = 256 * MIB
-"""Largest size of a copied file [bytes]. The meshes of a robot's links may be large."""
+"""Maximum size of a copied file [bytes]. The meshes of a robot's links may be large."""
 
 
 @dataclass(frozen=True)
 class Sources:
-    """The user's files of one input, such as the garment, or the text of an input that has no file.
-
-    If there are several files, the first file refers to the others.
-    """
+    """The user's files of one input, of which the first refers to the others, or the text of one without a file."""
 
     files: Sequence[Path] = ()
     text: str = ""
     name: str = field(default="", kw_only=True)
-    """File name under which the text is stored."""
+    """File name of the text."""
 
 
 def sources_of(task: Task, disturbances: Disturbances | None) -> dict[str, Sources]:
@@ -61,15 +58,7 @@ def sources_of(task: Task, disturbances: Disturbances | None) -> dict[str, Sourc
 
 
 def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:
-    """Copy the input files of a learned fold into its folder.
-
-    Each kind of input, such as the garment, has its own folder `inputs/KIND`.
-
-    Files keep their positions relative to each other, so relative paths in the files remain valid.
-
-    Raises:
-        InputError: If a source cannot be read, or the folder cannot be written.
-    """
+    """Copy the input files of a learned fold into `inputs/KIND`, where relative paths between them remain valid."""
     kept = {kind: _keep(folder / INPUTS / kind, source) for kind, source in sources.items()}
     if kept:
         write_json(folder / INPUTS / INDEX, {kind: f"{kind}/{place}" for kind, place in kept.items()})
@@ -90,9 +79,7 @@ def _keep(folder: Path, source: Sources) -> str:
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:
-    """Return the path of the copy of a learned fold's input, such as its garment file; None if there is no copy.
-
-    If the folder of the fold contains no copies, the copies in the folder of its plan are used.
+    """Return the copy of an input, in the folder of a fold or of its plan; None if there is none.
 
     Raises:
         InputError: If the index of the copies is invalid.

@@ -17,18 +17,10 @@ from tatamu.evaluation.array import LEVEL
 from tatamu.folding.aim import Aim
 
 MOST_PARALLEL = 16
-"""Largest number of pending trials, which run at the same time.
-
-With more pending trials, each trial would be proposed from too few results.
-"""
+"""Maximum number of pending trials. With more, each is proposed from too few results."""
 USUAL_PENDING = 2
-"""Default number of pending trials, which run at the same time.
-
-This number is equal on all machines, because the results of a study depend on it.
-
-With more pending trials, fewer results of earlier trials are known when a new trial starts. The parameters of the new
-trial are then chosen less well. Also, a bad trial is stopped later, because the best known trial is worse.
-"""
+"""Default number of pending trials, equal on all machines, because the results of a study depend on it. With more, new
+trials know fewer results: they are chosen less well, and bad ones are stopped later."""
 FORMER = {
     "quantile": "a fold has to succeed in the scenarios of an array, whose size is `level`",
     "coarse": "there is one mesh, whose size is `spacing`",
@@ -37,7 +29,7 @@ FORMER = {
 
 
 def _metavar(text: str) -> dict[str, Any]:
-    """Return extra data for a field: the placeholder that the command line shows for the option's value."""
+    """Return extra data of a field: the placeholder for its value on the command line."""
     return {"metavar": text}
 
 
@@ -47,11 +39,7 @@ class Options(Record):
     model_config = ConfigDict(allow_inf_nan=True)  # the checks report such numbers
 
     def __init__(self, **given: Any) -> None:
-        """Make a record of options.
-
-        Raises:
-            InputError: If a value is wrong. The message names the field.
-        """
+        """Make a record of options. Errors name the field."""
         try:
             super().__init__(**given)
         except ValidationError as error:
@@ -110,7 +98,7 @@ class LearnOptions(Options):
         "the study started, as the robot's .toml says, or default.",
         json_schema_extra=_metavar("default|none|FILE.toml"),
     )
-    """Name or file as on the command line, or `Disturbances`; None for the default disturbances."""
+    """As on the command line, or `Disturbances`; None for the default disturbances."""
     level: float = Field(
         LEVEL, description="Size of the disturbances in the scenarios of the search, in their standard deviations."
     )
@@ -149,7 +137,6 @@ class LearnOptions(Options):
     @model_validator(mode="before")
     @classmethod
     def _drop_former(cls, given: Any) -> Any:
-        """Accept the options of version 0.2 that have no effect any more, with a warning."""
         if not isinstance(given, dict):
             return given
         for name in FORMER.keys() & given.keys():
@@ -159,11 +146,7 @@ class LearnOptions(Options):
 
 
 def parse_aim(text: str) -> Aim:
-    """Return the aim that a text such as 0.003x0.003x0.006 or none states.
-
-    Raises:
-        InputError: If the text is no aim.
-    """
+    """Return the aim that a text such as 0.003x0.003x0.006 or none states."""
     if text == "none":
         return Aim()
     try:
@@ -180,11 +163,10 @@ class TaskRequest(LearnOptions, FoldOptions):
 
     @property
     def learning(self) -> LearnOptions:
-        """The options of the search."""
         return LearnOptions(**{name: getattr(self, name) for name in LearnOptions.model_fields})
 
     def words(self) -> list[str]:
-        """Return the words of the command line that give these options. The garment is first; defaults are omitted."""
+        """Return the words of the command line that give these options: the garment first, defaults omitted."""
         found = [self.garment]
         for name, field in type(self).model_fields.items():
             value = getattr(self, name)

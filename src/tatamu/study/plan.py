@@ -1,4 +1,4 @@
-"""The result of learning a plan with several steps. Each step starts from the final state of the previous step."""
+"""The result of learning a plan with several steps."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class PlanResult:
     record: PlanRecord
     steps: list[Result]
     rollout: Rollout
-    """The motion of the cloth in all steps. Its field `extra` contains the `target` shape, and in `step_starts` the
-    time at which each step starts [s]."""
+    """The motion of the cloth in all steps, with the `target` and the start of each step (`step_starts` [s]) in
+    `extra`."""
     folder: Path | None = field(default=None)
-    """Folder of the result; None if the result is only in memory."""
+    """None if the result is only in memory."""
 
     @property
     def final(self) -> FromFlat:
@@ -37,17 +37,12 @@ class PlanResult:
         return self.record.final
 
     def save(self, path: Path | str) -> ResultFolder:
-        """Write `result.json`, `rollout.npz` and the folders of the steps.
-
-        Raises:
-            InputError: If the folder cannot be written.
-        """
+        """Write `result.json`, `rollout.npz` and the folders of the steps."""
         for number, step in enumerate(self.steps):
             step.save(Path(path) / step_name(number))
         return self.write_whole(Path(path))
 
     def write_whole(self, path: Path) -> ResultFolder:
-        """Write `result.json` and `rollout.npz` of the whole plan."""
         folder = ResultFolder(path)
         folder.result_file.unlink(missing_ok=True)  # It is written last, and then shows that the rollout belongs to it.
         folder.write_rollout(self.rollout)
@@ -55,45 +50,26 @@ class PlanResult:
         return folder
 
     def write_report(self, file: Path | str | None = None) -> Path:
-        """Write the page of the plan, and return its path.
-
-        Args:
-            file: File to write; None for `report.html` in the plan's folder.
-
-        Raises:
-            InputError: If the file cannot be written, or no file is given and the plan has no folder.
-        """
+        """Write the page of the plan, by default `report.html` in its folder, and return its path."""
         return Path(import_module(PAGES).write_plan_report(self, None if file is None else Path(file)))
 
     def _repr_html_(self) -> str:
-        """Return every step for notebooks, one below another."""
         return "".join(step._repr_html_() for step in self.steps)
 
     def __repr__(self) -> str:
-        """Return one line: what, and how good."""
         away = 1e3 * self.final.mean_vertex_distance
         return f"PlanResult({self.record.plan.garment}, {self.record.plan.fold}: {away:.1f} mm from the ideal folds)"
 
     @classmethod
     def load(cls, path: Path | str) -> PlanResult:
-        """Read the folder of a learned plan.
-
-        Raises:
-            InputError: If a file is missing, damaged, of another version, or does not fit the other files.
-        """
+        """Read the folder of a learned plan."""
         folder = ResultFolder(Path(path))
         steps = [Result.load(Path(path) / step.folder) for step in folder.plan_record.steps]
         return cls(folder.plan_record, steps, folder.rollout, Path(path))
 
     @classmethod
     def of(cls, task: Task, steps: Sequence[Result], folder: Path | None) -> PlanResult:
-        """Return the result of the steps that have been learned.
-
-        Args:
-            task: The first step.
-            steps: Results of the steps in order; at least one result.
-            folder: Folder of the result; None if the result is only in memory.
-        """
+        """Return the result of at least one step, in order. `task` is the first."""
         ideals = [fold.target for fold in ideal_folds(task.garment, task.plan, task.hands)]
         faces = task.garment.faces
         records = [
@@ -114,10 +90,7 @@ class PlanResult:
 
 
 def join(rollouts: Sequence[Rollout], target: np.ndarray) -> Rollout:
-    """Join the rollouts (motions of the cloth) of consecutive steps into one.
-
-    `target` is the final target shape [m], (n, 3).
-    """
+    """Join the motions of consecutive steps into one with the final target [m], shape (n, 3)."""
     starts = np.concatenate([[0.0], np.cumsum([rollout.times[-1] for rollout in rollouts])])
     times = [rollout.times[1:] + start for rollout, start in zip(rollouts, starts[:-1], strict=True)]
     first = rollouts[0]
@@ -156,10 +129,7 @@ def _step(number: int, task: Task, result: Result, whole: FromFlat) -> StepRecor
 
 
 def from_flat(faces: np.ndarray, ideal: np.ndarray, state: np.ndarray) -> FromFlat:
-    """Return the deviation of a folded garment from the ideally folded garment.
-
-    The arrays `ideal` and `state` contain the ideal and the actual positions of the n vertices [m], shape (n, 3).
-    """
+    """Return the deviation of a folded garment from the ideal one, both [m], shape (n, 3)."""
     reached, wanted = top_views(faces, state, ideal)
     return FromFlat(
         mean_vertex_distance=float(vertex_distances(ideal, state).mean()),

@@ -31,12 +31,10 @@ class PlanDescription(OpenRecord):
     size: list[float]
     """Width and length of the garment [m]."""
     fold: str
-    """Name of the fold plan."""
     material: Material
     spacing: float
     """Distance between neighbouring vertices of the mesh [m]."""
     vertices: int
-    """Number of vertices of the mesh."""
     simulator: str
 
 
@@ -53,39 +51,30 @@ class TaskDescription(OpenRecord):
     spacing: float | None = None
     """Distance between neighbouring vertices of the mesh [m]."""
     vertices: int | None = None
-    """Number of vertices of the mesh."""
     simulator: str
     fold_line: list[list[float]] | None = None
-    """Two points of the fold line [m], shape (2, 2)."""
+    """Two points [m], shape (2, 2)."""
     translation: Annotated[list[float], Field(min_length=3, max_length=3)] | None = None
     """Displacement of the hands from grasp to release [m]."""
     candidates: int | None = None
-    """Number M of vertices that each hand may grasp (grasp candidates)."""
+    """Number M of vertices that each hand may grasp."""
     hands: int = 2
-    """Number of hands that fold."""
     fingers: Fingers | None = None
-    """The fingers of the hands; None for hands without fingers."""
+    """None for hands without fingers."""
     robot: str | None = None
-    """Name of the robot that must be able to execute the fold; None if any manipulation is allowed."""
+    """None if any manipulation is allowed."""
     step: tuple[int, int] | None = None
-    """Number of the step, from 1, and number of steps in the plan; None if the plan has only one step."""
+    """Number of the step, from 1, and number of steps; None if the plan has only one."""
     start: str | None = None
-    """Digest of the state from which a step of a plan starts; None if the plan has only one step."""
+    """Digest of the state from which a step starts; None if the plan has only one."""
     shift: list[HandShift] | None = None
-    """Shifts of each hand's grasp, release and height that correct the manipulation, left before right.
-
-    None if the manipulation is not corrected.
-    """
+    """Correction of each hand's path, left before right."""
     digest: str | None = None
-    """Digest of the properties of the task that have no field of their own.
-
-    They are the mesh, the grasp candidates, the ratio of the cloth's areas after and before the fold, and the file of
-    the robot.
-    """
+    """Digest of what has no field of its own: see `_digest`."""
 
 
 def describe_plan(task: Task) -> PlanDescription:
-    """Return the description of the garment and the plan for `result.json`."""
+    """Return the garment and the plan of a task."""
     garment = task.garment
     return PlanDescription(
         garment=garment.name,
@@ -99,7 +88,7 @@ def describe_plan(task: Task) -> PlanDescription:
 
 
 def describe_task(task: Task) -> TaskDescription:
-    """Return the description of the task for `result.json`."""
+    """Return what makes two tasks equal."""
     fold = task.fold
     several = task.step[1] > 1
     return TaskDescription(
@@ -118,11 +107,7 @@ def describe_task(task: Task) -> TaskDescription:
 
 
 def _digest(task: Task) -> str:
-    """Return a digest of the properties of a task that have no field of their own in its description.
-
-    They are the mesh to the micrometre, the grasp candidates, the file of the robot, and the ratio of the cloth's areas
-    after and before the fold.
-    """
+    """Return a digest of the mesh to the micrometre, the grasp candidates, the areas' ratio and the robot's file."""
     fold = task.fold
     ratio = fold.area_ratio or 0.0
     robot = task.reach.description if task.reach else b""
@@ -130,13 +115,12 @@ def _digest(task: Task) -> str:
 
 
 class SharedStudyRecord(OpenRecord):
-    """The file `study.json`, which states the database and the name under which the study of a folder is stored."""
+    """The file `study.json`: where a shared database has the study of a folder."""
 
     version: Literal[1]
     storage: str
-    """Address of the database, `postgresql://USER@HOST/DB`. It never contains a password."""
+    """`postgresql://USER@HOST/DB`, never with a password."""
     name: str
-    """Name of the study in the database."""
 
 
 class StudyRecord(OpenRecord):
@@ -146,32 +130,29 @@ class StudyRecord(OpenRecord):
 
     task: TaskDescription
     sampler: str
-    """Name of the search, such as "gp"."""
     grasps: Grasps = "integer"
     seed: int
     parallel: int = 1
-    """How many trials may be pending at the same time."""
+    """How many trials may be pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the initial curves, which were given to the search."""
+    """Initial curves."""
     disturbances: dict[str, Any] | None = None
-    """The disturbances; None if there are none, and the objective is C of Eq. (10)."""
+    """None if there are none, and the objective is C of Eq. (10)."""
     level: float | None = None
-    """Size of the disturbances in the scenarios, in their deviations; None without disturbances."""
+    """Size of the disturbances in the scenarios, in their deviations."""
     aim: Aim | None = None
-    """Room that the hands leave for errors; None for none."""
 
 
 class Crossings(OpenRecord):
-    """Numbers of crossings in a rollout: edges of the cloth that pass through triangles of the cloth."""
+    """How many edges of the cloth pass through triangles of the cloth in a rollout."""
 
     final: int
-    """Number of crossings in the last frame."""
+    """In the last frame."""
     most: int
-    """Number of crossings in the frame with the most crossings."""
+    """In the frame with the most."""
 
     @classmethod
     def of(cls, rollout: Rollout) -> Self:
-        """Count the crossings of a rollout."""
         counts = crossings_over_time(rollout.positions, rollout.faces)
         return cls(final=int(counts[-1]), most=int(counts.max()))
 
@@ -183,13 +164,13 @@ class ResultRecord(StudyRecord):
 
     version: Literal[1] = 1
     tatamu: str = ""
-    """Version of tatamu that wrote the file."""
+    """Version that wrote the file."""
     request: TaskRequest | None = None
     """The options of `tatamu learn` that give this study; None in files of earlier versions."""
     until_gain: float | None = None
     """Expected gain below which the search ends, as a fraction of the best objective; None for a number of trials."""
     bounds: dict[str, list[float]] = Field(default_factory=dict)
-    """Lowest and highest value of each parameter; empty in files of earlier versions."""
+    """Minimum and maximum of each parameter; empty in files of earlier versions."""
     success: Success | None = None
     """How often the best fold succeeds in scenarios that were not used to learn it; None without disturbances."""
     asked: TaskOptions | None = None
@@ -199,14 +180,13 @@ class ResultRecord(StudyRecord):
     best: Index | None
     """Index of the complete trial with the lowest value; None if all trials failed."""
     crossings: Crossings | None = None
-    """Crossings of the cloth with itself in the best trial; None if all trials failed."""
+    """Those of the best trial; None if all trials failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
     baselines: list[Baseline] = Field(default_factory=list)
 
     @model_validator(mode="before")
     @classmethod
     def _read_former(cls, given: Any) -> Any:
-        """Read the name of version 0.2."""
         former = isinstance(given, dict) and "success" not in given and "judged" in given
         return {**given, "success": given["judged"]} if former else given
 
@@ -238,7 +218,6 @@ class ResultRecord(StudyRecord):
 
     @property
     def best_is_initial(self) -> bool:
-        """Whether the best trial is one of the initial curves."""
         return any(self.best_trial.parameters == each for each in self.first)
 
     @property
@@ -249,11 +228,6 @@ class ResultRecord(StudyRecord):
 
     @property
     def best_score(self) -> Score:
-        """The measures of the best trial.
-
-        Raises:
-            ValueError: If all trials failed.
-        """
         score = self.best_trial.score
         assert score is not None, "the best trial is complete"
         return score
@@ -263,19 +237,15 @@ class FromFlat(OpenRecord):
     """Deviation of a folded garment from its ideal shape, which perfect folds in all steps so far would give."""
 
     mean_vertex_distance: float
-    """Mean distance between the vertices of the folded garment and their ideal positions [m]."""
+    """Mean distance of the vertices from their ideal positions [m]."""
     mask_iou: float
-    """Overlap of the folded garment and the ideal, seen from above: intersection over union [-]."""
+    """Intersection over union with the ideal, seen from above [-]."""
     area_error: float
-    """Difference between the area that the folded garment covers and the area of the ideal, relative to the latter [%].
-    """
+    """Difference of the covered area from the ideal's, relative to the latter [%]."""
 
     @property
     def moving_vertex_distance(self) -> None:
-        """Return None, because this measure is only defined for a single fold.
-
-        It refers to the part of the cloth that moves. All folds of a plan together move nearly all of the cloth.
-        """
+        """Return None: only a single fold has a moving part, while the folds of a plan move nearly all cloth."""
         return None
 
 
@@ -283,15 +253,12 @@ class StepRecord(Scored):
     """One step of a plan: the measures of its own fold, and the deviation of the garment after all folds so far."""
 
     folder: Annotated[str, Field(pattern=r"^step-[1-9][0-9]{0,3}$")]
-    """Name of the step's folder within the plan's folder."""
     title: str
-    """Title of the step's fold, in a few words."""
     hands: int
-    """Number of folding hands."""
     trials: int
-    """Number of trials of the step."""
+    """How many trials were made."""
     best: Index
-    """Number of the best trial: the complete trial with the lowest objective."""
+    """Number of the best trial."""
     crossings: Crossings
     whole: FromFlat
 
@@ -301,7 +268,7 @@ class PlanRecord(OpenRecord):
 
     version: Literal[1] = 1
     tatamu: str = ""
-    """Version of tatamu that wrote the file."""
+    """Version that wrote the file."""
     plan: PlanDescription
     sampler: str
     grasps: str

@@ -32,18 +32,12 @@ MOMENTS = {
     "error_10": (10, "Best after 10"),
     "error_50": (50, "Best after 50"),
 }
-"""Names of arrays of `rollout.npz`. They contain the vertex distances e_i of early trials [m], shape (n,).
-
-For example, "error_10" belongs to the best of the first 10 trials. Each name is mapped to this number of trials, and to
-a title."""
+"""Arrays of `rollout.npz` with the vertex distances e_i of the best of the first trials [m], shape (n,): so many
+trials, and a title."""
 PAGES = "tatamu.report"
 """Room of the pages, which stands above this one and is imported when a page is asked for."""
 SAME = 1e-6
-"""Largest difference between two target shapes that count as equal [m].
-
-One target is stored in the folder, and the other is computed again, perhaps by another version of tatamu. Smaller
-differences are rounding errors.
-"""
+"""Maximum difference of a stored target from the one that is computed again, by rounding errors [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,22 +45,17 @@ class Result:
     """A learned fold."""
 
     record: ResultRecord
-    """The study: its task, its search and its trials."""
     manipulation: Manipulation
-    """The best manipulation."""
     scene: Scene
-    """The scene in which the best manipulation is simulated."""
     rollout: Rollout
-    """The motion of the cloth without disturbances. Its field `extra` contains the target shape, and the vertex
-    distances of earlier trials."""
+    """Motion without disturbances, with the target and the distances of earlier trials in `extra`."""
     folder: Path | None = None
-    """Folder of the result; None if the result is only in memory."""
+    """None if the result is only in memory."""
     made_from: Task | None = field(default=None, repr=False)
-    """The task, if the fold was learned in this process; None if the task must be made again from the record."""
+    """The task, if the fold was learned in this process; None if it must be made again from the record."""
 
     @property
     def best(self) -> Trial:
-        """The best trial, with its `.number`, `.parameters` and `.score`."""
         return self.record.best_trial
 
     @property
@@ -88,7 +77,6 @@ class Result:
 
     @property
     def trials(self) -> list[Trial]:
-        """All trials in order."""
         return self.record.trials
 
     def table(self) -> dict[str, list[object]]:
@@ -106,17 +94,17 @@ class Result:
 
     @property
     def start(self) -> np.ndarray:
-        """Positions of the cloth's vertices before the fold [m], shape (n, 3)."""
+        """The cloth before the fold [m], shape (n, 3)."""
         return self.rollout.positions[0]
 
     @property
     def final(self) -> np.ndarray:
-        """Positions of the cloth's vertices after the fold [m], shape (n, 3)."""
+        """The cloth after the fold [m], shape (n, 3)."""
         return self.rollout.positions[-1]
 
     @property
     def target(self) -> np.ndarray:
-        """The target shape: position of each vertex after a perfect fold [m], shape (n, 3)."""
+        """Position of each vertex after a perfect fold [m], shape (n, 3)."""
         return self.rollout.extra["target"]
 
     @property
@@ -131,15 +119,12 @@ class Result:
 
     @property
     def errors(self) -> np.ndarray:
-        """Distances e_i of Eq. (12) between the vertices of the learned fold and their targets [m], shape (n,)."""
+        """Distances e_i of Eq. (12) from the targets [m], shape (n,)."""
         return vertex_distances(self.target, self.final)
 
     @property
     def moments(self) -> list[tuple[str, np.ndarray]]:
-        """Title and vertex distances e_i [m], shape (n,), of the best trial so far at several moments of the search.
-
-        The last entry is the learned fold.
-        """
+        """Title and distances e_i [m], shape (n,), of the best trial at several moments, and of the learned fold."""
         known = {name: moment for name, moment in MOMENTS.items() if name in self.rollout.extra}
         titled = [(title, self.rollout.extra[name]) for name, (_, title) in known.items()]
         count = len(self.trials)
@@ -153,7 +138,7 @@ class Result:
 
     @cached_property
     def description(self) -> ManipulationFile:
-        """The manipulation in the form of `manipulation.json`."""
+        """The content of `manipulation.json`."""
         return self.manipulation.describe()
 
     def hand(self, arm: ArmPath) -> np.ndarray:
@@ -161,7 +146,7 @@ class Result:
         return np.array(arm.grasp.position) + self._gripper(arm).path(self.rollout.times)
 
     def _gripper(self, arm: ArmPath) -> Gripper:
-        """Return the first gripper of a hand. A hand has one or more grippers, and the first moves like the hand."""
+        """Return the first gripper of a hand, which moves like the hand."""
         for gripper in self.scene.grippers:
             if gripper.hand == arm.name:
                 return gripper
@@ -176,12 +161,11 @@ class Result:
 
     @property
     def simulator(self) -> str:
-        """Name of the simulator in which the fold was learned."""
         return self.record.task.simulator
 
     @cached_property
     def task(self) -> Task:
-        """The task that was learned. If the result was loaded, the task is made again from the record.
+        """The task that was learned, made again from the record if the result was loaded.
 
         Raises:
             InputError: If the task cannot be made again, or this version computes another target for it.
@@ -198,15 +182,10 @@ class Result:
 
     @property
     def score(self) -> Score:
-        """Measures of the fold without disturbances, in the simulator in which the fold was learned."""
         return self.rate(self.final)
 
     def rate(self, final: np.ndarray) -> Score:
-        """Return the score of cloth that ends at other positions than in this result.
-
-        These positions should come from the same motion of the hands, for example from a simulation with disturbances.
-        `final` contains the final positions of the n vertices [m], shape (n, 3).
-        """
+        """Return the score of cloth that ends at other positions [m], shape (n, 3), after the same motion."""
         return score(self.task.fold, self.manipulation.trajectory_length, final)
 
     def save(self, folder: Path | str) -> ResultFolder:
@@ -221,10 +200,7 @@ class Result:
         return kept
 
     def write_report(self, file: Path | str | None = None) -> Path:
-        """Write the page of the fold, and return its path.
-
-        Args:
-            file: File to write; None for `report.html` in the fold's folder.
+        """Write the page of the fold, by default `report.html` in its folder, and return its path.
 
         Raises:
             InputError: If the file cannot be written, or no file is given and the fold has no folder.
@@ -232,11 +208,9 @@ class Result:
         return Path(import_module(PAGES).write_report(self, None if file is None else Path(file)))
 
     def _repr_html_(self) -> str:
-        """Return a picture, the measures and a replay for notebooks."""
         return str(import_module(PAGES).embedded(self))
 
     def __repr__(self) -> str:
-        """Return one line: what, how good, how sure."""
         sure = f", {self.success.headline}" if self.success else ""
         distance = 1e3 * self.record.best_score.mean_vertex_distance
         return f"Result({self.name}: {distance:.1f} mm from the target, {len(self.trials)} trials{sure})"

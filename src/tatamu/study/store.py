@@ -1,7 +1,7 @@
 """Stores the trials of a study in a file, in a shared database, or in memory, with Optuna.
 
-Only finished trials are written, each in one transaction. If a run is killed, no trial is half written. Only Optuna's
-public interface is used, so `optuna-dashboard` can open the file and the database.
+Only finished trials are written, each in one transaction, so that a run that is killed leaves none half-written. Only
+Optuna's public interface is used, and `optuna-dashboard` can open the file and the database.
 """
 
 from __future__ import annotations
@@ -32,12 +32,8 @@ from tatamu.study.trial import Baseline, Trial
 Value = TypeVar("Value")
 
 KEY = "tatamu"
-"""Name of the Optuna study's user attribute in which the `StudyRecord` is stored.
-
-It is also the name of the study in a file, which contains only one study.
-"""
+"""Attribute of the Optuna study that has the `StudyRecord`, and name of the only study in a file."""
 BASELINES_KEY = "baselines"
-"""Name of the Optuna study's user attribute in which the fixed trajectories and their scores are stored."""
 SQLITE = "sqlite:///study.db"
 """Address that tells SQLAlchemy the kind of database; `_connect` opens the file, because a path is no part of a URL."""
 TRANSIENT = {
@@ -47,10 +43,7 @@ TRANSIENT = {
     "readonly": "cannot be written",
     "disk I/O error": "cannot be read or written now",
 }
-"""Parts of SQLite's messages about temporary errors, and the meaning of each.
-
-The file of the study is not damaged after such an error.
-"""
+"""Parts of SQLite's messages about temporary errors, which do not damage the file, and their meanings."""
 
 
 class StudyStore:
@@ -59,11 +52,7 @@ class StudyStore:
     def __init__(self, label: str, run: Callable[..., Any], open_storage: Callable[[], BaseStorage], name: str) -> None:
         """Prepare the storage. Nothing is opened yet.
 
-        Args:
-            label: Name of the storage in error messages.
-            run: Function that runs an operation on the storage, and converts errors to those of tatamu.
-            open_storage: Function that opens the storage.
-            name: Name of the study in the storage.
+        `label` names it in messages, and `run` runs an operation on it and converts errors to those of tatamu.
         """
         self.label = label
         self._run = run
@@ -73,11 +62,7 @@ class StudyStore:
         self._known = 0
 
     def load(self) -> StudyRecord | None:
-        """Return the settings of the study; None if the storage contains no study of tatamu.
-
-        Raises:
-            InputError: If the storage cannot be read.
-        """
+        """Return the settings of the study; None if the storage contains no study of tatamu."""
         held = self._run(self._held)
         try:
             return None if held is None else StudyRecord.model_validate(held)
@@ -92,13 +77,10 @@ class StudyStore:
         return optuna.load_study(study_name=self._name, storage=storage).user_attrs.get(KEY)
 
     def open(self, record: StudyRecord) -> list[Trial]:
-        """Open the study, or start it if it does not exist, and return its trials.
-
-        Args:
-            record: Settings of the study. They must equal the settings with which the study started.
+        """Open the study, or start it, and return its trials.
 
         Raises:
-            InputError: If the storage is not a readable study, or contains another study.
+            InputError: If the storage is no readable study, or one with other settings.
         """
         wanted = json.loads(record.model_dump_json())
         study = self._run(
@@ -119,7 +101,7 @@ class StudyStore:
         return [self._read(number, trial) for number, trial in enumerate(trials)]
 
     def _read(self, number: int, trial: optuna.trial.FrozenTrial) -> Trial:
-        """Convert a trial of Optuna to a trial of tatamu. It must be a finished trial that tatamu wrote."""
+        """Return a finished trial that tatamu wrote."""
         if trial.state != TrialState.COMPLETE or trial.number != number:
             raise InputError(
                 f"{self.label}: trial {trial.number}: must be a finished trial of tatamu, given one in state "
@@ -152,7 +134,7 @@ class StudyStore:
 
     @property
     def baselines(self) -> list[Baseline] | None:
-        """The fixed trajectories and their scores; None if they were not scored yet."""
+        """The fixed trajectories; None if they were not scored yet."""
         study = self._study
         assert study is not None, "the study is open"
         held = self._run(lambda: study.user_attrs.get(BASELINES_KEY))
@@ -171,7 +153,7 @@ class StudyStore:
 
 @contextmanager
 def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
-    """Yield the storage in the file `study.db` of a folder. The file is closed when the `with` block ends."""
+    """Yield the storage in the file `study.db` of a folder, until the `with` block ends."""
     label = str(folder.study_file)
     opened: list[RDBStorage] = []
 
@@ -202,10 +184,7 @@ def _connect(file: Path) -> sqlite3.Connection:
 
 
 def _file_error(label: str, error: BaseException) -> Exception:
-    """Return the error of tatamu that corresponds to an error of Optuna or SQLite.
-
-    If the error was caused by another error, the message contains the text of the original cause.
-    """
+    """Return the error of tatamu for one of Optuna or SQLite, with the text of its original cause."""
     cause = error
     while cause.__cause__ is not None:
         cause = cause.__cause__
@@ -218,7 +197,7 @@ def _file_error(label: str, error: BaseException) -> Exception:
 
 @contextmanager
 def memory_store() -> Iterator[StudyStore]:
-    """Yield a storage in memory. The stored trials are lost when the process ends."""
+    """Yield a storage in memory."""
     storage = InMemoryStorage()
     yield StudyStore("study", lambda operation, done=None: operation(), lambda: storage, KEY)
 
@@ -241,12 +220,7 @@ def shared_store(database: SharedDatabase, name: str) -> Iterator[StudyStore]:
 def held_store(
     folder: ResultFolder | None, database: SharedDatabase | None, record: StudyRecord
 ) -> Iterator[StudyStore]:
-    """Yield the storage of a study. Until the `with` block ends, no other client can use the study.
-
-    Args:
-        folder: Folder of the study; None if the study is only kept in memory.
-        database: Shared database of the study; None for the file in the folder.
-        record: Settings of the study. Its name in a shared database is made from these settings.
+    """Yield the storage of a study: in memory, in the folder, or in a database, which locks it for the `with` block.
 
     Raises:
         InputError: If the study of this folder is stored in another place.
@@ -307,10 +281,7 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
 
 
 def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
-    """Return the name under which the study of a folder is stored in a shared database.
-
-    Other folders and other tasks have other names. The name is equal on all machines on which the folder has this path.
-    """
+    """Return the name of a folder's study in a shared database, equal on all machines that have this path."""
     task = record["task"]
     fixed = {name: value for name, value in record.items() if name != "parallel"}
     whole = json.dumps([str(folder.path.absolute()), fixed], sort_keys=True)
@@ -319,7 +290,7 @@ def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
 
 
 def _difference(held: Any, wanted: Any, where: str = "") -> str:
-    """Return a description of the first difference between two structures of plain data, such as two settings."""
+    """Describe the first difference between two structures of plain data."""
     if isinstance(held, dict) and isinstance(wanted, dict):
         for key in [*held, *(k for k in wanted if k not in held)]:
             if held.get(key) != wanted.get(key):

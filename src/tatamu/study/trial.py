@@ -1,7 +1,4 @@
-"""Defines the records of trials and fixed trajectories, which are stored in `result.json` and in the study.
-
-See docs/reference/result-folder.md.
-"""
+"""Trials and fixed trajectories, as `result.json` and the study have them (docs/reference/result-folder.md)."""
 
 from __future__ import annotations
 
@@ -18,29 +15,22 @@ from tatamu.search import Parameters, Proposal
 from tatamu.simulation.scene import Index, Points
 
 OWN_VALUES = ("objective", "trajectory_length")
-"""Names of the measures that exist even if a trial failed."""
+"""Measures that exist even if a trial failed."""
 
 
 class Scored(OpenRecord):
-    """Base class of the records of trials and of fixed trajectories.
-
-    In a file, each measure of the fold is a separate field of the record. In memory, the measures are in `score`.
-    """
+    """Base of trials and fixed trajectories. In files, each measure of the score is a field of its own."""
 
     objective: float | None = None
-    """Objective C of Eq. (10) without disturbances, or a penalty if the fold failed.
-
-    C = l_x + alpha D is the length of the hands' path plus the weighted distance of the cloth from its target.
-    """
+    """Objective C = l_x + alpha D of Eq. (10) without disturbances, or a penalty if the fold failed."""
     trajectory_length: float | None = None
     """Trajectory length l_x of Eq. (10) [m]."""
     score: Score | None = None
-    """All measures of the fold; None if the fold failed."""
+    """None if the fold failed."""
 
     @model_validator(mode="before")
     @classmethod
     def _gather(cls, value: Any) -> Any:
-        """Combine the measures of the fold, which are separate fields in a file, to a score."""
         if not isinstance(value, dict) or "score" in value or value.get("state") == "failed":
             return value
         measures = {name: value[name] for name in MEASURES if value.get(name) is not None}
@@ -49,10 +39,6 @@ class Scored(OpenRecord):
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Convert the record to plain data for a file, in which each measure of the score is a separate field.
-
-        If there is no score, the measures are None.
-        """
         plain = OpenRecord._plain(self, standard)
         measures = dict.fromkeys(MEASURES) if self.score is None else self.score.model_dump()
         own = {name: plain.get(name) for name in OWN_VALUES}
@@ -61,7 +47,7 @@ class Scored(OpenRecord):
 
 
 class ScenarioCount(OpenRecord):
-    """How many scenarios a trial was simulated in, and in how many of them the fold succeeds."""
+    """In how many scenarios a trial was simulated, and in how many of them the fold succeeds."""
 
     simulated: int
     succeeded: int
@@ -77,11 +63,10 @@ class Trial(Scored):
     error: str | None = None
     parameters: Parameters
     seconds: float | None = None
-    """Wall time of the trial [s]."""
+    """Wall time [s]."""
     expected_gain: float | None = None
     """Improvement that the search expected, as a fraction of the best objective; None if it made no estimate."""
     scenarios: ScenarioCount | None = None
-    """The simulated scenarios; None without any."""
     value: float | None = None
     """What the search minimises; None if it is C of Eq. (10), the field `objective`."""
     failed_in: list[Index] = Field(default_factory=list, exclude=True)
@@ -90,20 +75,17 @@ class Trial(Scored):
     @model_validator(mode="before")
     @classmethod
     def _read_former(cls, given: Any) -> Any:
-        """Read the name of version 0.2."""
         former = isinstance(given, dict) and "value" not in given and "expected_objective" in given
         return {**given, "value": given["expected_objective"]} if former else given
 
     @property
     def minimised(self) -> float:
-        """What the search minimises."""
         value = self.objective if self.value is None else self.value
         assert value is not None, "a trial has an objective"
         return value
 
     @classmethod
     def of(cls, number: int, proposal: Proposal, found: Evaluation) -> Self:
-        """Return the record of an evaluation."""
         failures = len(found.failed_in)
         tried = ScenarioCount(simulated=found.scenarios, succeeded=found.scenarios - failures)
         return cls(
@@ -143,7 +125,7 @@ class Trial(Scored):
         )
 
     def attributes(self) -> dict[str, Any]:
-        """Return what a study stores beside the parameters and the minimised value.
+        """Return what a study stores beside the parameters and the value.
 
         The number is included, because a storage may lose trials and renumber the others.
         """
@@ -154,25 +136,24 @@ class Trial(Scored):
 
 
 class Baseline(Scored):
-    """A fixed trajectory for comparison. It is simulated and measured like the trials."""
+    """A fixed trajectory for comparison."""
 
     name: str
     title: str = ""
     state: Literal["complete", "failed"] = "complete"
     error: str | None = None
     seconds: float | None = None
-    """Wall time of the evaluation of the trajectory [s]."""
+    """Wall time [s]."""
     path: Points
-    """Path of the left hand relative to its grasp, k points [m], shape (k, 3)."""
+    """Path of the left hand relative to its grasp [m], shape (k, 3)."""
 
     @property
     def label(self) -> str:
-        """Name of the trajectory as pages and tables show it."""
+        """Name for pages and tables."""
         return self.title or self.name
 
     @classmethod
     def of(cls, name: str, manipulation: Manipulation, found: Evaluation) -> Self:
-        """Return the record of a fixed trajectory from its name, its manipulation and its evaluation."""
         return cls(
             name=name,
             title=BASELINES[name][0],

@@ -1,7 +1,4 @@
-"""Disturbances of hands, grasps, cloth and table: their file, random draws of them, and the disturbed scenes.
-
-A scene is made from a scenario, a fold and a manipulation. It does not depend on a simulator.
-"""
+"""Disturbances of hands, grasps, cloth and table: their file, random draws of them, and the disturbed scenes."""
 
 from tatamu.evaluation.disturbances.channels import CHANNELS, Channel
 from tatamu.evaluation.disturbances.description import (

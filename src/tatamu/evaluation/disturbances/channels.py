@@ -1,4 +1,4 @@
-"""The disturbances that are drawn at random, with their names. Each disturbance is one normally distributed number."""
+"""The disturbances, by name: each is one normally distributed number."""
 
 from __future__ import annotations
 
@@ -30,21 +30,19 @@ FIELDS = (
     "bending_rigidity_initial",
     "air_drag_turning",
 )
-"""Fields of a material that may be disturbed, in the order of their random numbers.
-
-New fields must be appended, because otherwise all random draws change."""
+"""Fields of a material that may be disturbed. New ones are appended, because otherwise all random draws change."""
 
 DIRECTIONS = ("along", "across", "up")
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One disturbance: a number that is drawn from a normal distribution."""
+    """One disturbance."""
 
     name: str
-    """Name of the disturbance in `margins.json`, such as "hands.offset.up"."""
+    """Name in `margins.json`, such as "hands.offset.up"."""
     unit: str
-    """Unit of the number: m, rad or s. The unit is 1 if the number is the logarithm of a factor."""
+    """Unit: m, rad, s, or 1 for the logarithm of a factor."""
 
     @property
     def relative(self) -> bool:
@@ -52,11 +50,7 @@ class Channel:
         return self.unit == "1"
 
     def shown(self, value: float) -> float:
-        """Return a value of this disturbance as readers see it.
-
-        If the disturbance is the logarithm of a factor, return the factor minus 1, which is a relative change.
-        Otherwise return the value unchanged.
-        """
+        """Return a value as readers see it: the factor minus 1, a relative change, for the logarithm of a factor."""
         return float(np.expm1(value)) if self.relative else value
 
 
@@ -76,16 +70,11 @@ CHANNELS = (
     Channel("table.height", "m"),
     *(Channel(f"material.{name}", "1") for name in FIELDS),
 )
-"""All disturbances, in the order of their random numbers.
-
-New disturbances must be appended, because otherwise all random draws change."""
+"""All disturbances, in the order of their random numbers. New ones are appended for the same reason."""
 PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 
 def prefix_in(name: str, prefixes: Iterable[str]) -> str | None:
-    """Return the longest of several prefixes with which a name begins; None if the name begins with none of them.
-
-    Names are compared by whole words between dots.
-    """
+    """Return the longest prefix with which a name begins, by whole words between dots; None if there is none."""
     fitting = [prefix for prefix in prefixes if f"{name}.".startswith(f"{prefix}.")]
     return max(fitting, key=len, default=None)

@@ -22,7 +22,7 @@ from tatamu.simulation.material import Material, Number
 DEFAULT = "default"
 NONE = "none"
 OWN = Path(__file__).parent
-"""Folder that contains `default.toml`, the file of the default disturbances."""
+"""Folder of `default.toml`."""
 
 Length = Annotated[Number, Field(ge=0.0, le=0.5)]
 """Standard deviation of a position [m]."""
@@ -31,21 +31,20 @@ Angle = Annotated[Number, Field(ge=0.0, le=1.0)]
 Time = Annotated[Number, Field(ge=0.0, le=2.0)]
 """Standard deviation of a time [s]."""
 MOST_RELATIVE = 2.0
-"""Largest standard deviation of the logarithm of a factor. It corresponds to a factor of seven."""
+"""Maximum standard deviation of the logarithm of a factor: a factor of seven."""
 Relative = Annotated[Number, Field(ge=0.0, le=MOST_RELATIVE)]
-"""Standard deviation of the logarithm of a factor by which a quantity deviates."""
+"""Standard deviation of the logarithm of a factor."""
 ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 """Standard deviations along the fold, across it, and up [m]."""
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 """Standard deviations along the fold and across it [m]."""
 FARTHEST_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MOST_RELATIVE}
-"""Largest absolute value of the mean of a disturbance, by the unit of the disturbance."""
+"""Maximum absolute mean of a disturbance, by its unit."""
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
-"""A fraction of a variance, from 0 to 1."""
 
 
 def _flat(value: Any) -> Any:
-    """Return nested tables as one table. Names are joined by dots, as in "hands.offset.along"."""
+    """Return nested tables as one, with names joined by dots, such as "hands.offset.along"."""
     if not isinstance(value, Mapping):
         return value
     found: dict[str, Any] = {}
@@ -59,7 +58,7 @@ def _flat(value: Any) -> Any:
 
 
 def _one_or_two(value: Any) -> Any:
-    """Check that a value is one standard deviation for both hands, or two standard deviations, one for each hand."""
+    """Check one standard deviation for both hands, or one for each."""
     each = value if isinstance(value, list) and len(value) == 2 else [value]
     if any(isinstance(one, bool) or not isinstance(one, int | float) or not 0.0 <= one <= 0.5 for one in each):
         raise ValueError(f"must be a number from 0 to 0.5, or two, of the left and the right hand, given {value!r}")
@@ -67,33 +66,32 @@ def _one_or_two(value: Any) -> Any:
 
 
 LengthOfHands = Annotated[float | list[float], BeforeValidator(_one_or_two)]
-"""Standard deviation of a position [m]: one number for both hands, or the left hand's and the right hand's number."""
+"""Standard deviation of a position [m]: for both hands, or for the left and for the right hand."""
 
 LEAST_EIGENVALUE = -0.01
-"""Lowest accepted eigenvalue of a correlation matrix. Entries rounded to three digits cause small negative values."""
+"""Minimum eigenvalue of a correlation matrix. Entries rounded to three digits cause small negative ones."""
 
 
 class HandErrors(Record):
-    """Standard deviations of the errors of the hands. The errors stay constant during one fold."""
+    """Standard deviations of the errors of the hands, which stay constant during one fold."""
 
     offset: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
     """Common offset of both hands along the fold, across it, and up [m]."""
     difference: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
-    """Error of the left hand's position relative to the right hand, along the fold, across it, and up [m].
-
-    The left hand has half of this error, and the right hand has the opposite half."""
+    """Error of the left hand's position relative to the right hand, along the fold, across it, and up [m]; half of it
+    acts on each."""
     yaw: Angle = 0.0
-    """Error in the rotation of both hands about the middle between them [rad]."""
+    """Rotation of both hands about the middle between them [rad]."""
     opening_delay: Time = 0.0
-    """Delay between the opening of one hand and the opening of the other hand [s]."""
+    """Delay between the openings of the hands [s]."""
     speed: Relative = 0.0
     """Relative deviation of the speed of both hands."""
 
 
 class GraspErrors(Record):
-    """Standard deviations of the errors of the grasps.
+    """Standard deviations of the errors of the grasps, independent for each hand.
 
-    The errors of the two hands are independent. They do not change the place where the hands lay the cloth down.
+    They do not change the place where the hands lay the cloth down.
     """
 
     along: LengthOfHands = 0.0
@@ -106,9 +104,9 @@ class PlaceErrors(Record):
     """Standard deviations of the errors of the assumed position of the cloth."""
 
     place: TwoLengths = Field(default_factory=lambda: [0.0] * 2)
-    """Displacement of the cloth along the fold and across it [m]."""
+    """Displacement along the fold and across it [m]."""
     yaw: Angle = 0.0
-    """Error in the rotation of the cloth about its middle [rad]."""
+    """Rotation about the middle of the cloth [rad]."""
 
 
 class TableErrors(Record):
@@ -119,10 +117,7 @@ class TableErrors(Record):
 
 
 class Correlation(Record):
-    """Correlations between disturbances.
-
-    For fields of the material, these are correlations of the logarithms, as in the file of a calibrated material.
-    """
+    """Correlations between disturbances, of the logarithms for fields of the material, as in a calibrated material."""
 
     parameters: list[str]
     matrix: list[list[Annotated[Number, Field(ge=-1.0, le=1.0)]]]
@@ -154,22 +149,14 @@ class Disturbances(Record):
     material: dict[str, Relative] = Field(default_factory=dict)
     """Relative deviations of the material, by the names of its fields."""
     correlation: Correlation | None = None
-    """Correlations between fields of `material`, or between disturbances by the names of `CHANNELS`.
-
-    None if all disturbances are independent."""
+    """Correlations by fields of `material`, or by `CHANNELS`; None if all disturbances are independent."""
     mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Means of the disturbances whose mean is not zero, by the names of `CHANNELS`.
-
-    The mean of a relative disturbance is the mean of its logarithm."""
+    """Means that are not zero, by `CHANNELS`; of logarithms for relative disturbances."""
     systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Fraction of each disturbance's variance that is systematic: equal in every fold of a set-up.
-
-    A set-up is one robot, garment and table.
-
-    The keys are names of `CHANNELS` or their beginnings. The file `systematic.toml` contains the defaults.
-    """
+    """Fraction of each variance that is equal in every fold of a set-up (one robot, garment and table), by `CHANNELS`
+    or their beginnings. The file `systematic.toml` contains the defaults."""
     fingers: Fingers = Fingers()
-    """Fingers of the hands. They are not disturbed."""
+    """Fingers of the hands, which are not disturbed."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -182,10 +169,7 @@ class Disturbances(Record):
         return self
 
     def _check_names(self) -> None:
-        """Check the tables [mean] and [systematic].
-
-        Every name must belong to a disturbance, and no mean may be too large.
-        """
+        """Check that [mean] and [systematic] name disturbances, and that no mean is too large."""
         for name, value in self.mean.items():
             if name not in PLACES:
                 raise ValueError(f"mean.{name} must be the name of a disturbance, such as hands.offset.along")
@@ -199,19 +183,12 @@ class Disturbances(Record):
                 )
 
     def describe(self) -> dict[str, Any]:
-        """Return plain data for `result.json` and `margins.json`. Fields with default values are omitted."""
+        """Return plain data for `result.json` and `margins.json`, without defaults."""
         return self.model_dump(exclude_defaults=True)
 
 
 def load_disturbances(name: str) -> Disturbances | None:
-    """Return the disturbances of a file, the default disturbances, or None.
-
-    Args:
-        name: `default`, `none`, or the path of a TOML file.
-
-    Raises:
-        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
-    """
+    """Return the disturbances of `default`, `none` or a TOML file. Errors name the file and the field."""
     if name == NONE:
         return None
     if name != DEFAULT and not name.endswith(".toml"):
@@ -237,34 +214,17 @@ def default_disturbances() -> Disturbances:
 
 
 def read_disturbances(path: Path) -> Disturbances:
-    """Return the disturbances of a file.
-
-    Raises:
-        InputError: If the file cannot be read, or a field is wrong. The message names the file and the field.
-    """
+    """Return the disturbances of a file. Errors name the file and the field."""
     return disturbances_in(read_toml(path), path)
 
 
 def disturbances_in(value: Mapping[str, Any], source: Path | str) -> Disturbances:
-    """Return disturbances from dictionaries with the same tables as a file of disturbances.
-
-    Args:
-        value: The tables of the file. The table [source] is ignored.
-        source: Origin of the data, for the error message.
-
-    Raises:
-        InputError: If a field is wrong. The message names the field and the source.
-    """
+    """Return disturbances from the tables of a file, of which [source] is ignored. Errors name field and source."""
     return validated(Disturbances, {name: table for name, table in value.items() if name != "source"}, source)
 
 
 def with_calibrated(disturbances: Disturbances, path: Path, material: Material) -> Disturbances:
-    """Return disturbances whose material uncertainties come from a calibrated material instead of the defaults.
-
-    Args:
-        disturbances: The disturbances to change.
-        path: Path of the material's file.
-        material: Material in this file.
+    """Return disturbances with the uncertainties of a calibrated material, which is read from `path`.
 
     Raises:
         InputError: If the table [uncertainty] or [correlation] of the file is wrong.

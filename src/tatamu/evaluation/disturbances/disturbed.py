@@ -1,7 +1,7 @@
 """The scene of a manipulation in a scenario.
 
-Positions are relative to the cloth. A table that is too high is therefore simulated as hands that are too low. In the
-same way, displaced cloth is simulated as displaced hands. The target shape is thus the same in all scenarios.
+Positions are relative to the cloth, so the target shape is the same in all scenarios: a table that is too high is
+simulated as hands that are too low, and displaced cloth as displaced hands.
 """
 
 from __future__ import annotations
@@ -23,35 +23,24 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
 
 BASES = ("stretch_stiffness", "bending_rigidity")
-"""Stiffnesses along the warp. Their error factors also apply to the stiffnesses in other directions."""
+"""Stiffnesses along the warp, whose error factors also apply to the other directions."""
 NEAR = 0.02
-"""Horizontal distance over which layers of cloth below a finger begin to carry the finger [m].
-
-The limit that the layers set to the finger's height grows over this distance from zero to its full value. For layers of
-the side that stays, it grows behind the fold line. For layers that the hand carries, it grows shortly before the
-release."""
+"""Horizontal distance over which layers below a finger begin to carry it [m]: behind the fold line for layers that
+stay, and shortly before the release for those that the hand carries."""
 PRESSES = 0.25
-"""Depth to which a finger presses into layers before its arm yields, in thicknesses of the cloth.
-
-A finger that presses into layers drags them along.
-"""
+"""Depth to which a finger presses into layers, which it drags along, before its arm yields, in thicknesses."""
 MIN_HELD = 0.2
-"""Least fraction of the planned cloth area that must be under a hand's pad, the surface that holds the cloth [-].
-
-With less cloth, the hand holds nothing."""
+"""Minimum fraction of a pad's planned cloth, below which the hand holds nothing [-]."""
 PAD_POINTS = (12, 8)
-"""Numbers of points of a pad, along and across the edge of the cloth, at which it is checked whether there is cloth.
-
-A pad is the surface with which a hand holds cloth.
-"""
+"""Points of a pad, along and across the cloth's edge, at which it is checked whether there is cloth."""
 SIDES = (("left", 1.0), ("right", -1.0))
-"""Names of the hands, each with a sign. Half of `hands.difference` times this sign is added to the hand's position."""
+"""Hands, each with the sign with which half of `hands.difference` is added to its position."""
 
 
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
     """Return the scene of a manipulation in a scenario. Without disturbances, it is that of `scene_of`.
 
-    A corrected manipulation may send a hand to a point next to its vertex. The hand then closes at this point.
+    A corrected manipulation may send a hand to a point next to its vertex, where it then closes.
 
     Raises:
         SimulationError: If both hands would grasp the same point.
@@ -71,7 +60,7 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
     """Return why a hand fails in a scenario, if this is known without a simulation; None if no hand fails.
 
-    A hand that grasps next to the cloth holds nothing. A hand that is commanded too far below the table must stop.
+    A hand that grasps next to the cloth holds nothing, and one that is commanded too far below the table stops.
     """
     if world.is_nominal and not _aims_beside(fold, manipulation).any():
         return None
@@ -88,17 +77,13 @@ def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | 
 
 
 def _material(usual: Material, world: World) -> Material:
-    """Return the material of the cloth with its random errors. Each of its fields is kept within its bounds."""
     known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
     changed = {name: float(np.clip(known[name] * _factor(name, world), *_bounds(name))) for name in known}
     return _possible(usual.model_copy(update=changed))
 
 
 def _possible(material: Material) -> Material:
-    """Return the nearest material whose fields are consistent with each other.
-
-    Each field of the given material must already be within its bounds.
-    """
+    """Return the nearest material whose fields, each within its bounds, are consistent with each other."""
     changed: dict[str, float] = {}
     if material.orthotropic_membrane:
         changed["compression"] = 1.0
@@ -112,17 +97,13 @@ def _possible(material: Material) -> Material:
 
 
 def _factor(name: str, world: World) -> float:
-    """Return the random factor by which a field of the material deviates.
-
-    The factor of a warp stiffness also applies to the other directions.
-    """
+    """Return the random factor of a field of the material."""
     own = world.factor(f"material.{name}")
     base = next((field for field in BASES if name.startswith(f"{field}_")), None)
     return own if base is None else own * world.factor(f"material.{base}")
 
 
 def _bounds(name: str) -> tuple[float, float]:
-    """Return the lowest and the highest value of a field of a material."""
     limits = Material.model_fields[name].metadata
     least = next(limit.ge for limit in limits if hasattr(limit, "ge"))
     return float(least), float(next(limit.le for limit in limits if hasattr(limit, "le")))
@@ -133,15 +114,15 @@ class _Grasp:
     """The actual grasp of a hand, seen from above."""
 
     vertex: int
-    """The vertex nearest to the point of the grasp. It represents the point in the simulation."""
+    """The vertex nearest to the point of the grasp, which represents it in the simulation."""
     place: np.ndarray
-    """The point of the grasp in the scene [m], shape (2,)."""
+    """The point of the grasp [m], shape (2,)."""
     slip: np.ndarray
-    """Displacement from the intended to the actual point of the grasp, along the fold and across it [m], shape (2,)."""
+    """Displacement from the intended to the actual point, along the fold and across it [m], shape (2,)."""
     rest: float
-    """Distance along the fold from the actual point of the grasp to the vertex [m]."""
+    """Distance along the fold from the actual point to the vertex [m]."""
     misses: bool
-    """Whether the fingers close next to the cloth and hold nothing."""
+    """Whether the fingers close next to the cloth."""
 
 
 @dataclass(frozen=True)
@@ -149,15 +130,12 @@ class _DisturbedHand:
     """The motion of a hand in a scenario."""
 
     carry: Carry | None
-    """Motion of the hand; None if the hand holds nothing."""
+    """None if the hand holds nothing."""
     too_low: float
-    """Commanded depth of the hand below the table, or below the layers that stop it [m].
-
-    The depth is zero or negative if nothing stops the hand."""
+    """Commanded depth below the table, or below the layers that stop the hand [m]; at most 0 if nothing does."""
 
 
 def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
-    """Return the disturbed motion of a hand. It contains no motion if the hand misses the cloth."""
     usual = carries_of(fold, manipulation)[number]
     aim = _aims_beside(fold, manipulation)[number]
     grasp = _grasp(fold, usual.vertex, aim, world, number)
@@ -181,8 +159,7 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
 def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return those errors of each hand that a correction can undo, along the fold, across it and up [m].
 
-    The result contains two arrays for each hand. The first is the error of its grasp, shape (2,). The second is the
-    error of its position, shape (3,). A displacement of the cloth counts as a displacement of the hands.
+    Each has that of its grasp, shape (2,), and that of its position, shape (3,), with the cloth's displacement.
     """
     lies = np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0])
     found = []
@@ -195,26 +172,19 @@ def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tu
 
 
 def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
-    """Return the commanded offset of each hand from the vertex that it grasps [m], shape (hands, 3).
-
-    The offset is 0 if the manipulation was not corrected.
-    """
+    """Return the commanded offset of each hand from its vertex [m], shape (hands, 3): 0 without a correction."""
     return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
 
 def _delay(world: World, number: int) -> float:
-    """Return the delay of a hand's opening [s].
-
-    If the disturbance is positive, the left hand opens later. If it is negative, the right hand opens later.
-    """
+    """Return the delay of a hand's opening [s]: the left hand's if the disturbance is positive, else the right's."""
     return max(0.0, SIDES[number][1] * world["hands.opening_delay"])
 
 
 def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> np.ndarray:
-    """Return the error of a hand's position [m], shape (3,).
+    """Return the error of a hand's position while it carries the cloth and lays it down [m], shape (3,).
 
-    The horizontal part of this error does not act at the grasp, because the grasp has an error of its own. It acts
-    while the hand carries the cloth and lays it down.
+    Its horizontal part does not act at the grasp, which has an error of its own.
     """
     error = world.vector("hands.offset") - [0.0, 0.0, world["table.height"]]
     if len(manipulation.grasps) > 1:
@@ -243,10 +213,7 @@ def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) 
 
 
 def _covered(fold: Fold, place: np.ndarray) -> float:
-    """Return the fraction of a pad's area that is over cloth, seen from above.
-
-    The middle of the pad's outer edge is at `place` [m].
-    """
+    """Return the fraction of a pad that is over cloth, if the middle of its outer edge is at `place` [m]."""
     along, into = (np.arange(count) + 0.5 for count in PAD_POINTS)
     along = (along / PAD_POINTS[0] - 0.5) * fold.fingers.width
     into = into / PAD_POINTS[1] * PAD
@@ -261,25 +228,14 @@ def _covered(fold: Fold, place: np.ndarray) -> float:
 
 
 def _side_of(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return, for each of k points and m edges, on which side of the edge the point lies, shape (k, m).
-
-    Values are positive on the left side.
-
-    Args:
-        start: Starts of the m edges, shape (m, 2).
-        end: Ends of the m edges, shape (m, 2).
-        points: The k points, shape (k, 2).
-    """
+    """Return on which side of m edges, shapes (m, 2), k points lie, shape (k, m): positive for the left."""
     edge = end - start
     away = points[:, None] - start[None]
     return np.asarray(edge[:, 0] * away[..., 1] - edge[:, 1] * away[..., 0])
 
 
 def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
-    """Return the vertex of the cloth's moving side that is nearest to a point.
-
-    The result is `vertex` if no other vertex is nearer.
-    """
+    """Return the vertex of the moving side that is nearest to a point, `vertex` in a tie."""
     across, _ = fold.crease.split(fold.start)
     level = np.abs(fold.start[:, 2] - fold.start[vertex, 2]) < 0.5 * fold.garment.material.thickness
     near = np.flatnonzero((across < 0) & level)
@@ -292,11 +248,8 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     """Return the lowest possible vertical displacement of a hand at each of k instants [m], shape (k,).
 
-    A hand that is commanded to be lower stops at this displacement. Every hand is stopped by the table.
-
-    If the fingers of a hand are not described, cloth below the hand does not stop it. If the fingers are described,
-    they are rigid bodies. Layers of cloth then stop them too, because the arm yields before its fingers crush the
-    cloth.
+    The table stops every hand. Layers of cloth stop described fingers, which are rigid bodies, because their arm yields
+    before they crush the cloth.
     """
     thickness = fold.garment.material.thickness
     table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))
@@ -316,7 +269,7 @@ def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:
 
 
 def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
-    """Return k vectors, shape (k, 3), after a rotation about the vertical by `angle` [rad]."""
+    """Return k vectors, shape (k, 3), rotated about the vertical by an angle [rad]."""
     if not angle:
         return vectors
     cos, sin = np.cos(angle), np.sin(angle)

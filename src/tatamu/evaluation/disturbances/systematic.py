@@ -1,12 +1,8 @@
 """Systematic and random parts of disturbances.
 
-The systematic part is equal in every fold of a set-up. The random part is new in each fold.
-
-Let a disturbance have the variance v, and let a be the systematic share, the fraction of v that is systematic. The
-disturbance is the sum of two independent normal numbers. The first number has the variance a v, and is constant for a
-set-up (one robot, garment and table). The second number has the variance (1 - a) v, and is drawn for each fold. The
-second numbers of different disturbances are independent. Therefore all correlations in a file are correlations of the
-systematic parts.
+A disturbance with the variance v and the systematic share a is the sum of two independent normal numbers. The first has
+the variance a v and is constant for a set-up (one robot, garment and table). The second has the variance (1 - a) v and
+is drawn for each fold, independently of all others. All correlations are therefore those of the systematic parts.
 """
 
 from __future__ import annotations
@@ -27,9 +23,9 @@ class Split:
     """The systematic and the random parts of k disturbances, in the order of `names`."""
 
     names: tuple[str, ...]
-    """Names of the disturbances, from `CHANNELS`. Each has a standard deviation above 0 or a mean that is not 0."""
+    """Names, from `CHANNELS`, of those with a standard deviation above 0 or a mean that is not 0."""
     mean: np.ndarray
-    """Means of the disturbances, shape (k,)."""
+    """Means, shape (k,)."""
     systematic: np.ndarray
     """Covariance of the systematic parts, shape (k, k)."""
     random: np.ndarray
@@ -37,13 +33,13 @@ class Split:
 
     @property
     def root(self) -> np.ndarray:
-        """A matrix B with B B' = `systematic`, shape (k, k). B' is the transpose of B."""
+        """A matrix B with B B' = `systematic`, shape (k, k)."""
         values, vectors = np.linalg.eigh(self.systematic)
         return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
 
     @property
     def deviations(self) -> np.ndarray:
-        """Standard deviations of the k disturbances, each the sum of its systematic and its random part, shape (k,)."""
+        """Standard deviations of both parts together, shape (k,)."""
         return np.asarray(np.sqrt(np.diag(self.systematic) + self.random))
 
 
@@ -53,14 +49,7 @@ def _usual() -> Disturbances:
 
 
 def share(disturbances: Disturbances, name: str) -> float:
-    """Return the systematic share of a disturbance's variance.
-
-    Systematic errors are equal in every fold of a set-up.
-
-    Args:
-        disturbances: The disturbances. Shares that they do not contain come from `systematic.toml`.
-        name: Name of the disturbance, from `CHANNELS`.
-    """
+    """Return the systematic share of a disturbance's variance, by default that of `systematic.toml`."""
     for shares in (disturbances.systematic, _usual().systematic):
         known = prefix_in(name, shares)
         if known is not None:
@@ -69,7 +58,7 @@ def share(disturbances: Disturbances, name: str) -> float:
 
 
 def split(disturbances: Disturbances) -> Split:
-    """Return the systematic and the random parts of disturbances."""
+    """Return both parts of disturbances."""
     scales = deviations(disturbances)
     names = tuple(channel.name for channel in CHANNELS if channel.name in scales or disturbances.mean.get(channel.name))
     places = [PLACES[name] for name in names]
@@ -82,12 +71,7 @@ def split(disturbances: Disturbances) -> Split:
 
 
 def join(parts: Split, others: Disturbances) -> Disturbances:
-    """Return disturbances from their systematic and random parts. This function is the inverse of `split`.
-
-    Args:
-        parts: Both parts of the disturbances. Numbers are rounded to six digits.
-        others: Disturbances from which the fingers are copied.
-    """
+    """Return disturbances from their parts, with the fingers of others: the inverse of `split`, to six digits."""
     deviation = dict(zip(parts.names, map(_rounded, parts.deviations), strict=True))
 
     def of(*names: str) -> list[float]:
@@ -119,7 +103,6 @@ def join(parts: Split, others: Disturbances) -> Disturbances:
 
 
 def _correlation(parts: Split) -> Correlation | None:
-    """Return the correlations of the disturbances; None if they are not correlated."""
     whole = parts.systematic + np.diag(parts.random)
     scale = np.sqrt(np.diag(whole))
     used = np.flatnonzero(scale)

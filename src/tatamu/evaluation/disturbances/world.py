@@ -13,7 +13,7 @@ from tatamu.evaluation.disturbances.description import Disturbances, LengthOfHan
 
 
 class Stream(IntEnum):
-    """What random scenarios are for. Each purpose has its own random numbers."""
+    """What random scenarios are for, each with its own random numbers."""
 
     JUDGING = 1
     """The success of the best fold of a study."""
@@ -32,32 +32,23 @@ class World:
         return self.values.get(name, 0.0)
 
     def factor(self, name: str) -> float:
-        """Return the factor by which a relative disturbance, whose value is a logarithm, changes a quantity."""
+        """Return the factor of a relative disturbance."""
         return float(np.exp(self[name]))
 
     @property
     def is_nominal(self) -> bool:
-        """Whether all disturbances are zero."""
         return not any(self.values.values())
 
     def vector(self, prefix: str) -> np.ndarray:
-        """Return three disturbances as one displacement [m], shape (3,).
-
-        The components are along the fold, across the fold and up. They are the disturbances with the names
-        `prefix.along`, `prefix.across` and `prefix.up`.
-
-        Args:
-            prefix: First part of the three names, for example "hands.offset".
-        """
+        """Return the disturbances PREFIX.along, .across and .up as a displacement [m], shape (3,)."""
         return np.array([self[f"{prefix}.{direction}"] for direction in DIRECTIONS])
 
 
 NOMINAL = World({})
-"""No disturbances."""
 
 
 def deviations(disturbances: Disturbances) -> dict[str, float]:
-    """Return the standard deviations of disturbances that are above 0, by the names of `CHANNELS`."""
+    """Return the standard deviations above 0, by the names of `CHANNELS`."""
     hands = disturbances.hands
     found = {
         **dict(zip((f"hands.offset.{d}" for d in DIRECTIONS), hands.offset, strict=True)),
@@ -76,7 +67,6 @@ def deviations(disturbances: Disturbances) -> dict[str, float]:
 
 
 def _of_hands(name: str, value: LengthOfHands) -> dict[str, float]:
-    """Return the standard deviations of one error of the left and of the right hand, by the names of `CHANNELS`."""
     left, right = value if isinstance(value, list) else (value, value)
     return {f"{name}.left": left, f"{name}.right": right}
 
@@ -88,14 +78,7 @@ def mean_world(disturbances: Disturbances) -> World:
 
 
 def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
-    """Draw independent scenarios. Each has its own random numbers, so the first ones are the same for any `count`.
-
-    Args:
-        disturbances: Standard deviations and correlations of the disturbances.
-        count: Number of scenarios.
-        seed: Random seed.
-        stream: Purpose of the scenarios. Those with different purposes are independent.
-    """
+    """Draw independent scenarios. Each has its own random numbers, so the first ones are the same for any `count`."""
     rows = [
         np.random.default_rng(np.random.SeedSequence([seed, stream, number])).standard_normal(len(CHANNELS))
         for number in range(count)
@@ -104,7 +87,7 @@ def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Str
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
-    """Return n scenarios from standard normal numbers, shape (n, k), with a column for each of the k disturbances."""
+    """Return n scenarios from standard normal numbers, shape (n, k), a column for each of the k disturbances."""
     scales = deviations(disturbances)
     means = mean_world(disturbances).values
     mixing = correlations_root(disturbances)
@@ -115,10 +98,7 @@ def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarra
 
 
 def correlations_root(disturbances: Disturbances) -> np.ndarray:
-    """Return a matrix B for the k disturbances, shape (k, k), so that B B' is their correlation matrix.
-
-    B' is the transpose of B.
-    """
+    """Return a matrix B, shape (k, k), so that B B' is the correlation matrix of the k disturbances."""
     mixing = np.eye(len(CHANNELS))
     correlation = disturbances.correlation
     if correlation is not None and correlation.parameters:
