@@ -18,8 +18,7 @@ class Capabilities:
     coarse_search: bool = False
     """Whether folds can be learned on a mesh that is coarser than the garment's own."""
     compression: bool = False
-    """Whether cloth can resist compression less than tension (`Material.compression`); if not, it resists them equally.
-    """
+    """Whether cloth can resist compression less than tension (`Material.compression`). If not, both are equal."""
     orthotropy: bool = False
     """Whether cloth can have separate stiffnesses for warp, weft, shear and bias. If not, cloth is isotropic."""
     hysteresis: bool = False

@@ -1,8 +1,4 @@
-"""The simulator `native`, which is a part of tatamu. It runs on the processor and needs no other program.
-
-It integrates the motion explicitly, with time steps of different lengths for contact, bending and membrane. The theory
-is in docs/theory/native.md.
-"""
+"""The simulator `native`: explicit time steps on the processor, without other programs (docs/theory/native.md)."""
 
 from tatamu.simulation.native.memory.kernel_cache import forget_stale_kernels
 
@@ -34,10 +30,7 @@ CAPABILITIES = Capabilities(
     directional_air=True,
     bodies=True,
 )
-"""Capabilities of the simulator.
-
-A rollout runs on one core and does not hold Python's lock, so several rollouts can run at the same time. Bending is
-accurate even on large cells. On such cells, other simulators make sharp creases."""
+"""Rollouts do not hold Python's lock, so they run side by side. Bending is accurate even on large cells."""
 
 
 def require() -> None:
@@ -45,7 +38,7 @@ def require() -> None:
 
 
 def prepare() -> None:
-    """Compile the functions of the simulator, or load their compiled code from disk."""
+    """Compile the kernels, or load their compiled code from disk."""
     load_kernels()
 
 

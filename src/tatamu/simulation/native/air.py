@@ -1,23 +1,16 @@
-"""Air around a thin sheet: drag, and the mass of air that the sheet carries.
+"""Air around a thin sheet: drag, and the mass of air that the sheet carries (derived in docs/theory/air.md).
 
-Isotropic drag is equal in all directions (`Air.drag`). The following forces depend on the direction. n is the unit
-normal of the sheet, and v its velocity. The velocity has the parts v_n = n.v and v_t = v - v_n n. The forces per area
-are:
+Besides isotropic drag (`Air.drag`), forces per area act along the unit normal n of the sheet and along its surface,
+where the velocity v has the parts v_n = n.v and v_t = v - v_n n:
 
     f_n = -(c_n + q |v_n|) v_n n - m_a (d v_n / dt) n        drag and added mass along the normal
     f_t = -(c_t + q_t |v_t|) v_t                             drag along the surface
     q = max(q_n, k_n s^(-1/3))                               s: path along the normal since v_n changed its sign
 
-f_n is the force along the normal, f_t the force along the surface, and t the time. c_n and c_t are linear drag, and q_n
-and q_t quadratic drag. k_n is the constant of drag after a change of direction. m_a is the added mass of air, and rho
-the areal density.
-
-With the added mass, the inertia of cloth per area is rho + m_a along n, and rho across n. Gravity acts on rho only. By
-the Sherman-Morrison formula, an acceleration a loses the fraction alpha = m_a / (rho + m_a) of its component along n.
-If the normal turns by d n, the velocity also changes by -alpha (d n . v) n, because d v_n / dt = n.a + (d n / dt).v.
-Then the energy rho v^2 / 2 + m_a v_n^2 / 2 is conserved. The derivation is in docs/theory/air.md.
-
-Cloth in contact carries no air, because there is no air between the surfaces.
+The inertia per area is rho + m_a along n, while gravity acts on rho only. By the Sherman-Morrison formula, an
+acceleration loses the fraction alpha = m_a / (rho + m_a) of its component along n. If the normal turns by d n, the
+velocity changes by -alpha (d n . v) n, which conserves the energy rho v^2 / 2 + m_a v_n^2 / 2. Cloth in contact carries
+no air, because there is none between the surfaces.
 """
 
 from __future__ import annotations
@@ -33,14 +26,14 @@ from tatamu.simulation.native.geometry import Vector, normal_of, unit
 
 
 class Air(NamedTuple):
-    """Constants of gravity, of isotropic drag, and of drag and added mass that depend on the direction."""
+    """Constants of gravity, drag and added mass."""
 
     gravity: float
     """Acceleration of gravity [m/s^2]."""
     drag: float
-    """Linear drag in every direction, divided by the areal density [1/s]."""
+    """Isotropic linear drag, divided by the areal density [1/s]."""
     directional: bool
-    """Whether any drag or added mass depends on the direction, or on the square of the velocity."""
+    """Whether any force depends on the direction, or on the square of the velocity."""
     density: float
     """Areal density rho of the cloth [kg/m^2]."""
     added_mass: float
@@ -50,10 +43,7 @@ class Air(NamedTuple):
     normal_quadratic: float
     """Quadratic drag q_n along the normal [kg/m^3]."""
     turning: float
-    """Constant k_n of quadratic drag after cloth changes its direction [kg/m^(8/3)].
-
-    The quadratic drag is k_n s^(-1/3) if this is larger than q_n. s is the path along the normal since the velocity
-    along the normal changed its sign."""
+    """Constant k_n of quadratic drag after a change of direction [kg/m^(8/3)]."""
     tangential_linear: float
     """Linear drag c_t along the surface [N s/m^3]."""
     tangential_quadratic: float
@@ -61,29 +51,22 @@ class Air(NamedTuple):
 
 
 class AirSurface(NamedTuple):
-    """The surface of the cloth, on which the air acts.
-
-    All arrays are empty if `Air.directional` is false.
-    """
+    """The surface on which air acts by direction; all arrays are empty without `Air.directional`."""
 
     normals: np.ndarray
-    """Unit normal of the surface at each slot, from the last update, shape (3, slots)."""
+    """Unit normal at each slot, from the last update, shape (3, slots)."""
     carried: np.ndarray
-    """Ratio alpha of the carried mass of air to the mass of cloth and carried air [-], shape (slots,).
-
-    The array has one number per slot. The ratio is 0 for cloth that is held or in contact."""
+    """Ratio alpha at each slot [-], shape (slots,); 0 for cloth that is held or in contact."""
     along: np.ndarray
-    """Temporary memory: decrease of the velocities along the normals in a step [m/s], shape (slots,)."""
+    """Temporary: decrease of the velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray
-    """Path along the normal since the velocity along the normal changed its sign [m], shape (slots,).
-
-    The path has the sign of this velocity."""
+    """Path since the velocity along the normal changed its sign, with this sign [m], shape (slots,)."""
     sums: np.ndarray
-    """Temporary memory: sum of the area vectors of the triangles around each vertex [m^2], shape (n, 3)."""
+    """Temporary: sum of the area vectors of the triangles around each vertex [m^2], shape (n, 3)."""
 
 
 def air_of(gravity: float, material: Material) -> Air:
-    """Return the constants of air for the material of a cloth and the acceleration of gravity [m/s^2]."""
+    """Return the constants of air for an acceleration of gravity [m/s^2] and a material."""
     return Air(
         gravity=gravity,
         drag=material.air_drag / material.areal_density,
@@ -99,11 +82,9 @@ def air_of(gravity: float, material: Material) -> Air:
 
 
 SHORTEST = 1e-9
-"""Smallest value of the path s in the formula k_n s^(-1/3) of drag [m].
-
-A shorter path is replaced by this value, which prevents a division by zero."""
+"""Minimum path s in k_n s^(-1/3) [m], against a division by zero."""
 EVERY = 2
-"""Number of outer time steps between two updates of the normals. An update takes as long as a few substeps."""
+"""Outer steps between two updates of the normals, each of which takes as long as a few substeps."""
 
 
 def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
@@ -130,16 +111,7 @@ def _sum_normals(x: np.ndarray, faces: np.ndarray, sums: np.ndarray) -> None:
 
 @kernel
 def _quadratic(path: np.ndarray, s: int, un: float, air: Air, step: float) -> float:
-    """Return the quadratic drag along the normal of a vertex [kg/m^3].
-
-    Args:
-        path: Path along the normal of each slot since its last change of direction [m]. The path of this slot is
-            updated.
-        s: Slot of the vertex.
-        un: Velocity along the normal [m/s].
-        air: Constants of air.
-        step: Time for which the velocity acts [s].
-    """
+    """Add to the path of slot s for its velocity un along the normal, and return the quadratic drag q [kg/m^3]."""
     if path[s] * un < 0.0:
         path[s] = 0.0
     path[s] += step * un
@@ -160,20 +132,9 @@ def _slowed(
     air: Air,
     step: float,
 ) -> Vector:
-    """Return a velocity u [m/s] after a time `step` [s] of drag, at a surface whose normal n has turned.
+    """Return a velocity u [m/s] after drag for a time `step` [s], where the turning normal changed it by `turn` [m/s].
 
-    Args:
-        ux: First component of the velocity [m/s].
-        uy: Second component of the velocity [m/s].
-        uz: Third component of the velocity [m/s].
-        nx: First component of the normal.
-        ny: Second component of the normal.
-        nz: Third component of the normal.
-        turn: Change of the velocity along the normal because the normal has turned [m/s].
-        quadratic: Quadratic drag along the normal [kg/m^3].
-        mass: Inertia per area along the normal [kg/m^2].
-        air: Constants of air.
-        step: Time for which drag acts [s].
+    `quadratic` is the drag q along the normal n [kg/m^3], and `mass` the inertia per area along n [kg/m^2].
     """
     un = nx * ux + ny * uy + nz * uz
     tx, ty, tz = ux - un * nx, uy - un * ny, uz - un * nz
@@ -195,21 +156,10 @@ def meet(
     free: np.ndarray,
     step: float,
 ) -> None:
-    """Update the normals of the surface, and reduce all velocities by drag for a time `step` [s].
+    """Update the normals, and reduce all velocities by drag for a time `step` [s].
 
-    Drag is implicit: it depends on the velocity after the reduction. Therefore drag never reverses a velocity. The
-    velocity at which drag balances a constant force is exact.
-
-    Args:
-        V: Velocities by slot [m/s], shape (3, slots).
-        surface: Surface of the cloth. Its normals and its carried air are updated.
-        air: Constants of air.
-        positions: Positions of the vertices. A vertex that contact has moved counts as touching a surface, so it
-            carries no air.
-        faces: Triangles, shape (m, 3).
-        slot: Slot of each vertex, shape (n,).
-        free: 0 for held vertices and 1 for others, by slot.
-        step: Time for which drag acts [s].
+    Drag is implicit, so it never reverses a velocity, and the velocity at which it balances a constant force is exact.
+    A vertex that contact has moved touches a surface, so it carries no air.
     """
     normals = surface.normals
     carried = surface.carried
@@ -242,16 +192,8 @@ def resist(
 ) -> None:
     """Subtract the part of the velocity changes that the added mass of air prevents.
 
-    The velocity changes come from forces, gravity and isotropic drag.
-
-    Args:
-        V: Velocities by slot [m/s], shape (3, slots).
-        F: Forces [N], shape (3, width). The first columns belong to the slots. The other columns are not used.
-        inverse_mass: Inverse mass of the cloth without air, by slot [1/kg].
-        surface: Normals of the surface, and the air that it carries.
-        step: Time for which the forces act [s].
-        fall: Downward velocity that gravity adds [m/s].
-        slower: Relative change of a velocity by isotropic drag [-].
+    They come from the forces F in a time `step`, from gravity, which adds the downward velocity `fall`, and from
+    isotropic drag, which changes velocities by the fraction `slower`.
     """
     n = V.shape[1]
     along = surface.along

@@ -13,7 +13,7 @@ from tatamu.simulation.native.system import State, System
 
 @kernel
 def _longest_way(V: np.ndarray, seconds: float) -> float:
-    """Return the distance [m] that the fastest vertex moves in a given time at its present velocity."""
+    """Return the distance [m] that the fastest vertex moves in a time [s] at its present velocity."""
     square = 0.0
     for s in range(V.shape[1]):
         square = max(square, V[0, s] * V[0, s] + V[1, s] * V[1, s] + V[2, s] * V[2, s])
@@ -22,10 +22,7 @@ def _longest_way(V: np.ndarray, seconds: float) -> float:
 
 @kernel
 def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
-    """Copy the positions of the vertices near rigid bodies from slots.
-
-    If `to_start` is true, the positions are stored as positions at the start of a membrane step, otherwise at its end.
-    """
+    """Copy positions of vertices near bodies from slots, as those at the start or at the end of a membrane step."""
     positions = bodies.near.positions
     for b in range(bodies.radius.shape[0]):
         for i in range(bodies.near.narrow.counts[b, 0]):
@@ -40,10 +37,7 @@ def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool
 
 @kernel
 def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
-    """Copy the corrected positions of the vertices near rigid bodies back to slots.
-
-    Also add the corrections to the velocities, and update Y, the positions in the time `ahead` [s].
-    """
+    """Copy corrected positions back to slots, change velocities by the corrections, and look ahead to Y."""
     positions = bodies.near.positions
     for b in range(bodies.radius.shape[0]):
         for i in range(bodies.near.narrow.counts[b, 0]):
@@ -59,10 +53,7 @@ def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
 
 @kernel
 def find_near(system: System, number: int, done: int, until: int, total: int) -> bool:
-    """Return whether any part of the cloth may touch a body in a round of contact, and gather these parts.
-
-    The round lasts from membrane step `done` of the `total` steps in outer step `number` to step `until`.
-    """
+    """Gather cloth that may touch a body from membrane step `done` to `until` of `total`; return whether any may."""
     state = system.state
     bodies = system.bodies
     place(bodies, number, done / total, until / total)
@@ -77,8 +68,8 @@ def find_near(system: System, number: int, done: int, until: int, total: int) ->
 def meet(system: System, number: int, substep: int, total: int) -> None:
     """Resolve contact with bodies after one of the `total` membrane steps in outer step `number`.
 
-    If cloth hangs over a finger, its weight pulls the vertices on the finger down. In an outer step, this moves a
-    vertex by millimetres, which is too much for one correction. In a membrane step, the motion is small enough.
+    In an outer step, the weight of hanging cloth moves vertices on a finger by millimetres, too much for one
+    correction.
     """
     state = system.state
     bodies = system.bodies

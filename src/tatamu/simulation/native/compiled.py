@@ -1,9 +1,7 @@
-"""Compilation of kernels by numba, without fast-math. A kernel is a compiled function. Compiled code is kept on disk.
+"""Compilation of kernels by numba. Their code is kept on disk.
 
-Without fast-math, the compiler does not reorder or fuse products and sums. Therefore two rollouts of the same scene
-have exactly equal bytes. Numpy's error model is used. With this model, a division by zero gives an infinity and not an
-exception. Checks for exceptions would prevent loops from computing eight numbers at a time. The indices of arrays are
-not checked either (`boundscheck` is off).
+Without fast-math, products and sums are not reordered or fused, so two rollouts of a scene have equal bytes. With
+numpy's error model, a division by zero gives an infinity, because checks for exceptions would prevent vectorised loops.
 """
 
 from __future__ import annotations
@@ -17,13 +15,13 @@ from numba import njit, typeof, types
 from numba.extending import intrinsic
 
 _KERNELS: list[Any] = []
-"""All functions that numba compiles separately, as the dispatcher objects that numba makes of them."""
+"""All functions that numba compiles separately, as its dispatchers."""
 _EXPECTED: list[Any] = []
 """The kernels of `expect`."""
 
 
 def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that compiles functions and records them in a list."""
+    """Return a decorator that compiles functions and records them."""
     compiler = njit(cache=True, error_model="numpy", **options)
 
     def compiled(function: Callable[..., Any]) -> Any:
@@ -34,25 +32,19 @@ def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 kernel = _compiler(_nrt=False)
-"""Decorator that compiles a function that makes no arrays.
-
-Such a function does not count references to arrays. Counting takes a third of the time for compiling, and simulations
-in several threads would wait for one another's counts."""
+"""Decorator of a function that makes no arrays, and so does not count references to arrays. Counting takes a third of
+the time for compiling, and makes simulations in several threads wait for one another."""
 allocating = _compiler(_nrt=True)
-"""Decorator that compiles a function that makes arrays."""
+"""Decorator of a function that makes arrays."""
 inlined = njit(cache=True, error_model="numpy", inline="always")
-"""Decorator that compiles a function and always inlines it.
-
-There are two reasons for inlining. Some loops that call a function can be vectorised only if the function is inlined.
-The other reason is the time for compiling. A function that is called at only one place, and has many records as
-arguments, would be compiled twice if it were not inlined.
-"""
+"""Decorator of a function that is always inlined: a loop may be vectorised only then, and a function with many records
+as arguments and a single caller would otherwise be compiled twice."""
 unlocked = _compiler(nogil=True, _nrt=False)
-"""Decorator that compiles the outermost loop of a simulation. Other Python threads can run during this loop."""
+"""Decorator of the outermost loop of a simulation, during which other Python threads can run."""
 
 
 def address_of(kernel: Any, arguments: tuple[Any, ...]) -> int:
-    """Return the address in memory of a kernel's compiled code for arguments of these types, for `call`."""
+    """Return the address of a kernel's compiled code for arguments of these types, for `call`."""
     signature = tuple(map(typeof, arguments))
     kernel.compile(signature)
     compiled = kernel.overloads[signature]
@@ -65,16 +57,10 @@ def types_taken(arguments: Any) -> tuple[Any, ...]:
 
 
 def _call(typing: Any, address: Any, result: Any, arguments: Any) -> Any:
-    """Call the kernel at an address, with a tuple of arguments that have exactly the types it was compiled for.
+    """Call the kernel at an address, with arguments that have exactly the types it was compiled for.
 
-    A kernel that is called by its name becomes a part of its caller, so the compiler works on it once more for each
-    caller of callers. A kernel that is called by its address is compiled once, and only if a scene needs it.
-
-    Args:
-        typing: The context of numba.
-        address: The address from `address_of`.
-        result: The type of the result, such as `types.float64`, or None.
-        arguments: The arguments.
+    A kernel that is called by its name is compiled again for each caller of callers. By its address, it is compiled
+    once, and only if a scene needs it. `result` is the type of the result, such as `types.float64`, or None.
     """
     returned = result.instance_type if isinstance(result, types.NumberClass) else types.none
     taken = types_taken(arguments)
@@ -90,21 +76,19 @@ def _call(typing: Any, address: Any, result: Any, arguments: Any) -> Any:
 
 
 call: Any = intrinsic(_call)
-"""Calls the kernel at an address, see `_call`."""
 
 
 def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
-    """Return a kernel's compiled code for arguments of these types. The kernel is compiled if necessary.
+    """Return a kernel's compiled code for arguments of these types, which does not check the types.
 
-    In every call, a kernel checks the types of all arguments. For a scene with its hundred arrays, this takes a hundred
-    microseconds. The returned code does not check the types, so it must not be called with arguments of other types.
+    For a scene with its hundred arrays, the checks of a kernel take a hundred microseconds in every call.
     """
     code: Callable[..., Any] = kernel.compile(tuple(map(typeof, arguments)))
     return code
 
 
 def is_on_disk(kernel: Any) -> bool:
-    """Return whether compiled code of a kernel is on disk. If it cannot be written to disk, it counts as on disk."""
+    """Return whether compiled code of a kernel is on disk, or cannot be written to disk."""
     folder = kernel.stats.cache_path
     return folder is None or any(Path(folder).glob(f"{_name(kernel)}-*.nbi"))
 
@@ -118,10 +102,9 @@ def expect(kernels: Iterable[Any]) -> None:
 
 
 def compilation() -> tuple[int, int]:
-    """Return the progress of compilation: the number of kernels on disk, and of all that are needed.
+    """Return the number of kernels on disk, 0 if this process had to compile none, and of all that are needed.
 
-    The first number is 0 if this process did not have to compile any kernel. Files on disk are counted, because other
-    processes may compile kernels at the same time (`precompile`).
+    Files on disk are counted, because other processes may compile kernels at the same time (`precompile`).
     """
     expected = list(_EXPECTED)
     if not any(each.stats.cache_misses for each in expected):

@@ -1,8 +1,4 @@
-"""Small geometric functions for the compiled loops: vectors, normals and closest points.
-
-A vector is three numbers and not an array, so that it can stay in registers. A function that makes a vector returns
-three numbers.
-"""
+"""Vectors, normals and closest points for compiled loops; a vector is three numbers, which stay in registers."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ from tatamu.simulation.native.compiled import inlined, kernel
 Vector = tuple[float, float, float]
 
 TINY_LENGTH = 1e-30
-"""Number that is added to lengths and squares before they are used as divisors, because they may be zero."""
+"""Added to lengths and squares that are used as divisors, because they may be zero."""
 
 
 @inlined
@@ -30,7 +26,7 @@ def dot(a: np.ndarray, b: np.ndarray) -> float:
 
 @kernel
 def copy(x: np.ndarray, to: np.ndarray) -> None:
-    """Copy positions, shape (n, 3), to another array. Numba compiles an assignment of arrays ten times as long."""
+    """Copy positions to another array, because numba compiles an assignment of arrays ten times as long."""
     for v in range(x.shape[0]):
         for k in range(3):
             to[v, k] = x[v, k]
@@ -38,7 +34,7 @@ def copy(x: np.ndarray, to: np.ndarray) -> None:
 
 @kernel
 def longest_displacement(x: np.ndarray, start: np.ndarray) -> float:
-    """Return the longest distance from a vertex in `start` to the same vertex in x [m]. Both have the shape (n, 3)."""
+    """Return the longest distance of a vertex between two sets of positions [m]."""
     square = 0.0
     for v in range(x.shape[0]):
         dx = x[v, 0] - start[v, 0]
@@ -50,7 +46,7 @@ def longest_displacement(x: np.ndarray, start: np.ndarray) -> float:
 
 @inlined
 def difference(x: np.ndarray, v: int, a: int) -> Vector:
-    """Return the vector from vertex a to vertex v [m]. Positions have the shape (n, 3)."""
+    """Return the vector from vertex a to vertex v [m]."""
     return x[v, 0] - x[a, 0], x[v, 1] - x[a, 1], x[v, 2] - x[a, 2]
 
 
@@ -63,7 +59,7 @@ def unit(x: float, y: float, z: float) -> Vector:
 
 @kernel
 def normal_of(x: np.ndarray, a: int, b: int, c: int) -> Vector:
-    """Return the vector (b - a) x (c - a) along a triangle's normal [m^2]. Its length is twice the triangle's area."""
+    """Return (b - a) x (c - a), along the normal and as long as twice the triangle's area [m^2]."""
     ux, uy, uz = difference(x, b, a)
     vx, vy, vz = difference(x, c, a)
     return cross(ux, uy, uz, vx, vy, vz)
@@ -78,21 +74,9 @@ def _clamp(value: float) -> float:
 def closest_between(
     ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, rx: float, ry: float, rz: float
 ) -> Vector:
-    """Find the closest points of two segments. The code has no branches, so that many pairs can be computed together.
+    """Return the distance of segments u and v [m], and the fractions along u and v at their closest points.
 
-    Args:
-        ux: First component of segment u, from its start to its end [m].
-        uy: Second component of segment u [m].
-        uz: Third component of segment u [m].
-        vx: First component of segment v, from its start to its end [m].
-        vy: Second component of segment v [m].
-        vz: Third component of segment v [m].
-        rx: First component of the vector from the start of v to the start of u [m].
-        ry: Second component of this vector [m].
-        rz: Third component of this vector [m].
-
-    Returns:
-        The distance [m], and the fractions along u and along v at which the closest points lie.
+    r leads from the start of v to the start of u. Without branches, many pairs can be computed together.
     """
     uu = ux * ux + uy * uy + uz * uz + TINY_LENGTH
     vv = vx * vx + vy * vy + vz * vz + TINY_LENGTH
@@ -114,10 +98,7 @@ def closest_between(
 
 @kernel
 def closest_on_segments(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
-    """Return the distance of the segments (a, b) and (c, d) [m], and two fractions.
-
-    The closest points lie at these fractions along the first and along the second segment.
-    """
+    """Return the distance of segments (a, b) and (c, d) [m], and the fractions along them at their closest points."""
     ux, uy, uz = difference(x, b, a)
     vx, vy, vz = difference(x, d, c)
     rx, ry, rz = difference(x, a, c)
@@ -126,10 +107,9 @@ def closest_on_segments(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector
 
 @kernel
 def point_triangle(x: np.ndarray, v: int, a: int, b: int, c: int, up: np.ndarray) -> tuple[float, bool]:
-    """Return the distance of vertex v from triangle (a, b, c) [m], and whether the triangle is above v.
+    """Return the distance of vertex v from triangle (a, b, c) [m], and whether its closest point is above v.
 
-    The triangle is above v if the direction from v to the closest point of the triangle agrees with the direction `up`,
-    shape (3,).
+    Above is the direction `up`, shape (3,).
     """
     abx, aby, abz = difference(x, b, a)
     acx, acy, acz = difference(x, c, a)

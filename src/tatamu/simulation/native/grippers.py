@@ -17,27 +17,27 @@ from tatamu.simulation.scene import Scene
 
 @dataclass(frozen=True)
 class Grip:
-    """The vertices that a closed gripper holds, and where they were when the gripper closed."""
+    """The vertices that a closed gripper holds."""
 
     vertices: np.ndarray
-    """Indices of the k vertices, shape (k,)."""
+    """Indices of the vertices, shape (k,)."""
     base: np.ndarray
-    """Positions of the vertices when the gripper closed [m], shape (k, 3)."""
+    """Their positions when the gripper closed [m], shape (k, 3)."""
 
 
 @dataclass(frozen=True)
 class Led:
-    """State of a gripper that follows the targets of a controller instead of its motion in the scene."""
+    """A gripper that follows the targets of a controller instead of the scene."""
 
     vertices: tuple[int, ...] | None
-    """Vertices that the gripper holds; None if it is open."""
+    """Vertices that it holds; None if it is open."""
     displacement: Place
-    """Last target of the gripper [m]; zero if it is open."""
+    """Its last target [m]; zero if it is open."""
 
 
 @dataclass(frozen=True)
 class GripperState:
-    """The part of the grippers' state that changes during a simulation, by the number of the gripper."""
+    """What changes during a simulation, by index of the gripper."""
 
     grips: dict[int, Grip]
     led: dict[int, Led]
@@ -45,27 +45,15 @@ class GripperState:
 
 @lru_cache(maxsize=64)
 def _parts(steps: int) -> np.ndarray:
-    """Return the fraction of its path that a hand has covered after each of `steps` steps, shape (steps, 1).
-
-    The fractions increase from 1 / steps to 1.
-    """
+    """Return the fraction of its path that a hand has covered after each of `steps` steps, shape (steps, 1)."""
     return np.arange(1, steps + 1)[:, None] / max(steps, 1)
 
 
 class Grippers:
-    """All grippers of a scene, by number.
-
-    Time is counted in outer steps and not in seconds.
-    """
+    """All grippers of a scene, with time counted in outer steps."""
 
     def __init__(self, scene: Scene, outer_step: float, steps: int) -> None:
-        """Sample the paths of the grippers.
-
-        Args:
-            scene: The scene.
-            outer_step: Length of an outer step, the longest time step [s].
-            steps: Number of outer steps of the scene.
-        """
+        """Sample the paths of the grippers at `steps` outer steps of the length `outer_step` [s]."""
         self._grippers = scene.grippers
         self._vertices = len(scene.cloth.vertices)
         self._outer_step = outer_step
@@ -84,39 +72,27 @@ class Grippers:
 
     @property
     def closed(self) -> tuple[bool, ...]:
-        """Whether each gripper holds something."""
         return tuple(number in self._grips for number in range(len(self._grippers)))
 
     def displacements(self, number: int) -> np.ndarray:
-        """Return the displacements of all grippers at outer step `number` [m], shape (grippers, 3).
-
-        The displacement of an open gripper is zero.
-        """
+        """Return the displacements at outer step `number` [m], shape (grippers, 3); zero if a gripper is open."""
         shape = (len(self._grippers), 3)
         return np.where(np.reshape(self.closed, (-1, 1)), self._paths[: shape[0], number], np.zeros(shape))
 
     def step_at(self, time: float) -> int:
-        """Return the number of the outer step in which an event at `time` [s] happens."""
+        """Return the outer step in which an event at `time` [s] happens."""
         return round(min(time, self._latest) / self._outer_step)
 
     def events(self) -> list[int]:
-        """Return the numbers of the outer steps in which grippers of the scene close or open."""
+        """Return the outer steps in which grippers close or open by the scene."""
         own = [index for index in range(len(self._own)) if index not in self._led]
         return [number for numbers in (self._closes, self._opens) for number in (numbers[index] for index in own)]
 
     def lead(self, hands: Sequence[HandTarget | None], number: int, stop: int, fastest: float) -> None:
-        """Move grippers to targets at constant velocity. Grippers without a new target stay at their last target.
+        """Move grippers to targets at constant velocity from outer step `number` to `stop`; None is no new target.
 
-        Grippers that never had a target follow their motions in the scene.
-
-        Args:
-            hands: Target of each gripper; None if it has no new target.
-            number: Outer step in which grippers open or close, and start to move.
-            stop: Outer step in which they arrive.
-            fastest: Highest speed of a hand [m/s].
-
-        Raises:
-            InputError: If a target is wrong. In this case no gripper is changed.
+        Other grippers stay at their last target, or follow the scene if they never had one. If a target is wrong,
+        InputError is raised and no gripper is changed.
         """
         held = self._held(number)
         given = {index: hand for index, hand in enumerate(hands) if hand is not None}
@@ -137,15 +113,7 @@ class Grippers:
             path += start
 
     def fastest(self, number: int, steps: int) -> tuple[int, float, float]:
-        """Return the gripper that moved fastest before outer step `number`.
-
-        Args:
-            number: Number of the outer step.
-            steps: Number of outer steps before it that are compared.
-
-        Returns: Number of the gripper, its speed [m/s], and the time of this speed [s]. The number is 0 if no gripper
-            is closed.
-        """
+        """Return index, speed [m/s] and time [s] of the fastest gripper in `steps` outer steps before `number`."""
         first = max(number - steps, 0)
         ways = np.linalg.norm(np.diff(self._paths[:, first : number + 1], axis=1), axis=2)
         ways[[index for index in range(len(ways)) if index not in self._grips]] = 0.0
@@ -159,20 +127,13 @@ class Grippers:
         return self._held(number).keys() != self._grips.keys()
 
     def open_due(self, number: int) -> list[np.ndarray]:
-        """Open the grippers that must be open in outer step `number`.
-
-        The method returns the vertices that each of these grippers held.
-        """
+        """Open the grippers that must be open in outer step `number`, and return the vertices that each held."""
         due = sorted(self._grips.keys() - self._held(number).keys())
         self._hands = None if due else self._hands
         return [self._grips.pop(gripper).vertices for gripper in due]
 
     def close_due(self, number: int, x: np.ndarray) -> list[np.ndarray]:
-        """Close the grippers that must hold from outer step `number` on.
-
-        The method returns the vertices that each of these grippers grasps. x contains the present positions of all
-        vertices [m].
-        """
+        """Close the grippers that must hold from outer step `number` on, and return the vertices that each grasps."""
         held = self._held(number)
         taken = []
         for gripper in sorted(held.keys() - self._grips.keys()):
@@ -199,7 +160,7 @@ class Grippers:
         )
 
     def state(self) -> GripperState:
-        """Return a copy of the part of the grippers' state that changes during a simulation."""
+        """Return a copy of what changes during a simulation."""
         return GripperState(dict(self._grips), dict(self._led))
 
     def restore(self, state: GripperState) -> None:
@@ -214,7 +175,7 @@ class Grippers:
         self._paths[index] = self._grippers[index].path(self._times)
 
     def _held(self, number: int) -> dict[int, tuple[int, ...]]:
-        """Return the vertices of each gripper that must hold in outer step `number`."""
+        """Return the vertices of each gripper that holds in outer step `number`."""
         held = {}
         for index, own in enumerate(self._own):
             led = self._led.get(index)
@@ -224,10 +185,7 @@ class Grippers:
         return held
 
     def _start(self, index: int, holds: bool, number: int) -> Place:
-        """Return the displacement of a gripper since it closed, at outer step `number` [m].
-
-        It is zero if `holds` is false, because the gripper is then open.
-        """
+        """Return the displacement of a gripper since it closed, at outer step `number` [m]; zero if it is open."""
         if not holds:
             return NOWHERE
         led = self._led.get(index)
@@ -247,7 +205,7 @@ class Grippers:
             )
 
     def _check_held_once(self, led: dict[int, Led], number: int) -> None:
-        """Check that no vertex is held by two grippers at the same time, now or later in the scene."""
+        """Check that no vertex is held by two grippers at the same time, now or later."""
         holder: dict[int, int] = {}
         for index, own in enumerate(self._own):
             target = led.get(index) or self._led.get(index)

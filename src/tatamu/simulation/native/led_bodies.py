@@ -14,7 +14,7 @@ from tatamu.simulation.native.contact.bodies.state import Bodies
 from tatamu.simulation.scene import Scene
 
 FASTEST_TURN = 50.0
-"""Largest angular speed of a body [rad/s]. At this speed, the end of a finger of 0.2 m moves at 10 m/s."""
+"""Maximum angular speed of a body [rad/s], at which the end of a finger of 0.2 m moves at 10 m/s."""
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,9 @@ class BodyTarget:
     """The target of a rigid body in one call of `Simulation.advance`."""
 
     position: Sequence[float] | np.ndarray | None = None
-    """Position of the body's centre at the end of the call [m], shape (3,); None if the body does not move."""
+    """Centre at the end of the call [m], shape (3,); None if the body does not move."""
     orientation: Sequence[float] | np.ndarray | None = None
-    """Orientation at the end of the call, as a unit quaternion (w, x, y, z); None if the body does not turn.
-
-    The quaternion rotates from the body's frame to the frame of the scene."""
+    """Unit quaternion (w, x, y, z) at the end of the call, from the body's frame to the scene's; None for no turn."""
 
 
 @dataclass(frozen=True)
@@ -34,25 +32,16 @@ class BodyPose:
     """Position and orientation of a body."""
 
     position: np.ndarray
-    """Position of the body's centre [m], shape (3,)."""
+    """Centre [m], shape (3,)."""
     orientation: np.ndarray
-    """Orientation as a unit quaternion (w, x, y, z), shape (4,)."""
+    """Unit quaternion (w, x, y, z), shape (4,)."""
 
 
 class LedBodies:
-    """All rigid bodies of a scene, by number.
-
-    Time is counted in outer steps and not in seconds.
-    """
+    """All rigid bodies of a scene, with time counted in outer steps."""
 
     def __init__(self, scene: Scene, bodies: Bodies, outer_step: float) -> None:
-        """Let all bodies follow the motions of the scene.
-
-        Args:
-            scene: The scene.
-            bodies: Bodies of the scene. Their paths are changed by targets.
-            outer_step: Length of an outer step, the longest time step [s].
-        """
+        """Let all bodies follow the scene; targets change the paths in `bodies`."""
         self._bodies = scene.bodies
         self._outer_step = outer_step
         self._positions = bodies.positions
@@ -62,17 +51,7 @@ class LedBodies:
     def check(
         self, targets: Sequence[BodyTarget | None], number: int, stop: int, fastest: float
     ) -> dict[int, BodyPose]:
-        """Return the poses that targets require, by the number of the body.
-
-        Args:
-            targets: Target of each body; None if it has no new target.
-            number: Outer step in which bodies start to move.
-            stop: Outer step in which they arrive.
-            fastest: Highest speed of a body [m/s].
-
-        Raises:
-            InputError: If a target is wrong.
-        """
+        """Return the poses that targets require at outer step `stop`, by index of the body, or raise InputError."""
         if len(targets) != len(self._bodies):
             raise InputError(f"bodies: must be one for each of {len(self._bodies)} bodies, given {len(targets)}")
         seconds = (stop - number) * self._outer_step
@@ -97,14 +76,13 @@ class LedBodies:
         self._led |= poses
 
     def state(self) -> dict[int, BodyPose]:
-        """Return a copy of the last target pose of each body that has had a target, by the number of the body."""
+        """Return a copy of the last target pose of each body that has had a target."""
         return dict(self._led)
 
     def restore(self, state: Mapping[int, BodyPose]) -> None:
         """Set the bodies to a state that `state` returned for the same scene.
 
-        Bodies without a target get back their path in the scene. For bodies with a target, the next call of `lead`
-        writes the path.
+        Bodies without a target get back their path in the scene. For the others, the next `lead` writes the path.
         """
         times = np.arange(self._positions.shape[1]) * self._outer_step
         for index in self._led.keys() - state.keys():
@@ -117,7 +95,7 @@ class LedBodies:
 
 
 def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest: float) -> BodyPose:
-    """Return the pose that a target requires; raise an error if the body cannot reach it in `seconds`."""
+    """Return the pose that a target requires, or raise InputError if the body cannot reach it in `seconds`."""
     position = now.position if target.position is None else _numbers(target.position, 3, f"{name}.position", "[m]")
     way = float(np.linalg.norm(position - now.position))
     if not way <= fastest * (1.0 + 1e-9) * seconds:

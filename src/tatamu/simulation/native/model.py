@@ -30,11 +30,11 @@ from tatamu.simulation.native.options import ContactOptions, Options, StepOption
 from tatamu.simulation.scene import Cloth
 
 CENTROID_TO_CORNER = 0.58
-"""Upper bound on the distance from the centroid of a triangle to a corner, divided by the longest edge: 1 / sqrt(3)."""
+"""Upper bound on the distance from a triangle's centroid to a corner [longest edges]: 1 / sqrt(3)."""
 
 
 class ElasticModel(NamedTuple):
-    """Constants of the elastic forces: membrane and bending."""
+    """Constants of membrane and bending."""
 
     membrane: Membrane
     bending: Bending
@@ -42,7 +42,7 @@ class ElasticModel(NamedTuple):
 
 @dataclass(frozen=True)
 class Model:
-    """All data about a cloth and its material that do not depend on other parts of the scene."""
+    """All data that depend on a cloth and its material alone."""
 
     slot: np.ndarray
     """Slot of each vertex, shape (n,)."""
@@ -51,27 +51,22 @@ class Model:
     width: int
     """Number of slots and of copies of slots together."""
     mass: np.ndarray
-    """Lumped mass of each vertex [kg], shape (n,): a third of the mass of each triangle around the vertex."""
+    """Lumped mass of each vertex [kg], shape (n,)."""
     elastic: ElasticModel
     mesh: ContactMesh
     membrane_frequency: float
-    """Largest angular frequency of the membrane at rest [1/s]."""
+    """Maximum angular frequency of the membrane at rest [1/s]."""
     bending_frequency: float
-    """Largest angular frequency of bending at rest, if bending has no friction [1/s]."""
+    """Maximum angular frequency of bending at rest, without friction [1/s]."""
     sticking_frequency: float
-    """Largest angular frequency of bending at rest, while all friction of bending sticks [1/s].
-
-    It is 0 if bending has no friction."""
+    """Maximum angular frequency of bending at rest, while all friction sticks [1/s]; 0 without friction."""
     rest_measures: np.ndarray
-    """Measures g = 4 tan(theta / 4) of the dihedral angles theta in the unstrained shape [-].
-
-    They are in the order of the hinges in memory."""
+    """Measures g = 4 tan(theta / 4) in the unstrained shape [-], in the order of the hinges in memory."""
     lengths: np.ndarray
     """Lengths of the edges at rest [m], shape (e,)."""
 
     @property
     def thickness(self) -> float:
-        """Distance of two layers that lie on each other [m]."""
         return self.mesh.thickness
 
     @property
@@ -83,13 +78,11 @@ class Model:
 _kept: dict[bytes, Model] = {}
 _keeping = Lock()  # because simulate_many runs scenes in threads
 _MOST_KEPT = 48
-"""Largest number of models that are kept in memory.
-
-A study simulates about 20 random draws of the disturbances, each with its own material, on two meshes."""
+"""Maximum number of models in memory. A study simulates about 20 scenarios, each with its own material."""
 
 
 def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
-    """Return the model of a cloth. Recent models are kept in memory, because a study simulates a cloth many times."""
+    """Return the model of a cloth; recent ones are kept, because a study simulates a cloth many times."""
     digest = blake2b(digest_size=16)
     fibre = np.empty((0, 3)) if cloth.fibre is None else cloth.fibre
     for array in (cloth.rest, cloth.faces, cloth.seams, fibre):
@@ -109,10 +102,7 @@ def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
 
 
 def _give_back_memory() -> None:
-    """Return to the operating system the memory that was needed only for building the model.
-
-    Otherwise the C library glibc would keep about 25 MB for a mesh of 13,000 vertices.
-    """
+    """Return memory to the operating system; glibc would keep about 25 MB for a mesh of 13,000 vertices."""
     if sys.platform == "linux":
         getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
 
@@ -184,7 +174,7 @@ def _contact_mesh(
 
 
 def _faces_of_edges(topology: Topology) -> np.ndarray:
-    """Return the triangles of each edge, shape (e, 2). -1 stands for no triangle."""
+    """Return the triangles of each edge, shape (e, 2), with -1 beyond a border."""
     edge_faces = np.full((len(topology.edges), 2), -1)
     edges = topology.face_edges.T.ravel()
     order = np.argsort(edges, kind="stable")
@@ -197,10 +187,7 @@ def _faces_of_edges(topology: Topology) -> np.ndarray:
 
 
 def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles near each vertex. They contain the vertex or one of its neighbours.
-
-    The first array contains the start of each vertex's entries in the second array, which lists the triangles.
-    """
+    """Return the triangles that contain each vertex or its neighbours: start of each vertex's entries, and entries."""
     rows = np.repeat(np.arange(len(faces)), 3)
     incident = sparse.csr_array((np.ones(3 * len(faces)), (faces.ravel(), rows)), shape=(count, len(faces)))
     adjacent = incident @ incident.T
@@ -210,15 +197,12 @@ def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def steps_per_frame(frame_rate: float, outer_step: float) -> int:
-    """Return the number of outer steps in one frame, so that a step is at most `outer_step` long [s]."""
+    """Return the number of outer steps in one frame, each at most `outer_step` long [s]."""
     return max(1, ceil(1.0 / (frame_rate * outer_step) - 1e-9))
 
 
 def substeps(model: Model, step: float, options: StepOptions) -> tuple[int, int]:
-    """Return the number of bending steps per outer step, and the number of membrane steps per bending step.
-
-    The outer step has the length `step` [s].
-    """
+    """Return the bending steps in an outer step of the length `step` [s], and the membrane steps in each of them."""
     bends = max(1, ceil(step / (options.bending_phase / model.bending_frequency)))
     bends = max(bends, ceil(step * model.sticking_frequency / options.sticking_phase))
     stretches = max(1, ceil(step / bends / (options.membrane_phase / model.membrane_frequency)))

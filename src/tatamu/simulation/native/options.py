@@ -1,10 +1,7 @@
-"""Settings of the simulator that a study can vary, as one immutable record for `simulate`.
+"""Settings of the simulator that a study can vary: `simulate(scene, options=Options(rest=RestOptions(every=0.2)))`.
 
-All numbers in the documentation were made with the defaults. The calibrated material is a part of the scene and not of
-the options. Each group of options is a NamedTuple, which compiled loops accept. Other values need no new compilation.
-Symbols and names are listed in docs/theory/native-symbols.md. An example is:
-
-    simulate(scene, options=Options(contact=ContactOptions(clearing_speed=0.25)))
+Each group is a NamedTuple, which compiled loops accept, so other values need no new compilation. Symbols are listed in
+docs/theory/native-symbols.md. The calibrated material is a part of the scene and not of the options.
 """
 
 from __future__ import annotations
@@ -22,240 +19,142 @@ class StepOptions(NamedTuple):
     """Settings of the time steps."""
 
     outer_step: float = 1e-3
-    """Largest length H of an outer step, the longest of the time steps [s].
-
-    Contact is resolved at least once in each outer step."""
+    """Maximum length H of an outer step [s], in which contact is resolved at least once."""
     membrane_phase: float = 1.25
-    """Largest product h omega for the steps of the membrane [-].
-
-    h is the time step, and omega the largest angular frequency of the membrane at rest. The limit of stability is 2.
-    This value is smaller, as a reserve for large strains.
-    """
+    """Maximum product h omega for steps h of the membrane, whose largest angular frequency at rest is omega [-]. Steps
+    are stable below 2; the rest is a reserve for large strains."""
     bending_phase: float = 1.0
-    """Largest product h omega for the steps of bending [-].
-
-    h is the time step, and omega the largest angular frequency of bending at rest. The limit of stability is 2. This
-    value is smaller, as a reserve for large angles."""
+    """Maximum product h omega for steps of bending [-], with a reserve for large angles."""
     sticking_phase: float = 1.5
-    """Largest product h omega for the steps of bending while its friction sticks [-].
-
-    h is the time step, and omega the largest angular frequency. The product can be larger than `bending_phase`, because
-    friction that slips removes energy."""
+    """Maximum product h omega while friction of bending sticks [-]; larger, because its slip removes energy."""
     membrane_damping: float = 5e-5
     """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
     damping_part: float = 0.3
-    """Largest time constant tau_d of damping, as a fraction of the membrane's time step [-].
-
-    A larger time constant would be unstable."""
+    """Maximum time constant tau_d, as a fraction of the membrane's time step [-]; a larger one would be unstable."""
 
 
 class ElasticOptions(NamedTuple):
     """Settings of the elastic forces."""
 
     angle_sum_part: float = 0.45
-    """Weight a in the formula Q = a C + (1 - a) R^-1 of the curvature [-].
-
-    C and R^-1 are two matrices from the dihedral angles of a triangle to its curvatures (`elastic.curvature`). With
-    this value, about half of the irregular and rotated meshes are too soft, and the others are too stiff
-    (tests/statics.py)."""
+    """Weight a in the curvature Q = a C + (1 - a) R^-1 (`elastic.curvature`) [-]. With this value, about half of the
+    irregular and rotated meshes are too soft, and the others are too stiff (tests/statics.py)."""
     crowding_strain: float = 0.2
-    """Largest compressive Green strain b at which cloth that wrinkles is soft [-].
-
-    Beyond it, cloth has its full stiffness. At b = 0.2, an edge has 0.77 of its rest length."""
+    """Maximum compressive Green strain b at which cloth that wrinkles is soft [-]; at 0.2, edges shrink to 0.77."""
 
 
 class ContactOptions(NamedTuple):
-    """Settings of contact between layers of cloth, and between cloth and table.
-
-    Many of the lengths are given in thicknesses of the cloth.
-    """
+    """Settings of contact between layers, and between cloth and table."""
 
     # Candidates: pairs of mesh elements that may touch.
     margin_thicknesses: float = 3.0
-    """Margin of the search for contact [thicknesses of the cloth].
-
-    Candidates are searched within one thickness plus this margin. The options `margin_edges` and `margin_limit` can
-    increase the margin."""
+    """Margin beyond one thickness within which candidates are found [thicknesses]; `margin_edges` may increase it."""
     margin_edges: float = 0.75
-    """Least margin of the search for contact, as a fraction of the longest edge of the mesh [-].
-
-    It is limited by `margin_limit`. Coarse cloth needs a larger margin, because it moves farther between two
-    searches."""
+    """Minimum margin up to `margin_limit` [longest edges], because coarse cloth moves farther between two searches."""
     margin_limit: float = 0.01
-    """Upper limit for the margin of the search for contact, if the margin follows from `margin_edges` [m]."""
+    """Maximum margin that follows from `margin_edges` [m]."""
     margin_wear: float = 0.8
-    """Fraction of the search margin that motion may use up [-].
-
-    The search for candidates is repeated when two vertices may have approached each other by this fraction of the
-    margin."""
+    """Fraction of the margin by which two vertices may approach each other before the next search [-]."""
     crease_cosine: float = 0.5
-    """Smallest cosine between the normals of cloth that does not count as folded [-].
-
-    If the cosine between the normals of two parts of the cloth is smaller, the cloth counts as folded there. In folded
-    cloth, vertices also avoid neighbouring triangles."""
+    """Cosine between normals below which cloth is folded, so that vertices also avoid neighbouring triangles [-]."""
     ridge_cosine: float = 0.94
-    """Smallest cosine between the normals of two triangles whose shared edge is not guarded [-].
-
-    If the cosine is smaller, the edge is guarded, which means that it is kept away from other edges. Edges at a border
-    are always guarded. The default corresponds to a crease of 20 degrees."""
+    """Cosine between two triangles below which their edge is guarded, kept away from other edges [-]: 20 degrees."""
     level_cosine: float = 0.7
-    """Largest cosine between the normals of a vertex and a triangle that do not count as nearly parallel [-].
-
-    If the cosine is larger, the plane of the triangle determines on which side of the triangle the vertex lies."""
+    """Cosine between a vertex and a triangle above which the triangle's plane determines the vertex's side [-]."""
     same_direction_cosine: float = 0.8
-    """Largest cosine between two directions that count as different [-].
-
-    Two triangles that keep a vertex away in the same direction count as one sheet."""
+    """Cosine above which two triangles that keep a vertex away count as one sheet [-]."""
     touching: float = 1.1
-    """Largest distance of a vertex and a triangle that count as touching [thicknesses of the cloth].
-
-    A triangle that touches a vertex stays a candidate even if two other triangles are nearer."""
+    """Distance up to which a triangle stays a candidate even if two others are nearer [thicknesses]."""
     pressed: float = 0.6
-    """Smallest distance of layers that do not count as pressed [thicknesses of the cloth].
-
-    If layers are closer, not only their vertices but also their edges are kept away from each other."""
+    """Distance of layers below which their edges are kept apart too, as pressed layers [thicknesses]."""
     pressed_searches: int = 4
-    """Number of searches for candidates for which a vertex counts as pressed.
-
-    The number is counted from the last time at which the layers at the vertex were pressed together."""
+    """Number of searches for which a vertex counts as pressed, after its layers were pressed together."""
     pairs_per_edge: int = 24
-    """Largest number of edge pairs per edge of the mesh. Memory is reserved for this number."""
+    """Maximum number of edge pairs per edge of the mesh, for which memory is reserved."""
 
     # Size of the corrections of positions.
     barycentric_tolerance: float = 0.02
-    """Largest distance outside a triangle that still counts as inside, in barycentric coordinates [-]."""
+    """Maximum distance outside a triangle that counts as inside, in barycentric coordinates [-]."""
     edge_gap: float = 0.75
-    """Distance that contact keeps between two edges [thicknesses of the cloth].
-
-    Between a vertex and a triangle, contact keeps a distance of one thickness."""
+    """Distance that contact keeps between two edges [thicknesses]; between a vertex and a triangle, it is one."""
     clearing_speed: float = 0.5
-    """Speed at which layers that are too close are separated [m/s].
-
-    It is limited so that tangled cloth does not explode."""
+    """Speed at which layers that are too close are separated [m/s], limited so that tangled cloth does not explode."""
     recovery_speed: float = 0.1
-    """Part of the separation speed that layers keep as velocity [m/s].
-
-    The rest of the separation only changes positions (split impulse)."""
+    """Part of this speed that becomes velocity [m/s]; the rest only changes positions (split impulse)."""
     restored: tuple[float, ...] | np.ndarray = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
-    """Distance that each Gauss-Seidel sweep of contact restores between layers, as a fraction of the full distance [-].
+    """Fraction of the full distance between layers that each Gauss-Seidel sweep restores [-].
 
-    The number of entries is the largest number of sweeps. The first sweep restores the full distance. A later sweep is
-    made only if a pair is closer than the distance that this sweep restores. Later sweeps restore less, because layers
-    that a hand crushes have no room for the full distance. Compiled loops receive an array, which has the same type for
-    any number of entries.
-    """
+    A sweep is made only if a pair is closer than the distance that it restores. Later sweeps restore less, because
+    layers that a hand crushes have no room. Compiled loops receive an array."""
     noticeable: float = 0.02
-    """Largest correction by contact that is negligible [thicknesses of the cloth].
-
-    After a larger correction, the next sweep tests the moved vertices again."""
+    """Correction above which the next sweep tests the moved vertices again [thicknesses]."""
 
     # Frequency of contact, and vertices that are moved far by contact ("restless" vertices).
     restless: float = 0.25
-    """Upper limit for the movement of any vertex by contact [thicknesses of the cloth].
-
-    If a movement exceeds the limit, contact is resolved twice as often in the next outer step as in the present outer
-    step. Contact is resolved at most once after every substep. If contact were not resolved more often, layers that
-    hands crush would oscillate by several thicknesses between two corrections."""
+    """Movement of a vertex by contact above which the next outer step resolves contact twice as often [thicknesses].
+    Otherwise layers that hands crush would oscillate by several thicknesses between two corrections."""
     calm: float = 0.08
-    """Lower limit for the largest movement of any vertex by contact [thicknesses of the cloth].
-
-    If the largest movement is below the limit, contact is resolved half as often in the next outer step as in the
-    present outer step."""
+    """Movement of any vertex below which the next outer step resolves contact half as often [thicknesses]."""
     held: float = 0.25
-    """Fraction of a movement by contact that counts if contact only holds the vertex in its place [-].
-
-    Layers that a hand presses on the table have no room, so contact moves them back to the same positions each time.
-    Resolving contact more often does not change that."""
+    """Fraction of a movement that counts if contact only holds a vertex in its place [-], as in layers that a hand
+    presses on the table, where resolving contact more often changes nothing."""
     sweeps_of_many: int = 5
-    """Largest number of sweeps each time that contact is resolved, if it is resolved several times per outer step."""
+    """Maximum number of sweeps in a round, if contact is resolved several times per outer step."""
     hard: float = 0.08
-    """Largest correction by contact that counts as gentle [thicknesses of the cloth].
-
-    After a larger correction, a vertex counts as restless. Only restless vertices are tested for passing through cloth.
-    """
+    """Correction above which a vertex is restless [thicknesses]. Only such vertices are tested for passing."""
     restless_steps: int = 3
     """Number of outer steps for which a vertex stays restless."""
     zone_passes: int = 30
-    """Largest number of passes in which impact zones can grow in a round of contact.
-
-    An impact zone is a group of vertices that passed through cloth, and is set back and moved as a whole. If cloth
-    still passes through cloth after these passes, the next step resolves it."""
+    """Maximum number of passes in which impact zones grow in a round; what still passes is left to the next step."""
 
 
 class UntangleOptions(NamedTuple):
-    """Settings for separating layers that passed through each other while a hand was closed.
-
-    Many of the lengths are given in thicknesses of the cloth.
-    """
+    """Settings for separating layers that passed through each other while a hand was closed."""
 
     step: float = 0.3
-    """Distance by which one pass moves an edge relative to a triangle [thicknesses of the cloth]."""
+    """Distance by which one pass moves an edge relative to a triangle [thicknesses]."""
     most_passes: int = 60
-    """Largest number of passes."""
+    """Maximum number of passes."""
     flattest: float = 1e-3
-    """Least sine of the angle between an edge and a triangle [-]. Smaller sines are replaced by this value."""
+    """Minimum sine of the angle between an edge and a triangle [-]; smaller ones are replaced by it."""
     blunt: float = 0.1
-    """Length of the vector G at which its direction starts to be reliable [-].
-
-    G is the sum of the directions in which an edge should move relative to a triangle. If G is shorter, its direction
-    is uncertain, so the edge is moved by clearly less than the distance `step`."""
+    """Length of the direction G (`contact.untangle`) below which it is uncertain and an edge moves less [-]."""
     shortest: float = 0.7
-    """Least length of edges during separation, as a fraction of their rest length [-].
-
-    The membrane would throw shorter edges apart."""
+    """Minimum length of edges during separation [rest lengths]; the membrane would throw shorter ones apart."""
     longest: float = 1.1
-    """Largest length of edges during separation, as a fraction of their rest length [-]."""
+    """Maximum length of edges during separation [rest lengths]."""
     slimmest: float = 0.1
-    """Smallest height of triangles after separation, as a fraction of the shortest edge [-].
-
-    Bending forces grow with the inverse of the height."""
+    """Minimum height of triangles after separation [shortest edges]; bending forces grow with its inverse."""
     length_sweeps: int = 4
-    """Number of sweeps in each pass. The sweeps bring the lengths of edges back between `shortest` and `longest`."""
+    """Sweeps in each pass that bring the lengths of edges back between `shortest` and `longest`."""
     again_after: float = 0.1
-    """Time from one attempt to separate layers to the next attempt [s].
-
-    There is a next attempt if layers are still crossed, or were separated."""
+    """Time to the next attempt if layers are still crossed, or were separated [s]."""
 
 
 class RestOptions(NamedTuple):
-    """Settings of the test whether cloth is at rest.
-
-    Cloth is tested if no hand holds it, and no hand will hold it later. Cloth at rest is not moved any more.
-    """
+    """Settings of the test whether cloth that no hand holds or will hold is at rest, after which it does not move."""
 
     every: float = 0.1
     """Time between two tests [s]."""
     still: float = 1e-4
-    """Limit for the mean displacement of the cloth between two tests [m].
-
-    If the displacement is smaller, the cloth is at rest. With 0, cloth is never at rest."""
+    """Mean displacement between two tests below which cloth is at rest [m]; with 0, it never is."""
 
 
 class LimitOptions(NamedTuple):
     """Limits at which a rollout is refused or stopped."""
 
     largest_stretch: float = 1.5
-    """Largest stretch of an edge, as a ratio of lengths [-].
-
-    Above it, the membrane model is not valid and a rollout stops."""
+    """Maximum stretch of an edge [-], above which the membrane model is not valid and a rollout stops."""
     farthest: float = 1e4
-    """Largest distance of the cloth from the origin [m]. If the cloth is farther away, the rollout stops."""
+    """Maximum distance of the cloth from the origin [m], beyond which a rollout stops."""
     thickest: float = 0.9
-    """Largest thickness of the cloth, as a fraction of the shortest edge of the mesh [-].
-
-    Scenes with thicker cloth are refused."""
+    """Maximum thickness [shortest edges]; scenes with thicker cloth are refused."""
     most_work: float = 1e12
-    """Largest product of the number of time steps and the number of vertices of a rollout.
-
-    Scenes with a larger product are refused. The default corresponds to about two hours."""
+    """Maximum product of time steps and vertices, about two hours; scenes with more are refused."""
     fastest_hand: float = 10.0
-    """Highest speed of a hand [m/s]. Targets that need a higher speed are refused.
-
-    Arms move at 2 m/s, and a throw reaches 10 m/s."""
+    """Maximum speed of a hand's target [m/s]; arms move at 2 m/s, and a throw reaches 10 m/s."""
     most_bytes_in_double: float = 64e6
-    """Largest size of all frames that are kept in double precision [bytes].
-
-    Larger rollouts are kept in single precision. Single precision rounds one metre by 0.06 micrometres."""
+    """Size of all frames above which they are kept in single precision, to 0.06 micrometres in a metre [bytes]."""
 
 
 _POSITIVE = {
@@ -271,12 +170,7 @@ _POSITIVE = {
 
 @dataclass(frozen=True)
 class Options:
-    """All settings of this simulator that a study can vary.
-
-    Raises:
-        InputError: If a number is negative or not finite, a number that must be positive is zero, or the first sweep of
-            contact does not restore the whole distance.
-    """
+    """All settings of this simulator that a study can vary; InputError if one is out of range."""
 
     step: StepOptions = field(default_factory=StepOptions)
     elastic: ElasticOptions = field(default_factory=ElasticOptions)

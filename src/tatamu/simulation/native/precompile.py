@@ -1,7 +1,7 @@
-"""Compilation of the kernels that a scene needs, in several processes at the same time if none are on disk.
+"""Compilation of the kernels that a scene needs, in several processes if they are not on disk.
 
-The compiler has a lock, so threads would wait for each other. Therefore other processes compile the same kernels in
-another order and write them to disk. Whoever comes to a kernel that is on disk already loads it.
+The compiler has a lock, so threads would wait for each other. Other processes therefore compile the same kernels in
+another order, and whoever comes to a kernel that is on disk already loads it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulation.side_by_side import processors
 
 MOST_PROCESSES = 4
-"""Largest number of processes that compile. More would wait for the kernel that takes longest."""
+"""Maximum number of processes that compile; more would wait for the kernel that takes longest."""
 COMMAND = f"import sys; from {__name__} import compile_beside; compile_beside(*map(int, sys.argv[1:]))"
 
 _LOADING = Lock()
@@ -35,7 +35,7 @@ _loaded: set[Features] = set()
 
 
 def smallest_scene() -> Scene:
-    """Return a short scene of two triangles. Kernels that are compiled for it can be used for every scene."""
+    """Return a short scene of two triangles, whose kernels can be used for every scene."""
     corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]]
     material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5)
     hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.01)
@@ -44,10 +44,7 @@ def smallest_scene() -> Scene:
 
 
 def load(system: System, hands: Hands, frames: np.ndarray) -> tuple[Callable[..., tuple[int, float]], Addresses]:
-    """Return the time stepping, and the addresses of the kernels that it calls. What is not on disk is compiled.
-
-    Meanwhile, other threads that call this function wait.
-    """
+    """Return the time stepping and the addresses of its kernels; threads take turns in compiling missing ones."""
     features = Features.of(system)
     with _LOADING, compiling_beside(features):
         return for_types_of(advance, (system, hands, frames, Span(0, 0, 1))), addresses(system)
@@ -55,10 +52,7 @@ def load(system: System, hands: Hands, frames: np.ndarray) -> tuple[Callable[...
 
 @contextmanager
 def compiling_beside(features: Features) -> Iterator[None]:
-    """Let other processes compile kernels for scenes with these features while the body of this context runs.
-
-    There are none if the kernels are on disk or in memory, or cannot be written to disk.
-    """
+    """Let other processes compile kernels for these features meanwhile, unless they are on disk or cannot be."""
     missing = [] if features in _loaded else [each for each in kernels(features).values() if not is_on_disk(each)]
     count = min(MOST_PROCESSES, processors(), len(missing)) - 1
     expect([advance, *missing])
@@ -75,11 +69,7 @@ def compiling_beside(features: Features) -> Iterator[None]:
 
 
 def compile_beside(*given: int) -> None:
-    """Compile kernels in reverse order, beginning with the share of one of several processes.
-
-    Args:
-        given: The features, the number of this process, and the number of processes.
-    """
+    """Compile kernels in reverse order, from the share of one process on: features, its index, and their count."""
     *flags, number, count = given
     needed = kernels(Features(*map(bool, flags)))
     given_to = arguments(initial_system(smallest_scene(), Options()))

@@ -1,7 +1,7 @@
-"""A running scene. `simulate` runs it to the end, or a controller advances it step by step.
+"""A running scene, which `simulate` runs to the end, or a controller advances step by step.
 
-Time advances in outer steps of length H, and a whole number of outer steps makes a frame. A scene can be advanced in
-pieces, or continued from a saved state. The result has exactly the same bytes as without interruption.
+Time advances in outer steps of length H. A scene that is advanced in pieces, or continued from a saved state, has
+exactly the same bytes as without interruption.
 """
 
 from __future__ import annotations
@@ -30,20 +30,13 @@ from tatamu.simulation.native.targets import HandTarget
 from tatamu.simulation.scene import Cloth, Scene
 
 FRAMES_AT_ONCE = 8
-"""Number of frames between two checks for interrupts.
-
-Interrupts come, for example, from Ctrl+C, and compiled loops do not notice them."""
+"""Frames between two checks for interrupts such as Ctrl+C, which compiled loops do not notice."""
 RECENT = 0.1
-"""Time before an error in which the motion of hands is checked [s].
-
-If a hand moved too fast within this time, the error names the hand as its cause."""
+"""Time before an error in which a hand that moved too fast counts as its cause [s]."""
 LOCKED = 3000.0
-"""Largest value of Y h^2 / B without a warning [-].
-
-If the value is larger, a warning says that the cells of the mesh may be too stiff for natural folds. Y is the stiffness
-of the cloth, h the mean edge, and B the bending rigidity."""
+"""Maximum Y h^2 / B without a warning that the mesh may be too stiff for natural folds [-] (docs/theory/bending.md)."""
 THICK = 0.5
-"""Largest thickness of the cloth without a warning, as a fraction of the shortest edge of the mesh [-]."""
+"""Maximum thickness of the cloth without a warning [shortest edges]."""
 
 
 class Simulation:
@@ -55,22 +48,11 @@ class Simulation:
         while not simulation.done:
             simulation.advance(1 / 60, hands=[HandTarget(displacement=policy(simulation.positions))])
 
-    Attributes:
-        scene: The scene.
-        number: Number of outer steps that have been simulated.
-        mesh, contact, system: Data that the compiled loops read and write.
+    `number` is the number of outer steps that have been simulated.
     """
 
     def __init__(self, scene: Scene, options: Options | None = None) -> None:
-        """Prepare the scene for simulation.
-
-        Args:
-            scene: The scene. Grippers follow its motions until `advance` receives targets for them.
-            options: Settings of the simulator; None for the defaults.
-
-        Raises:
-            SceneError: If the cloth is too thick for its mesh, or the simulation of the scene would take hours.
-        """
+        """Prepare a scene, or raise SceneError if its cloth is too thick for its mesh, or it would take hours."""
         self.scene = scene
         self.options = options or Options()
         self.model = model_of(scene.cloth, scene.material, self.options)
@@ -106,12 +88,12 @@ class Simulation:
 
     @property
     def positions(self) -> np.ndarray:
-        """Positions of the vertices [m], shape (n, 3). The array is a read-only view, which `advance` changes."""
+        """Positions [m], shape (n, 3): a read-only view, which `advance` changes."""
         return self._positions
 
     @property
     def velocities(self) -> np.ndarray:
-        """Velocities of the vertices [m/s], shape (n, 3). The array is read-only and is filled again at each use."""
+        """Velocities [m/s], shape (n, 3): read-only, and filled again at each use."""
         np.take(self.system.state.V, self.model.slot, axis=1, out=self._velocities)
         return _read_only(self._velocities.T)
 
@@ -122,7 +104,7 @@ class Simulation:
 
     @property
     def displacements(self) -> np.ndarray:
-        """Displacement of each gripper since it closed [m], shape (grippers, 3). It is zero for an open gripper."""
+        """Displacement of each gripper since it closed [m], shape (grippers, 3); zero if it is open."""
         return self._grippers.displacements(self.number)
 
     @property
@@ -136,22 +118,14 @@ class Simulation:
         hands: Sequence[HandTarget | None] | None = None,
         bodies: Sequence[BodyTarget | None] | None = None,
     ) -> None:
-        """Simulate for the time `seconds`, and stop at the end of an outer step.
+        """Simulate for a time [s] of at least one outer step, and end at the step nearest to the total of all calls.
 
-        The end is the outer step nearest to the total time that was requested so far.
-
-        Args:
-            seconds: Time to simulate [s]. It must be at least one outer step, and must not exceed the end of the scene.
-            hands: Target of each gripper, in the order of the scene. None for one gripper, or for all, means no new
-                target. A gripper follows the motion of the scene until its first target. At a target, it opens or
-                closes immediately. Then it moves at constant velocity, reaches the displacement at the end of this
-                call, and stays there.
-            bodies: Target of each rigid body, such as a finger, in the order of the scene. None means no new target. A
-                body follows the motion of the scene until its first target. Then it moves and turns at constant
-                velocity, reaches the target at the end of the call, and stays there.
+        `hands` and `bodies` are targets in the order of the scene, where None means no new target. Until its first
+        target, a gripper or body follows the scene. At a target, a gripper opens or closes immediately; then it moves,
+        or a body moves and turns, at constant velocity, reaches the target at the end of this call, and stays there.
 
         Raises:
-            InputError: If an argument is wrong. The message names the argument, and nothing is simulated.
+            InputError: If an argument is wrong. Nothing is simulated.
             SimulationError: If the cloth exceeded one of the limits in `LimitOptions`.
         """
         self._check_seconds(seconds)
@@ -170,7 +144,7 @@ class Simulation:
             self._advance_to(stop)
 
     def state(self) -> SimulationState:
-        """Return a copy of everything on which the rest of the rollout depends. The copy can be pickled."""
+        """Return a copy, which can be pickled, of everything on which the rest of the rollout depends."""
         return SimulationState(
             digest=self._digest,
             number=self.number,
@@ -183,11 +157,7 @@ class Simulation:
         )
 
     def restore(self, state: SimulationState) -> None:
-        """Set the simulation to a saved state. It may come from another simulation with this scene and these options.
-
-        Raises:
-            InputError: If the state belongs to another scene, other options, or another version of the simulator.
-        """
+        """Set the simulation to a saved state, or raise InputError if its scene, options or version differ."""
         if state.digest != self._digest:
             raise InputError("state: must be of the same scene, options and version of tatamu, given that of others")
         self.number = state.number
@@ -199,15 +169,11 @@ class Simulation:
         set_arrays(self.system, state.arrays)
 
     def __reduce__(self) -> tuple[Callable[..., Simulation], tuple[Scene, Options, SimulationState]]:
-        """Copy and pickle the simulation by its scene, its options and its state, without the compiled code."""
+        """Copy and pickle by scene, options and state, without the compiled code."""
         return _restored, (self.scene, self.options, self.state())
 
     def frames(self) -> np.ndarray:
-        """Simulate the scene from start to end, and return the positions in all frames [m], shape (f, n, 3).
-
-        Raises:
-            SimulationError: If the cloth exceeded one of the limits in `LimitOptions`.
-        """
+        """Simulate from start to end, and return the positions in all frames [m], shape (f, n, 3)."""
         x = self.system.state.positions.x
         size = self.scene.frames * x.nbytes
         single = size > self.options.limits.most_bytes_in_double
@@ -240,8 +206,7 @@ class Simulation:
     def _advance_to(self, last: int) -> None:
         """Advance to outer step `last`, but at most to the next event, and at most by FRAMES_AT_ONCE frames.
 
-        At an event, a gripper opens or closes, layers are separated, or a test shows whether the cloth is at rest. The
-        positions in the frames in between are written to `_latest`.
+        At an event, a gripper opens or closes, layers are separated, or rest is tested. `_latest` receives the frames.
         """
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
@@ -256,10 +221,7 @@ class Simulation:
         self._check(stretch, self.number < stop)
 
     def search(self) -> None:
-        """Search for candidates for contact at the present positions.
-
-        Layers must not have passed through each other.
-        """
+        """Search for candidates for contact; layers must not have passed through each other."""
         system = self.system
         broad_phase.search(system.state.positions.x, system.mesh, system.contact, system.options, system.kernels)
 
@@ -278,10 +240,7 @@ class Simulation:
         return lines
 
     def _work_grippers(self) -> None:
-        """First open all grippers that must open now, and then close all grippers that must close now.
-
-        In this order, a gripper can grasp cloth in the same step in which another gripper releases it.
-        """
+        """Open and then close grippers, so that one can grasp cloth that another releases in the same step."""
         if not self._grippers.is_due(self.number) and self.number not in (self._untangle_at, self._rest.look_at):
             return
         opened = self._grippers.open_due(self.number)
@@ -298,7 +257,7 @@ class Simulation:
             self._look_for_rest()
 
     def _look_for_rest(self) -> None:
-        """Test whether the cloth is at rest. Cloth at rest does not move until a hand grasps it."""
+        """Test whether the cloth is at rest, after which it does not move until a hand grasps it."""
         later = any(number > self.number for number in self._grippers.events())
         if later or any(self.closed) or self.scene.bodies:
             self._rest = Rest()
@@ -310,10 +269,10 @@ class Simulation:
             self.system.state.V[:] = 0.0
 
     def _untangle(self) -> None:
-        """Separate layers that have passed through each other, for example after a pinch, and search candidates again.
+        """Separate layers that have passed through each other, and search candidates again.
 
-        The method plans another attempt if layers are still crossed or were separated. Layers that are still crossed
-        can be separated later, when the cloth has moved. Layers that were separated can cross again.
+        Another attempt follows if layers are still crossed, because the cloth may move until then, or if they were
+        separated, because they can cross again.
         """
         x = self.system.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
@@ -352,10 +311,7 @@ class Simulation:
         raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
 
     def _refuse_stretched_start(self) -> None:
-        """Raise an error if the cloth is stretched at the start.
-
-        Explicit steps are stable only near the unstrained shape.
-        """
+        """Raise SceneError if the cloth is stretched at the start, where explicit steps may be unstable."""
         cloth = self.scene.cloth
         limit = self.options.limits.largest_stretch
         stretches = principal_stretches(cloth.vertices, cloth.rest, cloth.faces)
@@ -367,7 +323,7 @@ class Simulation:
             )
 
     def _refuse(self) -> None:
-        """Raise an error if the scene cannot be simulated."""
+        """Raise SceneError if the scene cannot be simulated."""
         thickness = self.model.thickness
         shortest = self.model.shortest
         limits = self.options.limits
@@ -391,11 +347,7 @@ def _restored(scene: Scene, options: Options, state: SimulationState) -> Simulat
 
 
 def locking(cloth: Cloth, material: Material) -> float:
-    """Return the ratio Y h^2 / B [-], which compares the stiffness in stretching with the stiffness in bending.
-
-    Y is the stiffness of the cloth, B its bending rigidity, and h the mean edge of its mesh. If B is zero, the ratio is
-    infinite.
-    """
+    """Return Y h^2 / B [-], which compares stretching with bending at the mean edge h; infinite if B is zero."""
     edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
     stiffness = max(material.stretch_stiffness, material.weft_stiffness)
     rigidity = min(material.bending_rigidity, material.weft_rigidity)

@@ -18,15 +18,7 @@ from tatamu.simulation.side_by_side import side_by_side
 
 
 def simulate(scene: Scene, options: Options | None = None) -> Rollout:
-    """Simulate one scene.
-
-    Args:
-        scene: The scene.
-        options: Settings of the simulator that a study varies; None for the defaults.
-
-    Raises:
-        SimulationError: If the cloth was stretched too far or flew away, or the scene cannot be simulated.
-    """
+    """Simulate one scene, or raise SimulationError if it fails; without options, the defaults are used."""
     started = perf_counter()
     simulation = Simulation(scene, options)
     setup = perf_counter() - started
@@ -44,11 +36,7 @@ def simulate(scene: Scene, options: Options | None = None) -> Rollout:
 
 
 def simulate_many(scenes: Sequence[Scene], options: Options | None = None) -> list[Rollout]:
-    """Simulate several scenes in parallel, one per processor. Compiled loops do not hold Python's lock.
-
-    Raises:
-        SimulationError: If a scene fails. If several scenes fail, the error of the first of them is raised.
-    """
+    """Simulate several scenes in parallel, one per processor; of several errors, the first is raised."""
     return side_by_side(partial(simulate, options=options), scenes)
 
 

@@ -20,35 +20,32 @@ from tatamu.simulation.source import source_digest
 
 @dataclass(frozen=True)
 class SimulationState:
-    """Everything on which the rest of a rollout depends, except its scene. The record can be pickled."""
+    """Everything on which the rest of a rollout depends, except its scene; it can be pickled."""
 
     digest: str
     """Digest of the scene, the options and the source of the simulator."""
     number: int
-    """Number of outer steps that have been simulated."""
+    """Number of simulated outer steps."""
     requested: float
-    """Total time that calls of `Simulation.advance` have requested so far [s]."""
+    """Total time that calls of `Simulation.advance` have requested [s]."""
     untangle_at: int
-    """Number of the outer time step in which the simulator tries again to separate crossed layers.
-
-    It is -1 if no attempt is planned."""
+    """Outer step of the next attempt to separate crossed layers; -1 if none is planned."""
     rest: Rest
-    """State of the test whether the cloth is at rest."""
     grippers: GripperState
     bodies: dict[int, BodyPose]
-    """Poses from the last targets, for bodies that follow targets of a controller."""
+    """Last target pose of each body that follows a controller."""
     arrays: tuple[np.ndarray, ...]
     """Copies of the arrays that change during the simulation, in the order of `_changing`."""
 
 
 def digest(scene: Scene, options: Options) -> str:
-    """Return a hexadecimal hash of everything that determines a rollout: scene, options and source code."""
+    """Return a hash of scene, options and source code, which determine a rollout."""
     text = f"{scene.model_dump_json()}{options!r}{source_digest()}"
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def copy_arrays(system: System) -> tuple[np.ndarray, ...]:
-    """Copy all arrays that time steps change and later steps read. Temporary and unused memory is not copied."""
+    """Copy all arrays that time steps change and later steps read."""
     return tuple(array.copy() for array in _changing(system))
 
 
@@ -59,11 +56,9 @@ def set_arrays(system: System, arrays: tuple[np.ndarray, ...]) -> None:
 
 
 def _changing(system: System, counters: np.ndarray | None = None) -> Iterator[np.ndarray]:
-    """Yield the arrays that time steps change and later steps read. The counters come first.
+    """Yield the arrays that time steps change and later steps read, the counters first.
 
-    Args:
-        system: The running scene.
-        counters: Counters that give the number of edge pairs in use; None for the counters of the system.
+    The number of edge pairs in use comes from `counters`, or from the system's own counters if None.
     """
     state, contact = system.state, system.contact
     own = np.asarray(contact.counters)

@@ -1,15 +1,13 @@
-"""Time stepping: symplectic Euler at three rates.
+"""Time stepping: symplectic Euler at three rates (docs/theory/native.md).
 
-An outer step, the longest time step, has two parts. In the first part, bending changes ("kicks") the velocities once or
-more. After each kick, membrane, gravity and drag act in small substeps. (If gravity only acted once per outer step, the
-membrane would vibrate, and cloth would fall 0.2 % too far in half a second.) In the second part, contact and the table
-correct the positions, and the velocities change by the same corrections. If layers are crushed, contact is resolved
-several times per outer step. There is no linear solve, and no iteration to a tolerance. Held vertices have an inverse
-mass of zero. They follow their path at constant velocity within an outer step.
+In an outer step, bending changes ("kicks") the velocities once or more, and after each kick, membrane, gravity and drag
+act in small substeps. (If gravity only acted once per outer step, the membrane would vibrate, and cloth would fall 0.2
+% too far in half a second.) Then contact and the table correct the positions, several times if layers are crushed, and
+the velocities change by the same corrections. Held vertices have an inverse mass of zero, and follow their path at
+constant velocity within an outer step.
 
-A slot is the memory position of a vertex. In arrays such as X, some slots have copies behind the last slot. Forces are
-computed in single precision, from edges and strains that were computed in double precision. Positions and velocities
-have double precision.
+A slot is the memory position of a vertex. In arrays such as X, some slots have copies behind the last slot. Forces have
+single precision, but come from edges and strains in double precision.
 """
 
 from __future__ import annotations
@@ -29,7 +27,7 @@ from tatamu.simulation.native.system import Hands, Span, State, System
 
 @kernel
 def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
-    """Copy the values of the slots `copied` to the places behind the last slot."""
+    """Copy the values of the slots `copied` behind the last slot."""
     for k in range(3):
         x = X[k]
         for i in range(copied.shape[0]):
@@ -38,7 +36,7 @@ def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
 
 @kernel
 def _add_back(F: np.ndarray, copied: np.ndarray, slots: int) -> None:
-    """Add the forces on copies of slots to the forces on the slots, and clear the copies."""
+    """Add the forces on copies to the forces on their slots, and clear the copies."""
     for k in range(3):
         f = F[k]
         for i in range(copied.shape[0]):
@@ -48,7 +46,7 @@ def _add_back(F: np.ndarray, copied: np.ndarray, slots: int) -> None:
 
 @kernel
 def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> None:
-    """Set Y to the positions that the vertices would reach in the time `ahead` [s] at their present velocities."""
+    """Set Y to the positions in the time `ahead` [s] at the present velocities."""
     n = V.shape[1]
     for k in range(3):
         y = Y[k, :n]
@@ -60,7 +58,7 @@ def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> No
 
 @inlined
 def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kernels: Addresses, kick: float) -> None:
-    """Change the velocities by the impulse of the bending forces in a time `kick` [s]."""
+    """Change the velocities by the bending forces in a time `kick` [s]."""
     slots = state.V.shape[1]
     _look_ahead(state.Y, state.X, state.V, 0.0)
     copy_out(state.Y, elastic.bending.copies, slots)
@@ -80,8 +78,7 @@ def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kernels: Add
 def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
     """Make a substep h of symplectic Euler, and set Y to the positions in the time `ahead` after it.
 
-    Forces, gravity and drag change the velocities first. Then the positions move by the new velocities. Drag depends on
-    the velocity alone, so it does not change the shape in which cloth rests.
+    Drag depends on the velocity alone, so it does not change the shape in which cloth rests.
     """
     n = state.V.shape[1]
     slower = -h * air.drag / (1.0 + h * air.drag)
@@ -101,10 +98,7 @@ def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
 
 @inlined
 def _substep(state: State, elastic: ElasticModel, air: Air, kernels: Addresses, h: float, damping: float) -> None:
-    """Compute the membrane forces at Y, and make one substep with them.
-
-    Y are the positions that the vertices would reach in the damping time tau_d. This gives Kelvin-Voigt damping.
-    """
+    """Make a substep with the membrane forces at Y, the positions in the damping time tau_d (Kelvin-Voigt damping)."""
     slots = state.V.shape[1]
     copy_out(state.Y, elastic.membrane.copies, slots)
     call(kernels.stretch, None, (state.Y, state.F, elastic.membrane, state.triangle_forces))
@@ -128,10 +122,7 @@ def _lead(state: State, hands: Hands, number: int, outer_step: float) -> None:
 
 @kernel
 def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarray) -> float:
-    """Copy positions from slots to `x` and to `predicted`.
-
-    The function returns the sum of the squares of all coordinates [m^2].
-    """
+    """Copy positions from slots to `x` and `predicted`, and return the sum of their squares [m^2]."""
     row_x, row_y, row_z = X[0], X[1], X[2]
     square = 0.0
     for v in range(slot.shape[0]):
@@ -149,10 +140,7 @@ def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarra
 
 @kernel
 def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarray, V: np.ndarray, rate: float) -> None:
-    """Copy corrected positions back to slots.
-
-    The corrections times `rate` [1/s] are added to the velocities.
-    """
+    """Copy corrected positions back to slots, and add the corrections times `rate` [1/s] to the velocities."""
     row_x, row_y, row_z = X[0], X[1], X[2]
     row_u, row_v, row_w = V[0], V[1], V[2]
     for i in range(slot.shape[0]):
@@ -167,7 +155,7 @@ def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarr
 
 @inlined
 def _outer_step(system: System, hands: Hands, number: int) -> bool:
-    """Make one outer step, and return whether the cloth stayed finite and near enough to the origin."""
+    """Make one outer step, and return whether the cloth stayed finite and close enough to the origin."""
     state = system.state
     sizes = system.sizes
     kernels = system.kernels
@@ -219,17 +207,10 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
 
 @unlocked
 def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tuple[int, float]:
-    """Make outer steps.
+    """Make outer steps, and return the step that was reached and the largest stretch in the last frame.
 
-    Args:
-        system: The running scene. Its state is changed in place.
-        hands: Held vertices.
-        frames: Array that is filled with the positions [m] in the f frames after the first step, shape (f, n, 3).
-        span: Range of steps to make.
-
-    Returns:
-        The number of the step that was reached, and the largest stretch in the last frame. The number is `span.last`,
-        or less if the cloth exceeded a limit.
+    `frames` receives the positions in the frames after the first step [m], shape (f, n, 3). The step is `span.last`, or
+    less if the cloth exceeded a limit.
     """
     state = system.state
     stretching = system.elastic.membrane

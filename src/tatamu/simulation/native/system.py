@@ -1,4 +1,4 @@
-"""Records of arrays and numbers that the time steps read and write. Compiled loops receive them directly."""
+"""Records of arrays and numbers that the time steps read and write, as compiled loops receive them."""
 
 from __future__ import annotations
 
@@ -18,10 +18,7 @@ from tatamu.simulation.native.options import ContactOptions, LimitOptions
 
 
 class State(NamedTuple):
-    """Positions and velocities of the cloth, and temporary memory.
-
-    Elastic forces use the arrays by slot, and contact uses them by vertex.
-    """
+    """The motion of the cloth, by slot for elastic forces and by vertex for contact, and temporary memory."""
 
     X: np.ndarray
     """Positions in slots and copies of slots [m], shape (3, width)."""
@@ -30,44 +27,36 @@ class State(NamedTuple):
     Y: np.ndarray
     """Positions at which forces are computed, in slots and copies of slots [m], shape (3, width)."""
     F: np.ndarray
-    """Forces in slots and copies of slots [N], in single precision, shape (3, width).
-
-    Between substeps they are zero."""
+    """Forces in slots and copies [N], shape (3, width), in single precision; zero between substeps."""
     inverse_mass: np.ndarray
-    """Inverse mass of the vertex in each slot [1/kg], shape (slots,).
-
-    It is 0 for held vertices and for slots without a vertex."""
+    """Inverse mass in each slot [1/kg], shape (slots,); 0 if held or without a vertex."""
     free: np.ndarray
-    """Whether gravity and drag move the vertex in each slot, shape (slots,).
-
-    It is 0 for held vertices and for slots without a vertex, and 1 for all other slots."""
+    """1 where gravity and drag move a vertex, and 0 where it is held or missing, shape (slots,)."""
     slot: np.ndarray
     """Slot of each vertex, shape (n,)."""
     positions: Positions
-    """Positions by vertex, for contact. Their fields `start` and `predicted` refer to one round of contact."""
+    """Positions by vertex, for contact."""
     triangle_forces: np.ndarray
-    """Temporary memory: forces of a block of triangles on their corners [N], in single precision, shape (9 BLOCK,)."""
+    """Temporary: forces of a block of triangles on their corners [N], shape (9 BLOCK,), in single precision."""
     hinges: HingeMeasures
-    """Temporary memory for the hinges of bending, in single precision."""
     surface: AirSurface
-    """Normals of the cloth's surface, and the air that it carries."""
 
 
 class Hands(NamedTuple):
     """Held vertices and the paths of the grippers that hold them."""
 
     vertex: np.ndarray
-    """Indices of the k held vertices, shape (k,)."""
+    """Indices of the held vertices, shape (k,)."""
     base: np.ndarray
-    """Positions of these vertices when their gripper closed [m], shape (k, 3)."""
+    """Their positions when their gripper closed [m], shape (k, 3)."""
     gripper: np.ndarray
-    """Number of the gripper that holds each vertex, shape (k,)."""
+    """Index of the gripper that holds each of them, shape (k,)."""
     path: np.ndarray
     """Displacements of the grippers at the start of each outer step [m], shape (grippers, outer steps + 1, 3)."""
 
 
 class StepSizes(NamedTuple):
-    """Lengths of the three kinds of time steps: outer steps, bending steps and membrane steps."""
+    """Lengths of the three kinds of time steps."""
 
     outer_step: float
     """Length H of an outer step [s]."""
@@ -100,11 +89,9 @@ class System(NamedTuple):
 
 
 class Span(NamedTuple):
-    """A range of outer steps to simulate."""
+    """Outer steps from `first` to before `last`."""
 
     first: int
-    """Number of the first step."""
     last: int
-    """Number of the step after the last step."""
     per_frame: int
     """Number of outer steps in a frame."""

@@ -11,7 +11,7 @@ import numpy as np
 from tatamu.base.errors import InputError
 
 Place = tuple[float, ...]
-"""Coordinates x, y and z [m] as plain numbers. For three numbers, these are faster than arrays."""
+"""Coordinates x, y and z [m] as plain numbers, which are faster than arrays."""
 NOWHERE: Place = (0.0, 0.0, 0.0)
 """Displacement of a gripper that is open or has just closed [m]."""
 
@@ -21,18 +21,14 @@ class HandTarget:
     """The target of one gripper in one call of `Simulation.advance`."""
 
     displacement: Sequence[float] | np.ndarray | None = None
-    """Displacement of the gripper since it closed, at the end of the call [m], shape (3,); None if it does not move."""
+    """Displacement since the gripper closed, at the end of the call [m], shape (3,); None if it does not move."""
     closed: bool | None = None
     """True to close the gripper at the start of the call, False to open it, None to leave it unchanged."""
     vertices: Sequence[int] | np.ndarray | None = None
     """Vertices that the gripper grasps if it closes; None for the vertices that the scene gives."""
 
     def place(self, name: str) -> Place | None:
-        """Return the displacement as plain numbers [m]; None if the target has no displacement.
-
-        Raises:
-            InputError: If the displacement is not three finite numbers. The message begins with `name`.
-        """
+        """Return the displacement as plain numbers [m], None if there is none, or raise InputError."""
         if self.displacement is None:
             return None
         try:
@@ -46,16 +42,9 @@ class HandTarget:
     def held(
         self, name: str, before: tuple[int, ...] | None, usual: tuple[int, ...], count: int
     ) -> tuple[int, ...] | None:
-        """Return the vertices that the gripper holds after it has opened or closed; None if it is open.
+        """Return the vertices that the gripper then holds, None if it is open, or raise InputError.
 
-        Args:
-            name: Name of this target in messages.
-            before: Vertices that the gripper holds before the call; None if it is open.
-            usual: Vertices that the gripper grasps if this target names no vertices.
-            count: Number of vertices of the cloth.
-
-        Raises:
-            InputError: If a vertex does not exist, or the gripper already holds other vertices.
+        It held `before` (None if it was open), grasps `usual` by default, and the cloth has `count` vertices.
         """
         closed = before is not None if self.closed is None else bool(self.closed)
         if not closed:

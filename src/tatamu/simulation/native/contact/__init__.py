@@ -1,26 +1,23 @@
-"""Contact of cloth with itself, with the table and with rigid bodies.
+"""Contact of cloth with itself, with the table and with rigid bodies (docs/theory/contact.md).
 
-In each time step, elastic forces, gravity and hands determine a predicted position of every vertex for the end of the
-step. Contact corrects these predicted positions. As a result, no layer passes through another, layers stay a thickness
-apart, and friction acts. The corrections, divided by the time step, become velocity. The positions at the start of the
-step are *legal*, which means that every vertex is on the correct side of its neighbours. They are legal because contact
-corrected them in the step before.
+Elastic forces, gravity and hands give a predicted position of every vertex for the end of a time step. Contact corrects
+these positions, so that no layer passes through another, layers stay a thickness apart, and friction acts. The
+corrections, divided by the time step, become velocity. The positions at the start of the step are *legal*: every vertex
+is on the correct side of its neighbours, because contact corrected them in the step before.
 
-The algorithm is position-based dynamics (Mueller et al. 2007). It has some of the stages of robust cloth collision
-(Bridson, Fedkiw and Anderson 2002): proximity, repulsion and friction. Rigid impact zones (Provot 1997) are the last
-resort. Bridson et al. also have a stage of continuous collision detection, which is absent here. Instead, each
-candidate (a pair of mesh elements that may touch) remembers on which side of each other its elements were at the start
-of the step. A pair that has passed through within a step has a negative gap, and is pushed back.
+The algorithm is position-based dynamics (Mueller et al. 2007) with stages of robust cloth collision (Bridson, Fedkiw
+and Anderson 2002): proximity, repulsion and friction. Rigid impact zones (Provot 1997) are the last resort. Instead of
+continuous collision detection, each candidate (a pair of mesh elements that may touch) remembers on which side of each
+other its elements were at the start of the step. A pair that has passed through has a negative gap, and is pushed back.
 
-The search finds candidates up to a distance of one thickness plus an additional distance, the *margin*. Contact does
-not prevent three kinds of pairs from passing through each other:
+The search finds candidates up to one thickness plus the *margin*. Three kinds of pairs are not kept apart:
 
 - two edges in flat cloth that is not pressed,
 - a vertex and a triangle that is not one of the three partners of the vertex,
 - two edges that were farther apart at the last search than one thickness plus half of the margin.
 
 The command `make tangle` counts how often cloth passes through cloth. A round of contact is one call of
-`gauss_seidel.resolve`. In a round, the modules are used in this order:
+`gauss_seidel.resolve`, which uses the modules in this order:
 
     motion           `motion.follow`            adds up the path of each vertex; a distant pair sleeps (is not tested)
                                                 until its paths are long enough
@@ -40,26 +37,20 @@ The command `make tangle` counts how often cloth passes through cloth. A round o
     last resort      `impact_zones.hold`        sets pairs back that still pass through, and moves them as one
     pace             `rounds_of_next_step`      makes several rounds per outer (longest) time step for crushed layers
 
-A separate module, `untangle`, separates layers that a closed hand has forced through one another. This is done when the
-hand opens. The direction in which layers are moved follows from the curve along which the layers intersect, and not
-from the sides that contact remembers (Volino and Magnenat-Thalmann 2006). If layers are still tangled afterwards,
-`untangle` is called again later.
+When a hand opens, `untangle` separates layers that it has forced through one another.
 
 tests/test_native_contact.py, test_native_vertex_face.py and test_native_edge_edge.py test these invariants:
 
-1. The legal positions at the start of a step determine on which side a vertex is. Predicted positions never determine
-   the side.
-2. A partner (a triangle from which a vertex is kept) moves from triangle to neighbouring triangle as the cloth slides.
-   It never moves around a fold whose halves lie back to back, and never onto another partner of the vertex. Apart from
-   this motion, only a search changes the partners.
-3. A sleeping pair is not tested. It is tested again when the paths of its vertices (`motion`) show that its elements
-   may be near each other.
+1. Legal positions determine on which side a vertex is, and predicted positions never do.
+2. A partner moves to a neighbouring triangle as the cloth slides, but never around a fold whose halves lie back to
+   back, and never onto another partner. Otherwise, only a search changes the partners.
+3. A sleeping pair is tested again when the paths of its vertices show that its elements may be near each other.
 4. If hands hold vertices of both elements of a pair, the pair is never corrected.
-5. The correction of a pair is distributed by inverse masses, so it changes no momentum. If the pair was too close at
-   the start of the step, the correction adds at most the recovery speed (an option) to the velocities.
-6. The result depends only on the input: two rollouts of the same scene have the same bytes.
+5. Corrections are distributed by inverse masses, so they change no momentum. If a pair was too close at the start of
+   the step, its correction adds at most the recovery speed to the velocities.
+6. Two rollouts of the same scene have the same bytes.
 
-This table lists the module that writes each field of `state.ContactState`:
+The modules write these fields of `state.ContactState`, where "sleep" stands for `wake`, `meets` and `awake`:
 
     record            search                 sweeps                               impact zones
     vertex_face       partners, side, order  triangle, side, anchors, sleep       -
@@ -67,10 +58,6 @@ This table lists the module that writes each field of `state.ContactState`:
     activity          pressed (counts down)  touched, restless, pressed           restless
     motion            all, by `motion`       -                                    -
     counters          ordered, pairs, ..     newly_pressed, pairs awake           -
-
-In the table, "sleep" stands for the fields `wake`, `meets` and `awake`. In addition, `gauss_seidel` counts sweeps, and
-`motion` adds up paths at the start of every round. The module `step` of the simulator counts outer steps, and sets the
-number of rounds in each outer step.
 
 Read the modules in this order: `state`, `projection`, `vertex_face`, `edge_edge`, `gauss_seidel`, then the rest.
 """

@@ -1,9 +1,8 @@
-"""Broad phase of contact: finds the parts of the cloth that may touch.
+"""Broad phase of contact: finds the parts of the cloth that may touch, by a grid.
 
-Candidates (pairs of mesh elements that may touch) are found with a grid. The search also finds pairs that do not touch,
-but whose distance exceeds the contact distance by at most a margin. Therefore the candidates stay complete until two
-parts of the cloth may have come closer by this margin. Until then, no new search is needed. Only relative motion
-counts: if a hand carries a cloth away as a whole, no new search is needed either.
+The search also finds pairs that are farther apart than the contact distance by at most a margin, so candidates stay
+complete until two parts of the cloth may have come closer by this margin. Only relative motion counts: a cloth that a
+hand carries away as a whole needs no new search.
 """
 
 from __future__ import annotations
@@ -18,10 +17,7 @@ from tatamu.simulation.native.contact.state import ContactMesh, ContactState
 from tatamu.simulation.native.options import ContactOptions
 
 KEPT_APART = 1.5
-"""Distance within which the list of candidate pairs must always be complete, in thicknesses of the cloth.
-
-The distance of the search minus this distance is the margin. Two parts of the cloth can approach each other by the
-margin before the next search."""
+"""Distance within which candidates must always be complete [thicknesses]; the margin is the rest of the search's."""
 
 
 @allocating
@@ -37,11 +33,7 @@ def order_by_height(x: np.ndarray, contact: ContactState) -> None:
 def search(
     x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: ContactOptions, kernels: Addresses
 ) -> None:
-    """Find the partners of every vertex, and the pairs of guarded edges.
-
-    The array x contains the positions of the n vertices [m], shape (n, 3). In these positions every vertex is on the
-    correct side of all layers.
-    """
+    """Find the partners of every vertex, and the pairs of guarded edges, at legal positions x [m]."""
     pressed = contact.activity.pressed
     call(kernels.search_partners, None, (x, mesh, contact.vertex_face, options))
     for e in range(contact.edge_edge.guarded.shape[0]):
@@ -58,11 +50,10 @@ def search(
 def refresh(
     positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions, kernels: Addresses
 ) -> None:
-    """Follow the motion of the vertices, and search candidates again if they are worn out.
+    """Follow the motion, and search candidates again if two vertices may have come closer by most of the margin.
 
-    Candidates are pairs of mesh elements that may touch. They are worn out when two vertices may have come closer by
-    most of the margin since the search. The new search uses the positions at the start of the round. If no search is
-    necessary but edges have come under pressure since the last search, only these edges are paired.
+    The search uses the positions at the start of the round. If only edges have come under pressure, only these are
+    paired.
     """
     motion.follow(positions, contact)
     margin = mesh.search_distance - KEPT_APART * mesh.thickness

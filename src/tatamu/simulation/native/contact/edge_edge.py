@@ -1,11 +1,8 @@
 """Narrow phase and correction of edges against edges, without friction.
 
-The module `edge_edge_search` finds pairs of edges. This module keeps the edges of each pair apart. They are pushed
-along the line that joined their closest points at the start of the step.
-
-Most pairs are near but not too near. Distances are therefore computed for many pairs at a time. From the first pair
-that is too near, pairs are treated one by one, because the correction of a pair may bring other pairs too near. The
-result equals the result of a Gauss-Seidel sweep over single pairs.
+The pairs from `edge_edge_search` are pushed along the line of their closest points at the start of the step. Most pairs
+are not too close, so distances are computed for many at a time. From the first that is too close, pairs are treated one
+by one, because a correction may bring others too close. The result equals that of a sweep over single pairs.
 """
 
 from __future__ import annotations
@@ -24,22 +21,14 @@ MANY = 32
 FIRST_FRACTION = MANY
 SECOND_FRACTION = 2 * MANY
 GAP = 3 * MANY
-"""Index of the first gap in the array that `_measure` fills. Other measures of the pairs come before the gaps."""
+"""Index of the first gap in the array that `_measure` fills."""
 SLEEP = 0.9
-"""Fraction that determines how long a distant pair of edges sleeps, that is, is not tested [-].
-
-The excess of a pair is its distance minus the distance that contact keeps between edges. The pair is tested again when
-its edges may have approached each other by this fraction of the excess."""
+"""Fraction of its distance beyond the kept gap by which a pair may approach before it is tested again [-]."""
 FARTHEST = 3.0
-"""Largest distance of a pair of edges that the first sweep corrects, as a multiple of the gap that edges keep [-].
-
-The distance is measured at the start of the step. A later sweep also corrects a pair with a larger distance if the
-sweep before it moved one of the pair's vertices."""
+"""Maximum distance at the start of the step of pairs that the first sweep corrects [kept gaps]. Later sweeps also
+correct pairs of which the sweep before moved a vertex."""
 TOUCHING = 1e-9
-"""Smallest distance of two edges at which contact can push them apart [m].
-
-The distance is measured at the start of the step. A closer pair is not corrected, because it has no direction for a
-push."""
+"""Minimum distance at the start of the step of pairs that are corrected [m]; a closer pair has no direction."""
 
 
 @kernel
@@ -54,12 +43,9 @@ def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first:
 
 @kernel
 def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
-    """Write four rows of measures of n pairs of edges to `out`.
+    """Write four rows of n pairs to `out`: distance at the start, fractions along both edges, and present gap.
 
-    The first row contains the distances at the start of the step. The next two rows contain the positions of the
-    closest points, as fractions of the first and of the second edge. The last row contains the present gaps. The array
-    m has twelve rows with the vertex coordinates at the start of the step, and twelve rows with the present
-    coordinates.
+    m has twelve rows with the vertex coordinates at the start of the step, and twelve with the present ones.
     """
     for i in range(n):
         ax, ay, az = m[i], m[i + MANY], m[i + 2 * MANY]
@@ -87,11 +73,7 @@ def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
 
 @kernel
 def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int]:
-    """Fill `chosen` with the numbers of the next pairs of edges that may be too near to each other, from pair p on.
-
-    Returns:
-        The number of pairs in `chosen`, and the number of the pair where the next call continues.
-    """
+    """Collect, from pair p on, the pairs that may be too close; return their count and where to continue."""
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
@@ -115,11 +97,7 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
 
 @kernel
 def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[int, int]:
-    """Fill `chosen` with the next awake pairs that the last sweep moved, beginning with the i-th awake pair.
-
-    Awake pairs are the pairs that the first sweep did not put to sleep. The function returns the number of pairs in
-    `chosen`, and the place in the list of awake pairs where the next call continues.
-    """
+    """Collect, from the i-th awake pair on, pairs that the last sweep moved; return count and where to continue."""
     pairs = contact.edge_edge.pairs
     awake = contact.edge_edge.awake
     touched = contact.activity.touched
@@ -138,7 +116,7 @@ def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[in
 
 @kernel
 def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float) -> None:
-    """Let pairs of edges whose distance exceeds `kept` [m] sleep, and list all other pairs as awake."""
+    """Let pairs sleep whose distance exceeds `kept` [m], and list all other pairs as awake."""
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
@@ -163,7 +141,7 @@ def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, 
 
 @kernel
 def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
-    """Return the index of the first of n gaps that is smaller than `wanted`; n if all gaps are large enough."""
+    """Return the index of the first of n gaps below `wanted`; n if there is none."""
     for i in range(n):
         if gap[i] < wanted:
             return i
@@ -172,7 +150,7 @@ def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
 
 @kernel
 def _combined(x: np.ndarray, pair: tuple[int, int, int, int], weights: tuple[float, float, float, float]) -> Vector:
-    """Return the vector between the closest points of two edges [m], from the barycentric weights of these points."""
+    """Return the vector between the closest points of two edges [m], from the barycentric weights of the points."""
     a, b, c, d = pair
     wa, wb, wc, wd = weights
     return (
@@ -194,24 +172,11 @@ def _push_apart(
     thresholds: tuple[float, float],
     numbers: tuple[int, int],
 ) -> float:
-    """Push one pair apart along the line of its closest points at the start of the step.
+    """Push one pair apart, and return its gap before the push [m], or infinity if the gap was large enough.
 
-    Args:
-        positions: Positions to correct.
-        inverse_mass: Inverse masses of the vertices [1/kg].
-        activity: Record of noticeable and hard pushes, which is updated.
-        pair: Ends of both edges.
-        closest: Distance of the edges at the start [m], and the fractions along both edges where their closest points
-            are.
-        wanted: Distance that the edges should have [m].
-        speeds: Largest increase of the pair's distance, and the largest increase that becomes velocity [m]. See
-            `projection.correction`, which has them as `clearing` and `recovery`.
-        thresholds: Two lengths of a push [m]. After a longer push than the first, vertices count as touched. After a
-            longer push than the second, they are restless: they are tested for passing through cloth.
-        numbers: Number of this sweep, and number of the last outer step in which pushed vertices are restless.
-
-    Returns:
-        The gap before the push [m]; infinity if the gap was large enough.
+    `closest` is the distance at the start [m] with the fractions along both edges, and `speeds` are `clearing` and
+    `recovery` of `projection.correction` [m]. After a push above the first of `thresholds` [m], vertices are touched in
+    the sweep `numbers[0]`; above the second, they are restless until the outer step `numbers[1]`.
     """
     distance, s, t = closest
     weights = (1.0 - s, s, -(1.0 - t), -t)
@@ -250,18 +215,9 @@ def sweep(
     step: float,
     restored: float,
 ) -> float:
-    """Make one Gauss-Seidel sweep over the edge pairs, in the order of their numbers.
+    """Make one Gauss-Seidel sweep over the edge pairs, and return the minimum gap [m].
 
-    Args:
-        positions: Positions to correct, and the positions at the start of the step.
-        mesh: The mesh.
-        contact: State of contact. Distant pairs are put to sleep, and activity is updated.
-        options: Limits of the corrections.
-        step: Time since the start of the step [s].
-        restored: Fraction of the gap that this sweep restores [-].
-
-    Returns:
-        Smallest gap before its correction [m]. It is at most the gap that edges keep.
+    The gap is measured before its correction, and is at most the gap that edges keep.
     """
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs

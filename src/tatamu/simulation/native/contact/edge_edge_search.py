@@ -1,8 +1,7 @@
 """Broad phase of edges against edges: finds the edges near each guarded edge.
 
-A guarded edge is an edge that contact keeps apart from other edges. Three kinds of edges are guarded: borders, creased
-edges, and edges of layers that are pressed together. Other edges need no guard, because the cloth is nearly flat and
-not pressed there. An edge cannot pass through such cloth before a vertex does.
+Guarded are borders, creased edges, and edges of layers that are pressed together. Other cloth is nearly flat and not
+pressed, so an edge cannot pass through it before a vertex does.
 """
 
 from __future__ import annotations
@@ -17,22 +16,16 @@ from tatamu.simulation.native.geometry import Vector, closest_on_segments, dot, 
 from tatamu.simulation.native.options import ContactOptions
 
 RADII = 1.87
-"""Part of the search radius for pairs of edges, in radii of a triangle [-].
-
-Triangles are searched around the middle of an edge. This part is an upper bound on half the length of the edge plus the
-distance from another edge to the centroid of its triangle. The radius of a triangle is the longest distance from its
-centroid to a corner."""
+"""Upper bound on half of an edge plus the distance of another edge from its triangle's centroid [triangle radii]."""
 MARGIN_PART = 0.5
-"""Fraction of the search margin that is added to the thickness of the cloth [-].
-
-Two edges whose distance is less than this sum are paired."""
+"""Fraction of the margin within which edges are paired beyond one thickness [-]."""
 
 
 @allocating
 def _newly_guarded(
     mesh: ContactMesh, guarded: np.ndarray, pressed: np.ndarray, face_normal: np.ndarray, ridge: float
 ) -> np.ndarray:
-    """Return which of the e edges need to be guarded and are not guarded yet, shape (e,)."""
+    """Return which edges need to be guarded and are not guarded yet, shape (e,)."""
     edges = mesh.edges
     newly = np.zeros(edges.shape[0], dtype=np.bool_)
     for e in range(edges.shape[0]):
@@ -46,7 +39,7 @@ def _newly_guarded(
 
 @kernel
 def _mean_normal(f: int, g: int, face_normal: np.ndarray) -> Vector:
-    """Return the mean unit normal of triangles f and g, which share an edge. For an edge at a border, g is -1."""
+    """Return the mean unit normal of triangles f and g at an edge; g is -1 at a border."""
     nx, ny, nz = face_normal[f, 0], face_normal[f, 1], face_normal[f, 2]
     if g >= 0:
         nx += face_normal[g, 0]
@@ -57,10 +50,7 @@ def _mean_normal(f: int, g: int, face_normal: np.ndarray) -> Vector:
 
 @kernel
 def _mark_near(edge: np.ndarray, e: int, near_start: np.ndarray, near: np.ndarray, is_near: np.ndarray) -> None:
-    """Mark the triangles near edge e on the cloth, by writing e to their entries of `is_near`.
-
-    The triangles near an edge are the triangles within two rings around its two ends.
-    """
+    """Mark the triangles within two rings around the ends of edge e by writing e to `is_near`."""
     for v in (edge[0], edge[1]):
         for i in range(near_start[v], near_start[v + 1]):
             is_near[near[i]] = e
@@ -73,14 +63,7 @@ def search(
     contact: ContactState,
     options: ContactOptions,
 ) -> None:
-    """Pair each newly guarded edge with the edges near it, except its neighbours in the same flat cloth.
-
-    Args:
-        x: Positions of the n vertices, which are on the correct sides of all layers [m], shape (n, 3).
-        mesh: The mesh.
-        contact: State of contact, to which new pairs are added.
-        options: Settings of contact. They contain the angles and distances that decide which edges are paired.
-    """
+    """Pair each newly guarded edge with the edges near it, except its neighbours in the same flat cloth."""
     shape = shape_of(x, mesh.faces)
     edge_edge = contact.edge_edge
     count = contact.counters.pairs

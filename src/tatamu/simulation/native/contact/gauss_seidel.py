@@ -1,10 +1,8 @@
-"""Contact in one time step: nonlinear Gauss-Seidel sweeps over all pairs and the table, then impact zones.
+"""Contact in one round: nonlinear Gauss-Seidel sweeps over all pairs and the table, then impact zones.
 
-A sweep corrects one pair after another. Each correction starts from the positions that the correction before left. The
-first sweep restores the whole distance between layers. Each later sweep restores only a given fraction of this
-distance. The sweeps end when every pair already has the distance that the next sweep would restore, or when the list of
-fractions ends. If layers are crushed, contact is resolved in several rounds per outer step, the longest time step of
-the simulation.
+A sweep corrects one pair after another, each from the positions that the one before left. The first restores the whole
+distance between layers, and later ones a given fraction of it. The sweeps end when every pair has the distance that the
+next sweep would restore, or when the list of fractions ends.
 """
 
 from __future__ import annotations
@@ -35,9 +33,9 @@ def _sweep(
     step: float,
     restored: float,
 ) -> float:
-    """Make one sweep over edges, vertices, bodies and the table, and return the smallest gap between layers.
+    """Sweep over edges, vertices, bodies and the table, and return the minimum gap before correction [thicknesses].
 
-    The gap is measured before its correction. Its unit is the thickness of the cloth.
+    `step` is the time since the start of the round [s], and `restored` the fraction of distances that is restored [-].
     """
     contact.counters.sweep += 1
     edge_gap = call(kernels.sweep_edges, types.float64, (positions, mesh, contact, options, step, restored))
@@ -51,11 +49,10 @@ def _sweep(
 
 @kernel
 def _restlessness(positions: Positions, held: float) -> float:
-    """Return the longest distance by which contact moved a vertex [m]. A vertex that contact holds counts in part.
+    """Return the longest distance by which contact moved a vertex [m].
 
-    Contact moves each vertex from its predicted position to its final position. If the final position is the position
-    at the start of the round, contact only holds the vertex against a load. The correction of such a vertex counts with
-    the factor `held`.
+    If a vertex ends where it was at the start of the round, contact only holds it against a load, so its correction
+    counts with the factor `held`.
     """
     square = 0.0
     for v in range(positions.x.shape[0]):
@@ -79,22 +76,7 @@ def resolve(
     kernels: Addresses,
     step: float,
 ) -> float:
-    """Resolve all contact of one round: contact between layers, with bodies and with the table.
-
-    Args:
-        positions: Positions to correct, and the positions at the start of the round.
-        mesh: The mesh.
-        contact: State of contact.
-        bodies: Rigid bodies, with their poses of this round.
-        plane: The table.
-        options: All options of contact. Its `restored` must be an array.
-        kernels: Addresses of the sweeps and searches.
-        step: Time since the start of the round [s].
-
-    Returns:
-        The longest distance by which contact moved a vertex [m]. A vertex that contact holds in its place counts in
-        part. Motion that does not become velocity is not counted.
-    """
+    """Resolve all contact of one round, a time `step` [s], and return its longest correction [m] (`_restlessness`)."""
     counters = contact.counters
     broad_phase.refresh(positions, mesh, contact, options, kernels)
     most_sweeps = len(options.restored)
@@ -115,18 +97,9 @@ def resolve(
 
 @kernel
 def rounds_of_next_step(rounds: int, longest: float, thickness: float, most: int, options: ContactOptions) -> int:
-    """Return the number of rounds of contact in the next outer step.
+    """Return the number of rounds in the next outer step, up to `most`.
 
-    The number is doubled if contact moved a vertex far in the present outer step, and halved if contact hardly moved
-    any vertex.
-
-    Args:
-        rounds: Number of rounds in the present outer step.
-        longest: Longest correction in any of these rounds [m].
-        thickness: Thickness of the cloth [m].
-        most: Largest number of rounds.
-        options: Options of contact. Above the length `restless` of a correction the number of rounds grows, and below
-            the length `calm` it falls.
+    It doubles if the longest correction [m] is above the option `restless`, and halves if it is below `calm`.
     """
     if longest > options.restless * thickness:
         return min(2 * rounds, most)

@@ -1,4 +1,4 @@
-"""A uniform grid of points, with which the broad phase of contact finds triangles that are near to each other."""
+"""A uniform grid of points, with which the broad phase finds triangles that are near to each other."""
 
 from __future__ import annotations
 
@@ -9,29 +9,27 @@ import numpy as np
 from tatamu.simulation.native.compiled import allocating, kernel
 
 MOST_CELLS = 65536
-"""Largest number of cells. If a grid would have more cells, its cells are enlarged.
-
-A grid with so few cells stays in the processor's cache."""
+"""Maximum number of cells, which then stay in the processor's cache; the cells of larger grids are enlarged."""
 
 
 class Grid(NamedTuple):
     """Points sorted into cells. Cell (i, j, k) has the number (i * shape[1] + j) * shape[2] + k."""
 
     origin: np.ndarray
-    """Corner of the grid with the smallest coordinates [m], shape (3,)."""
+    """Corner with the smallest coordinates [m], shape (3,)."""
     cell: np.ndarray
-    """Lengths of the sides of a cell [m], shape (3,)."""
+    """Sides of a cell [m], shape (3,)."""
     shape: np.ndarray
     """Numbers of cells along x, y and z, shape (3,)."""
     start: np.ndarray
     """Index in `order` at which the points of each cell begin, shape (cells + 1,)."""
     order: np.ndarray
-    """Numbers of the points, sorted by cell, shape (points,)."""
+    """Indices of the points, sorted by cell, shape (points,)."""
 
 
 @allocating
 def grid_of(points: np.ndarray, size: float) -> Grid:
-    """Sort p points [m], shape (p, 3), into cells whose sides are at least `size` [m], by a counting sort."""
+    """Sort points [m], shape (p, 3), into cells whose sides are at least `size` [m], by a counting sort."""
     origin = np.empty(3)
     cell = np.empty(3)
     shape = np.empty(3, dtype=np.int64)
@@ -69,7 +67,7 @@ def grid_of(points: np.ndarray, size: float) -> Grid:
 
 @kernel
 def grid_cell(point: np.ndarray, grid: Grid) -> tuple[int, int, int]:
-    """Return the indices (i, j, k) of the cell of a point. For a point outside the grid, this is the nearest cell."""
+    """Return the indices (i, j, k) of the cell of a point, or of the nearest cell for a point outside the grid."""
     i = min(max(int((point[0] - grid.origin[0]) / grid.cell[0]), 0), grid.shape[0] - 1)
     j = min(max(int((point[1] - grid.origin[1]) / grid.cell[1]), 0), grid.shape[1] - 1)
     k = min(max(int((point[2] - grid.origin[2]) / grid.cell[2]), 0), grid.shape[2] - 1)
@@ -82,19 +80,8 @@ def cells_around(
 ) -> tuple[int, int]:
     """Return where one column of the block of cells around a cell starts and ends in `Grid.order`.
 
-    Cells that follow one another along z lie together in `Grid.order`, so a column of cells along z is one run. A block
-    with 2 rings + 1 cells along each side therefore consists of (2 rings + 1)^2 runs.
-
-    Args:
-        cell: The cell in the middle of the block.
-        rings: Number of cells from the middle to each side.
-        column: Number of the run, from 0 to (2 rings + 1)^2 - 1. Runs are numbered by x, then by y.
-        shape: Numbers of cells along x, y and z, from `Grid.shape`.
-        start: Starts of the cells in `Grid.order`, from `Grid.start`.
-
-    Returns:
-        The index of the first point in the run, and the index after the last point. Both are equal if the column is
-        outside the grid.
+    Cells along z lie together there, so a block with 2 rings + 1 cells along each side has (2 rings + 1)^2 columns,
+    counted by x, then by y. Start and end are equal outside the grid.
     """
     side = 2 * rings + 1
     i = cell[0] - rings + column // side

@@ -1,13 +1,11 @@
 """The last resort of contact: rigid impact zones (Provot 1997, Bridson et al. 2002).
 
-If hands crush many layers, the correction of one pair undoes the correction of another. A pair may then end a step on
-the wrong side. In this case the four vertices of the pair form a *zone*. If another such pair shares a vertex with the
-zone, its vertices also belong to the zone. The zone is set back to its positions at the start of the step, where all
-layers are on their correct sides. Then the whole zone is moved by its mean motion. This keeps the momentum of the zone
-and every distance within it. (Bridson et al. also rotate a zone; here a zone only translates.)
+If hands crush many layers, one correction undoes another, and a pair may end a step on the wrong side. Its four
+vertices then form a *zone*, together with other such pairs that share a vertex. The zone is set back to the start of
+the step, where all layers are on their correct sides, and moved by its mean motion, which keeps its momentum and every
+distance within it. (Bridson et al. also rotate a zone.)
 
-Zones are the sets of a union-find forest: `zone[v]` is the parent of vertex v. The parent of a root is the root itself.
-For a vertex in no zone, `zone[v]` is -1.
+Zones are the sets of a union-find forest: `zone[v]` is the parent of vertex v, v itself for a root, or -1 for no zone.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from tatamu.simulation.native.options import ContactOptions
 
 @kernel
 def _root(zone: np.ndarray, v: int) -> int:
-    """Return the root of vertex v in the union-find forest of zones, and halve the path from v to the root."""
+    """Return the root of vertex v, and halve the path from v to the root."""
     while zone[v] != v:
         zone[v] = zone[zone[v]]
         v = zone[v]
@@ -33,7 +31,7 @@ def _root(zone: np.ndarray, v: int) -> int:
 
 @kernel
 def _join(zone: np.ndarray, a: int, b: int) -> None:
-    """Put two vertices into one zone, which is a group of vertices that move together."""
+    """Put two vertices into one zone."""
     for v in (a, b):
         if zone[v] < 0:
             zone[v] = v
@@ -65,7 +63,7 @@ def _between_edges(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
 
 @kernel
 def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
-    """Return whether the shortest vector between two edges has reversed its direction since the start of the step."""
+    """Return whether the shortest vector between two edges has reversed since the start of the step."""
     px, py, pz = _between_edges(start, a, b, c, d)
     qx, qy, qz = _between_edges(x, a, b, c, d)
     return px * qx + py * qy + pz * qz <= 0.0
@@ -92,7 +90,7 @@ def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tol
 
 @kernel
 def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: ContactState, zone: np.ndarray) -> bool:
-    """Put edges that have passed through each other into the same zone, and return whether any zone grew."""
+    """Put edges that have passed through each other into one zone, and return whether any zone grew."""
     grew = False
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs
@@ -121,7 +119,7 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
 def _join_passed_vertices(
     x: np.ndarray, mesh: ContactMesh, contact: ContactState, zone: np.ndarray, tolerance: float
 ) -> bool:
-    """Put each vertex and the triangle that it has passed through into the same zone; return whether any zone grew."""
+    """Put each vertex and the triangle that it has passed through into one zone, and return whether any zone grew."""
     grew = False
     faces = mesh.faces
     inverse_mass = mesh.inverse_mass
@@ -152,10 +150,7 @@ def _join_passed_vertices(
 
 @allocating
 def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarray) -> None:
-    """Move every zone as a whole, from its positions at the start of the step, by its mean motion.
-
-    If a hand holds vertices of the zone, the zone moves by the mean motion of these vertices.
-    """
+    """Move every zone from the start of the step by its mean motion, or by that of vertices that a hand holds."""
     x = positions.x
     start = positions.start
     n = x.shape[0]
@@ -184,21 +179,9 @@ def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarra
 
 @allocating
 def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> int:
-    """Undo the motion of cloth that passed through cloth.
+    """Undo the motion of cloth that passed through cloth, and return the number of passes in which zones grew.
 
-    The vertices of such cloth form zones, which are set back and then move as one. Zones grow until no cloth passes
-    through other cloth. Only restless vertices are tested. These are the vertices that contact has recently pushed
-    hard, and the vertices of zones.
-
-    Args:
-        positions: Positions to correct, and the positions at the start of the step.
-        mesh: The mesh.
-        contact: State of contact, whose pairs are tested. The vertices of zones become restless.
-        options: Largest number of passes in which zones can grow, and the tolerance for points that count as inside a
-            triangle.
-
-    Returns:
-        Number of passes in which zones grew; 0 if nothing had passed through.
+    Only restless vertices are tested: those that contact has recently pushed hard, and those of zones.
     """
     zone = np.full(positions.x.shape[0], -1)
     restless = contact.activity.restless

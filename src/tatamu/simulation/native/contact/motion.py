@@ -1,16 +1,10 @@
 """The motion of the cloth since the last search, which determines how long distant pairs sleep (are not tested).
 
-A pair is a vertex and a triangle, or two edges. It needs no test until its two elements may be too near to each other.
-They cannot approach each other by more than the lengths of the paths of their own vertices. A fast vertex therefore
-wakes only its own pairs.
-
-The path of a vertex leads through the positions that contact left at the end of each round of corrections. These
-positions are called legal, because every vertex is on the correct side of all layers. The predicted motion of a round
-is added for this round only. If it were added permanently, the paths of layers that a hand presses would become long,
-although the layers do not travel. In every round, their predicted positions lie within one another, and contact sets
-them back again.
-
-All motion is measured relative to the mean motion, so a cloth that is carried as a whole wakes no pairs.
+Two elements approach each other by at most the lengths of the paths of their own vertices, so a fast vertex wakes only
+its own pairs. Paths lead through legal positions. The predicted motion of a round is added for this round only, because
+the paths of layers that a hand presses would become long otherwise: their predicted positions lie within one another in
+every round, and contact sets them back. All motion is relative to the mean motion, so a cloth that is carried as a
+whole wakes no pairs.
 """
 
 from __future__ import annotations
@@ -23,38 +17,27 @@ from tatamu.simulation.native.contact.state import ContactState
 from tatamu.simulation.native.geometry import Vector, copy
 
 EVERY = 16
-"""Spacing of the vertices from which the mean motion of the cloth is computed.
-
-Only vertices whose number is a multiple of this value are used. All vertices need not be used, because motion relative
-to any reference motion gives a valid bound on the approach."""
+"""Spacing of the vertices that give the mean motion; any reference motion gives a valid bound on the approach."""
 
 
 @kernel
 def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
-    """Return the largest distance by which edges (a, b) and (c, d) can have approached each other [m].
-
-    `length` contains the path lengths of all vertices [m].
-    """
+    """Return the maximum approach of edges (a, b) and (c, d) from the path lengths of vertices [m]."""
     return max(length[a], length[b]) + max(length[c], length[d])
 
 
 @kernel
 def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """Return the largest distance by which vertex v and triangle (a, b, c) can have approached each other [m].
+    """Return the maximum approach of vertex v and triangle (a, b, c) from the path lengths of vertices [m].
 
-    `length` contains the path lengths of all vertices [m]. The bound is not exact if the vertex slides onto a
-    neighbouring triangle, because the path of one corner of this triangle is not counted. The error is small, because
-    both triangles share two corners.
+    If v slides onto a neighbouring triangle, the path of one corner is not counted; the triangles share the other two.
     """
     return length[v] + max(length[a], length[b], length[c])
 
 
 @kernel
 def begin(x: np.ndarray, contact: ContactState) -> None:
-    """Set all paths to zero, and start to add up the motion from the positions x of the n vertices [m], shape (n, 3).
-
-    In these positions every vertex is on the correct side of all layers.
-    """
+    """Set all paths to zero, and start to add up the motion from legal positions x [m]."""
     motion = contact.motion
     for v in range(x.shape[0]):
         motion.path[v] = 0.0
@@ -66,10 +49,9 @@ def begin(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def follow(positions: Positions, contact: ContactState) -> None:
-    """Add the motion since the start of the last round of contact to the vertices' paths, then update their reach.
+    """Add the motion since the start of the last round to the vertices' paths, then update their reach.
 
-    The reach of a vertex is its path plus its motion within the round. If the search found no pairs, no pair can wake,
-    so paths are not needed. In this case `worn_out` compares positions in every round.
+    If the search found no pairs, none can wake, so `worn_out` compares positions in every round instead.
     """
     counters = contact.counters
     if counters.ordered == 0 and counters.pairs == 0:
@@ -91,10 +73,7 @@ def follow(positions: Positions, contact: ContactState) -> None:
 
 @kernel
 def reach(positions: Positions, contact: ContactState) -> None:
-    """Update the reach of each vertex: its path plus its distance from its position at the start of the round.
-
-    The distance is measured to the present position, which is the predicted or the corrected position.
-    """
+    """Update the reach of each vertex: its path plus the distance of its present position from the round's start."""
     x = positions.x
     start = positions.start
     path = contact.motion.path
@@ -134,8 +113,7 @@ def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float
 def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
     """Return whether two vertices may have come closer by more than a limit [m] since the search for candidates.
 
-    Positions are compared with the positions at the search, so oscillations do not make candidates stale. Oscillations
-    do add to paths, which wake sleeping pairs.
+    Positions are compared with those at the search, so oscillations, which add to paths, do not make candidates stale.
     """
     counters = contact.counters
     if counters.travelled <= counters.due:
@@ -147,10 +125,7 @@ def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
 
 @kernel
 def _relative_motion(x: np.ndarray, start: np.ndarray) -> float:
-    """Return a bound on the relative motion of any two vertices [m].
-
-    The bound is the diagonal of the box around all displacements.
-    """
+    """Return a bound on the relative motion of any two vertices [m]: the diagonal of the box of all displacements."""
     low_x, low_y, low_z = np.inf, np.inf, np.inf
     high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
     for v in range(x.shape[0]):

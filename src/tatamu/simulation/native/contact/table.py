@@ -1,10 +1,8 @@
-"""Contact of cloth with the table, a plane with Coulomb friction. Positions are corrected.
+"""Contact of cloth with the table, a plane with Coulomb friction (docs/theory/contact.md).
 
-In a time step h, a vertex gets the depth d below the plane and the slip s along the plane. The depth d is undone. In
-addition, friction undoes the fraction min(1, mu d / |s|) of the slip, where mu is the coefficient of friction. Friction
-can thus undo a slip of up to mu d. For example, a cloth rests on a table that is tilted by the angle theta. In a step,
-gravity g pulls the cloth by d = g cos(theta) h^2 into the table, and by s = g sin(theta) h^2 along it. The cloth
-therefore sticks exactly when tan(theta) < mu. The derivation is in docs/theory/contact.md.
+The depth d of a vertex below the plane is undone, and the slip s along the plane by the fraction min(1, mu d / |s|). On
+a table tilted by theta, gravity gives d = g cos(theta) h^2 and s = g sin(theta) h^2 in a step h, so cloth sticks
+exactly when tan(theta) < mu.
 """
 
 from __future__ import annotations
@@ -21,17 +19,15 @@ from tatamu.simulation.native.options import ContactOptions
 
 
 class TablePlane(NamedTuple):
-    """The plane of the table: the plane z = height, rotated about the line x = 0 in this plane."""
+    """The plane z = height, rotated about its line x = 0 by a tilt."""
 
     present: bool
     height: float
     """Height of the plane at x = 0 [m]."""
     sine: float
-    """Sine of the angle of tilt [-]."""
     cosine: float
-    """Cosine of the angle of tilt [-]."""
     half_thickness: float
-    """Half the thickness of the cloth [m]. The mid-surface of the cloth stays above the table by this distance."""
+    """Distance of the cloth's mid-surface from the table [m]."""
     friction: float
     """Coulomb coefficient mu of cloth on the table [-]."""
 
@@ -45,17 +41,9 @@ def sweep(
     options: ContactOptions,
     step: float,
 ) -> None:
-    """Lift all vertices that are too near to the table or below it, and hold them by friction.
+    """Lift all vertices that are too close to the table or below it, and hold them by friction.
 
     Only a part of the lift becomes velocity, as in `projection.correction`.
-
-    Args:
-        positions: Positions to correct, and the positions at the start of the step.
-        inverse_mass: Inverse masses of the vertices [1/kg].
-        contact: State of contact. Vertices that are pushed hard are marked as restless.
-        plane: The table.
-        options: Limits of the corrections.
-        step: Time since the start of the step [s].
     """
     x = positions.x
     start = positions.start

@@ -1,14 +1,11 @@
-"""Separates layers that passed through one another where a hand pinches them. This is done when the hand opens.
+"""Separates layers that passed through one another where a hand pinches them, when the hand opens.
 
-A hand keeps the orientation of the held cloth, but the cloth next to it may turn over. An example is a hem when a
-garment is folded. The layers in the pinch are then in the opposite order to the layers next to it. Real cloth turns
-over gradually along the depth of the fingers. On a mesh, the pinch may be a single row of vertices without depth, so
-edges pass through triangles. Contact keeps every vertex on its side, so it would keep these crossings.
-
-If an edge passes through a triangle, the two layers intersect along a curve. The edge and the triangle are moved
-relative to each other, in the direction in which this curve shortens fastest (Volino and Magnenat-Thalmann 2006,
-"Resolving surface collisions through intersection contour minimization"). This needs no memory of the layers' sides.
-Then the lengths of edges are restored, which also moves the cloth around the crossing.
+A hand keeps the orientation of the held cloth, but the cloth next to it may turn over, as a hem does in a fold. A pinch
+may be a single row of vertices without depth, so edges then pass through triangles, and contact would keep these
+crossings, because it keeps every vertex on its side. Each edge and triangle are therefore moved relative to each other
+in the direction in which the curve of intersection shortens fastest (Volino and Magnenat-Thalmann 2006, "Resolving
+surface collisions through intersection contour minimization"), which needs no memory of sides. Then the lengths of
+edges are restored, which also moves the cloth around the crossing.
 """
 
 from __future__ import annotations
@@ -24,17 +21,10 @@ from tatamu.simulation.native.options import UntangleOptions
 
 
 def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions) -> tuple[np.ndarray, int]:
-    """Separate layers of cloth that pass through one another. A cloth without crossings is not moved.
+    """Return the positions with the fewest crossings that were found, and the number of these crossings.
 
-    Args:
-        x: Positions of the n vertices [m], shape (n, 3).
-        mesh: The mesh. Held vertices stay where they are.
-        lengths: Lengths of the e edges at rest [m], shape (e,).
-        options: Limits of the motion.
-
-    Returns:
-        The positions with the fewest crossings that were found, and the number of these crossings. If no positions have
-        fewer crossings than x, the function returns x.
+    If none have fewer than x, x itself is returned. Held vertices stay where they are. `lengths` are those of the edges
+    at rest [m], shape (e,).
     """
     best = x
     pairs = crossing_pairs(x, mesh.faces, mesh.edges)
@@ -60,17 +50,7 @@ def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: Unt
 
 
 def crossing_pairs_after(x: np.ndarray, before: np.ndarray, pairs: np.ndarray, mesh: ContactMesh) -> np.ndarray:
-    """Return the pairs of an edge and a triangle that cross, after a pass moved some vertices.
-
-    A pass moves few vertices. Therefore only pairs that may cross now are tested: pairs with a moved vertex, and pairs
-    that crossed before.
-
-    Args:
-        x: Positions of the n vertices [m], shape (n, 3).
-        before: Positions before the pass [m], shape (n, 3).
-        pairs: Pairs that crossed before the pass, shape (k, 2).
-        mesh: The mesh.
-    """
+    """Return the pairs that cross after a pass, testing only those with a moved vertex or that crossed before it."""
     moved = (x != before).any(axis=1)
     wanted_edges = moved[mesh.edges].any(axis=1)
     wanted_edges[pairs[:, 0]] = True
@@ -84,11 +64,10 @@ def smallest_height(x: np.ndarray, faces: np.ndarray) -> float:
 
 @kernel
 def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: float) -> Vector:
-    """Return the direction in which edge e should move relative to triangle t, through which it passes.
+    """Return the direction G in which edge e should move relative to triangle t, through which it passes.
 
-    The direction is G = sum of R - 2 (E R) / (E N) N over the triangles of the edge. E is the unit vector along the
-    edge, and N is the unit normal of triangle t. The layers intersect along a curve. R is the unit vector along this
-    curve, from the edge into one of the edge's triangles. (E R) and (E N) are scalar products.
+    G = sum of R - 2 (E R) / (E N) N over the edge's triangles, with unit vectors E along the edge, N along the normal
+    of t, and R along the curve of intersection, from the edge into its triangle.
     """
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
     normal_x, normal_y, normal_z = normal_of(x, mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2])
@@ -120,10 +99,7 @@ def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: floa
 
 @kernel
 def _meeting(x: np.ndarray, e: int, t: int, mesh: ContactMesh) -> tuple[float, float, float, float]:
-    """Return the point at which edge e passes through triangle t.
-
-    The results are the fraction along the edge, and the three barycentric coordinates on the triangle.
-    """
+    """Return where edge e meets triangle t: the fraction along the edge, and the barycentric coordinates."""
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
     a, b, c = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
     nx, ny, nz = normal_of(x, a, b, c)
@@ -146,10 +122,7 @@ def _meeting(x: np.ndarray, e: int, t: int, mesh: ContactMesh) -> tuple[float, f
 
 @allocating
 def _part(x: np.ndarray, pairs: np.ndarray, mesh: ContactMesh, step: float, flattest: float, blunt: float) -> None:
-    """Move each edge relative to the triangle that it passes through.
-
-    If a vertex belongs to several pairs of an edge and a triangle, it moves by the mean of their motions.
-    """
+    """Move each edge relative to the triangle that it passes through; a vertex of several pairs moves by their mean."""
     shift = np.zeros_like(x)
     weight = np.zeros(x.shape[0])
     for i in range(pairs.shape[0]):

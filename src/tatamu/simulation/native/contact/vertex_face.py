@@ -1,23 +1,18 @@
-"""Narrow phase and correction of vertices against triangles, with Coulomb friction.
+"""Narrow phase and correction of vertices against triangles, with Coulomb friction (docs/theory/contact.md).
 
-Every vertex has up to three partners: triangles that `vertex_face_search` found, and from which contact keeps the
-vertex apart. When the cloth slides, the neighbouring triangle becomes the partner. For each partner, the side on which
-the vertex lies is stored. The side is determined from the positions at the start of the step, where every vertex is on
-its correct side. It is never determined from predicted positions. Positions are corrected so that layers stay a
-thickness apart. The tangential part of a correction is friction. The formulas use the inverse mass w_v of the vertex,
-the inverse masses w_k of the corners, and the barycentric coordinates b_k:
+When the cloth slides over a partner of `vertex_face_search`, the neighbouring triangle becomes the partner. The side of
+a vertex is determined at the start of the step, where it is correct, and never from predicted positions. With the
+inverse masses w_v of the vertex and w_k of the corners, and barycentric coordinates b_k, the impulses are:
 
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
-l_n is the impulse along the normal, l_t is the impulse along the triangle, and mu is the coefficient of friction. Slip
-is measured from the *friction anchor*, the point of the triangle where the vertex started to stick. It is not measured
-from the position at the start of the step. If the table or another layer undoes a correction, the next step corrects it
-again, so layers at rest do not creep.
+Slip is measured from the *friction anchor*, the point of the triangle where the vertex started to stick, and not from
+the start of the step. If the table or another layer undoes a correction, the next step corrects it again, so layers at
+rest do not creep.
 
-A pair is a vertex and a triangle. If a hand holds the vertex and a corner of the triangle, contact does not correct the
-pair. Corrections so close to the hand would act like a clamp that bends the layers as one plate. The derivation is in
-docs/theory/contact.md.
+If a hand holds the vertex and a corner of the triangle, the pair is not corrected, because contact so close to the hand
+would act like a clamp that bends the layers as one plate.
 """
 
 from __future__ import annotations
@@ -32,26 +27,18 @@ from tatamu.simulation.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulation.native.options import ContactOptions
 
 MOST_TRIANGLES = 4
-"""Largest number of moves of a partner to a neighbouring triangle in one sweep."""
+"""Maximum number of moves of a partner to a neighbouring triangle in one sweep."""
 AWAKE = 1.1
-"""Largest distance of a vertex and a triangle that are tested in every sweep, in thicknesses of the cloth.
-
-Pairs that are farther apart sleep."""
+"""Maximum distance of pairs that are tested in every sweep [thicknesses]; pairs that are farther apart sleep."""
 SLEEP = 0.8
-"""Fraction that determines how long a distant pair sleeps, that is, is not tested [-].
-
-A pair is a vertex and a triangle, and its excess is their distance minus one thickness of the cloth. The pair is tested
-again when the vertex and the triangle may have approached each other by this fraction of the excess."""
+"""Fraction of its distance beyond one thickness by which a pair may approach before it is tested again [-]."""
 
 
 @kernel
 def _barycentric(
     x: np.ndarray, v: int, a: int, b: int, c: int
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return the projection of vertex v on triangle (a, b, c), the triangle's unit normal, and the height of v [m].
-
-    The projection is given by its barycentric coordinates.
-    """
+    """Return the projection of v on a triangle in barycentric coordinates, the unit normal, and the height of v [m]."""
     nx, ny, nz = normal_of(x, a, b, c)
     square = nx * nx + ny * ny + nz * nz + TINY_LENGTH
     px, py, pz = difference(x, v, a)
@@ -79,10 +66,7 @@ def _height(x: np.ndarray, v: int, a: int, b: int, c: int) -> float:
 
 @kernel
 def _slip(x: np.ndarray, v: int, a: int, b: int, c: int, at: Vector, nx: float, ny: float, nz: float) -> Vector:
-    """Return the vector to vertex v from a point on triangle (a, b, c) [m], projected into the plane of the triangle.
-
-    `at` contains the barycentric coordinates of the point, and (nx, ny, nz) is the unit normal of the triangle.
-    """
+    """Return the vector to vertex v from the point `at` (barycentric) of a triangle [m], projected into its plane."""
     sx = x[v, 0] - at[0] * x[a, 0] - at[1] * x[b, 0] - at[2] * x[c, 0]
     sy = x[v, 1] - at[0] * x[a, 1] - at[1] * x[b, 1] - at[2] * x[c, 1]
     sz = x[v, 2] - at[0] * x[a, 2] - at[1] * x[b, 2] - at[2] * x[c, 2]
@@ -100,10 +84,7 @@ def _back_to_back(x: np.ndarray, faces: np.ndarray, s: int, t: int) -> bool:
 
 @kernel
 def _list_awake(contact: ContactState, faces: np.ndarray) -> int:
-    """List the pairs of a vertex and a triangle that may be too near to each other, and return the number of pairs.
-
-    The pairs are sorted by the height of their vertices, the highest first.
-    """
+    """List the pairs that may be too close, sorted by the height of their vertices, and return their count."""
     triangle = contact.vertex_face.triangle
     order = contact.vertex_face.order
     wake = contact.vertex_face.wake
@@ -138,23 +119,11 @@ def sweep(
     step: float,
     restored: float,
 ) -> float:
-    """Make one Gauss-Seidel sweep over all vertices that have partners.
+    """Make one Gauss-Seidel sweep over all vertices with partners, and return the minimum gap [m], at most a thickness.
 
     Vertices are visited from the highest down, so that each layer of a stack passes all of its weight to the next
-    layer. The function is long because this makes it fast. Another version had separate functions for narrow phase and
-    friction. If these functions received arrays and numbers, a rollout took 1.08 to 1.19 times as long. If they
-    received records, it took 1.8 times as long.
-
-    Args:
-        positions: Positions to correct, and the positions at the start of the step.
-        mesh: The mesh.
-        contact: State of contact. The sweep moves partners and anchors, and updates activity.
-        options: Limits of the corrections.
-        step: Time since the start of the step [s].
-        restored: Fraction of the thickness that this sweep restores [-].
-
-    Returns:
-        Smallest gap before its correction [m]. It is at most a thickness.
+    layer. The function is long, because separate functions for narrow phase and friction made a rollout take 1.08 to
+    1.19 times as long, or 1.8 times as long with records as arguments.
     """
     x = positions.x
     start = positions.start

@@ -1,7 +1,7 @@
 """Broad phase of vertices against triangles: finds the nearest triangle on either side of a vertex, and one more.
 
-Compiled functions that are called for each vertex get single arrays, never records of many arrays. If a call is not
-inlined, numba copies such a record at each call. Such copies once took half of the time of every search.
+Functions that are called for each vertex get single arrays, because numba copies a record at each call that is not
+inlined, which once took half of the time of every search.
 """
 
 from __future__ import annotations
@@ -16,21 +16,12 @@ from tatamu.simulation.native.geometry import dot, point_triangle
 from tatamu.simulation.native.options import ContactOptions
 
 SURELY_BESIDE = 0.3
-"""Smallest height over a triangle's plane at which a vertex is surely on this side, in thicknesses of the cloth.
-
-It is used for triangles that are nearly parallel to the cloth at the vertex."""
+"""Minimum height over a nearly parallel triangle's plane at which a vertex is surely on this side [thicknesses]."""
 
 
 @allocating
 def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, options: ContactOptions) -> None:
-    """Find the partners of all vertices: at most three triangles from which contact keeps each vertex apart.
-
-    Args:
-        x: Positions of the n vertices, which are on the correct sides of all layers [m], shape (n, 3).
-        mesh: The mesh.
-        vertex_face: Partners to update. The present partners are tested first.
-        options: Settings of contact. They contain the angles and distances that decide which triangles are partners.
-    """
+    """Find the partners of all vertices at legal positions x [m]; the present partners are tested first."""
     shape = shape_of(x, mesh.faces)
     nearest = _nearest_on_both_sides(x, mesh, vertex_face.triangle, shape, options)
     _keep_what_would_be_lost(x, mesh, vertex_face, nearest, shape, options)
@@ -40,11 +31,10 @@ def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, options: C
 def _nearest_on_both_sides(
     x: np.ndarray, mesh: ContactMesh, partners: np.ndarray, shape: Shape, options: ContactOptions
 ) -> np.ndarray:
-    """Return the nearest triangle below and above each of the n vertices, shape (n, 2). It is -1 if none is near.
+    """Return the nearest triangle below and above each vertex along its normal, shape (n, 2); -1 if none is near.
 
-    "Above" is the direction of the vertex's normal. The distance to the triangle counts here, not the distance to its
-    centroid. Of two layers that are a thickness apart, the farther one can have the nearer centroid. A wrong choice
-    would last, because a partner never moves from one layer to another.
+    The distance to the triangle counts and not that to its centroid, because the farther of two layers can have the
+    nearer centroid, and a partner never moves from one layer to another.
     """
     faces = mesh.faces
     near = mesh.near
@@ -126,12 +116,10 @@ def _keep_what_would_be_lost(
     shape: Shape,
     options: ContactOptions,
 ) -> None:
-    """Make the nearest triangles partners, and keep one earlier partner that the vertex touches.
+    """Make the nearest triangles partners, and keep one earlier partner that the vertex touches, with its side.
 
-    A vertex has at most three partners, so new partners replace earlier partners. In a crumple of three sheets, the
-    third sheet would be forgotten, and could pass through the cloth. Therefore an earlier partner can be kept. It is
-    not kept if it lies in the same direction as a new partner, because it then belongs to the same sheet or lies behind
-    this sheet. A kept partner keeps its side.
+    In a crumple of three sheets, the third would otherwise be forgotten, and could pass through the cloth. A partner in
+    the same direction as a new one is not kept, because it belongs to the same sheet or lies behind it.
     """
     faces = mesh.faces
     partners = vertex_face.triangle
@@ -174,7 +162,7 @@ def _keep_what_would_be_lost(
 def _in_same_direction(
     point: np.ndarray, s: int, t: int, face_normal: np.ndarray, centroid: np.ndarray, same: float
 ) -> bool:
-    """Return whether triangles s and t keep a point away from them in nearly the same direction."""
+    """Return whether triangles s and t keep a point away in nearly the same direction."""
     over_s = 0.0
     over_t = 0.0
     for k in range(3):

@@ -1,13 +1,10 @@
-"""Bending forces. Each triangle combines the dihedral angles at its edges to its curvature.
+"""Bending forces. Each triangle combines the dihedral angles at its edges to its curvature (docs/theory/bending.md).
 
     g   = 4 tan(theta / 4)                      theta: dihedral angle, 0 when flat; g keeps tight loops open
     K_T = A_T Q' D Q                            stiffness of triangle T, see `curvature`
     W   = sum_T 1/2 (g - g0)' K_T (g - g0)      energy, over the inner edges of T; g0: g of the unstrained shape
 
-For large angles, g grows faster than theta, which keeps tight loops open. A_T is the area of triangle T. Q is the
-matrix from the measures g to the curvatures of the triangle, and D contains the rigidities. Bending has no Poisson
-effect. Therefore a narrow strip and a wide sheet have the same moment per width and curvature, which is the bending
-rigidity B. The derivation is in docs/theory/bending.md.
+Bending has no Poisson effect, so a narrow strip and a wide sheet have the same moment per width and curvature B.
 """
 
 from __future__ import annotations
@@ -30,20 +27,16 @@ ZERO: Any = np.float32(0.0)
 ONE: Any = np.float32(1.0)
 FOUR: Any = np.float32(4.0)
 WIDE: Any = np.float32(0.4)
-"""Smallest cosine of half a dihedral angle that is used as a divisor [-].
-
-For smaller cosines, a formula without this divisor is used."""
+"""Minimum cosine of half a dihedral angle that is used as a divisor [-]."""
 
 PART = BLOCK // 3
 """Number of hinges whose edges are kept in the nearest cache."""
 
 
 class Bending(NamedTuple):
-    """Constants of bending, in the order in which forces are computed.
+    """Constants of bending, in the order of memory, with zeros at places without a hinge or a triangle.
 
-    A hinge is an inner edge with its two triangles: the vertices a and b of the edge, and the opposite vertices c and
-    d. A band is a run of hinges or triangles that are neighbours in memory. Places without a hinge or a triangle
-    contain zeros.
+    A hinge is an inner edge with the ends a and b, and with the vertices c and d opposite it.
     """
 
     hinges: np.ndarray
@@ -51,57 +44,38 @@ class Bending(NamedTuple):
     copies: np.ndarray
     """Slots that some hinges need as copies."""
     rest_moment: np.ndarray
-    """Moment K g0 of each hinge in the unstrained shape, in the order of memory [N m], shape (hinge places,).
-
-    K is the stiffness of bending, and g0 are the measures of the dihedral angles. The moments have single precision."""
+    """Moment K g0 of each hinge in the unstrained shape [N m], shape (hinge places,)."""
     couplings: np.ndarray
-    """Table of the bands of triangles, with the memory positions of each triangle's hinges."""
+    """Table of the bands of triangles, with the places of their hinges."""
     coupling_copies: np.ndarray
-    """Memory positions of hinges that some triangles need as copies. The copies are stored behind the last hinge."""
+    """Places of hinges that some triangles need as copies behind the last hinge."""
     friction: Friction
-    """Constants of the friction of bending, for cloth with hysteresis."""
     K: np.ndarray
-    """Stiffness K_T of each triangle, in the order of memory and in single precision [N m], shape (6, triangle places).
-
-    The six different elements of each symmetric matrix are packed as in `symmetric`."""
+    """Stiffness K_T of each triangle [N m], packed as in `symmetric`, shape (6, triangle places)."""
 
 
 class HingeMeasures(NamedTuple):
-    """Temporary arrays for the angles and moments of all hinges, in the order of their places in memory.
-
-    `g` and `moment` have additional memory for copies of hinges.
-    """
+    """Temporary arrays for all hinges in the order of memory; `g` and `moment` have room for copies."""
 
     gradients: np.ndarray
-    """For each block of a band, eight rows of BLOCK numbers, shape (`blocks(hinges)`, 8 BLOCK).
-
-    Rows 0 to 5 contain the derivatives of the dihedral angle theta with respect to the positions of both opposite
-    vertices [1/m]: rows 0 to 2 for the vertex c, rows 3 to 5 for the vertex d. Rows 6 and 7 contain the feet of these
-    vertices, as fractions of the edge."""
+    """For each block of a band, eight rows of BLOCK numbers, shape (`blocks(hinges)`, 8 BLOCK). Rows 0 to 2 are d theta
+    / dx of the vertex c [1/m], rows 3 to 5 of d, and rows 6 and 7 the feet of c and d as fractions of the edge."""
     edges: np.ndarray
     """Rows of PART numbers with the edges of some hinges [m], shape (9 PART,)."""
     g: np.ndarray
-    """Measure g = 4 tan(theta / 4) of the dihedral angle theta of each hinge [-]."""
+    """Measure g = 4 tan(theta / 4) of each hinge [-]."""
     slope: np.ndarray
-    """Derivative g' = d g / d theta of the measure g of each hinge's angle theta [-]."""
+    """Derivative g' = d g / d theta [-]."""
     moment: np.ndarray
     """Moment at each hinge [N m]."""
     slip: Slip
-    """State of the friction of bending. It is not temporary: cloth with hysteresis keeps it from step to step."""
+    """State of the friction of bending, which cloth with hysteresis keeps from step to step."""
 
 
 def scratch(
     hinges: np.ndarray, places: int, copies: int, real: type = np.float32, slip: Slip | None = None
 ) -> HingeMeasures:
-    """Return the temporary arrays of hinges.
-
-    Args:
-        hinges: Table of the bands of hinges.
-        places: Number of places in the bands.
-        copies: Number of places that are copied behind the last place.
-        real: Precision in which forces are computed.
-        slip: State of the friction of bending; None for cloth without friction.
-    """
+    """Return temporary arrays for places of hinges and copies, in the precision of forces."""
     if slip is None:
         slip = hysteresis.unslipped(hysteresis.none(real), np.zeros(0), np.zeros((0, 5), dtype=np.int64))
     return HingeMeasures(
@@ -122,15 +96,10 @@ def in_bands(
     material: Material,
     real: type = np.float32,
 ) -> Bending:
-    """Return the constants of bending in the order in which forces are computed.
+    """Return the constants of bending in the order of memory.
 
-    Args:
-        hinges: Bands of hinges, with slots of vertices.
-        curved: Hinges of each triangle, and the matrices from their angles to its curvatures.
-        K: Stiffness K_T of each of the t triangles from `curvature.stiffness` [N m], shape (t, 3, 3).
-        rest_moment: Moment of each of the h hinges in the unstrained shape [N m], shape (h,).
-        material: Material of the cloth, which contains its hysteresis.
-        real: Precision in which forces are computed.
+    K comes from `curvature.stiffness`, `rest_moment` is the moment of each hinge in the unstrained shape [N m], and
+    `real` is the precision in which forces are computed.
     """
     couplings = bands(hinges.place[curved.hinges], hinges.size)
     return Bending(
@@ -175,9 +144,9 @@ def _set_edges(X: np.ndarray, a: int, b: int, c: int, d: int, n: int, out: np.nd
 
 @kernel
 def _measure(m: np.ndarray, n: int, gradients: np.ndarray, g: np.ndarray, slope: np.ndarray) -> None:
-    """Measure the dihedral angles of n hinges from the rows m of `_set_edges`: fill `gradients`, `g` and `slope`.
+    """Fill `gradients`, `g` and `slope` of n hinges from the rows m of `_set_edges`.
 
-    This loop has no numbers in double precision, because the compiler would then use half of each vector register.
+    With a number in double precision, the compiler would use half of each vector register.
     """
     for j in range(n):
         ex, ey, ez = m[j], m[j + PART], m[j + 2 * PART]
@@ -211,11 +180,7 @@ def _measure(m: np.ndarray, n: int, gradients: np.ndarray, g: np.ndarray, slope:
 def _add_moments_of_band(
     g: np.ndarray, K: np.ndarray, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
 ) -> None:
-    """Add the moments K_T g of n triangles, which are stored from place e on.
-
-    K_T is the stiffness of a triangle, and g are the measures of the angles at its hinges. The hinges of triangle j are
-    stored at a + j, b + j and c + j.
-    """
+    """Add the moments K_T g of n triangles from place e on, whose hinges are at a + j, b + j and c + j."""
     g0, g1, g2 = g[a : a + n], g[b : b + n], g[c : c + n]
     m0, m1, m2 = moment[a : a + n], moment[b : b + n], moment[c : c + n]
     k0, k1, k2 = K[0, e : e + n], K[1, e : e + n], K[2, e : e + n]
@@ -230,7 +195,7 @@ def _add_moments_of_band(
 
 @kernel
 def _clear_moments(g: np.ndarray, copies: np.ndarray, moment: np.ndarray, count: int) -> None:
-    """Copy the measures g of some hinges behind the last of `count` hinges, and set all moments to zero."""
+    """Copy the measures of some hinges behind the last of `count` hinges, and set all moments to zero."""
     for i in range(copies.shape[0]):
         g[count + i] = g[copies[i]]
     for h in range(moment.shape[0]):
@@ -239,7 +204,7 @@ def _clear_moments(g: np.ndarray, copies: np.ndarray, moment: np.ndarray, count:
 
 @kernel
 def _finish_moments(rest_moment: np.ndarray, slope: np.ndarray, copies: np.ndarray, moment: np.ndarray) -> None:
-    """Turn the resisting moment K g of every hinge into (K g0 - K g) g', see `HingeMeasures`."""
+    """Turn the resisting moment K g of every hinge into (K g0 - K g) g'."""
     count = slope.shape[0]
     for i in range(copies.shape[0]):
         moment[copies[i]] += moment[count + i]
@@ -249,11 +214,7 @@ def _finish_moments(rest_moment: np.ndarray, slope: np.ndarray, copies: np.ndarr
 
 @kernel
 def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.ndarray, row: int) -> None:
-    """Add the forces on one of the two opposite vertices of n hinges.
-
-    These vertices have the slots from c to c + n - 1. The derivatives of the angles with respect to these
-    vertices are in the rows `row` to `row` + 2 of `gradients`.
-    """
+    """Add the forces on one opposite vertex of n hinges, slots from c on, with its derivatives from `row` on."""
     fx, fy, fz = F[0, c : c + n], F[1, c : c + n], F[2, c : c + n]
     d = gradients[row * BLOCK :]
     for j in range(n):
@@ -265,11 +226,7 @@ def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.
 
 @kernel
 def _push_end(F: np.ndarray, a: int, n: int, moment: np.ndarray, gradients: np.ndarray, first: bool) -> None:
-    """Add the forces on the first or the second end of the edges of n hinges.
-
-    These ends have the slots from a to a + n - 1. The forces on both ends balance the forces and torques of the
-    opposite vertices.
-    """
+    """Add the forces on the first or second end of n hinges, slots from a on, which balance those on c and d."""
     fx, fy, fz = F[0, a : a + n], F[1, a : a + n], F[2, a : a + n]
     for j in range(n):
         m = moment[j]
@@ -285,13 +242,7 @@ def _push_end(F: np.ndarray, a: int, n: int, moment: np.ndarray, gradients: np.n
 
 @kernel
 def measure(X: np.ndarray, hinges: np.ndarray, measures: HingeMeasures) -> None:
-    """Measure the dihedral angles of all hinges. Moments are not computed.
-
-    Args:
-        X: Positions in slots and copies [m], shape (3, width).
-        hinges: Table of the bands of hinges.
-        measures: Arrays that are filled.
-    """
+    """Measure the dihedral angles of all hinges at the positions X [m], without moments."""
     block = 0
     for r in range(hinges.shape[0]):
         for done in range(0, hinges[r, 1], BLOCK):
@@ -312,14 +263,7 @@ def measure(X: np.ndarray, hinges: np.ndarray, measures: HingeMeasures) -> None:
 
 @kernel
 def add_force(X: np.ndarray, F: np.ndarray, bending: Bending, measures: HingeMeasures) -> None:
-    """Add the bending force at the positions X to F.
-
-    Args:
-        X: Positions in slots and copies [m], shape (3, width).
-        F: Forces in slots and copies [N], shape (3, width).
-        bending: Constants of bending.
-        measures: Temporary arrays.
-    """
+    """Add the bending force at the positions X [m] to F [N], both in slots and copies."""
     table = bending.couplings
     measure(X, bending.hinges, measures)
     _clear_moments(measures.g, bending.coupling_copies, measures.moment, measures.slope.shape[0])
@@ -333,7 +277,7 @@ def add_force(X: np.ndarray, F: np.ndarray, bending: Bending, measures: HingeMea
 
 @kernel
 def add_force_with_friction(X: np.ndarray, F: np.ndarray, bending: Bending, measures: HingeMeasures) -> None:
-    """Add the bending force of cloth with hysteresis at the positions X to F, like `add_force`."""
+    """Add the bending force of cloth with hysteresis, like `add_force`."""
     measure(X, bending.hinges, measures)
     _clear_moments(measures.g, bending.coupling_copies, measures.moment, measures.slope.shape[0])
     hysteresis.add_moments(measures.g, bending.friction, measures.slip, bending.couplings, measures.moment)

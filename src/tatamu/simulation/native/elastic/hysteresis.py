@@ -1,18 +1,14 @@
-"""Hysteresis of bending. The friction of yarns is modelled by elastoplastic elements that act on the curvature.
+"""Hysteresis of bending: elastoplastic elements, which stand for the friction of yarns, act on the curvature.
 
     k   = Q g                                curvatures (k_uu, k_vv, k_uv) of a triangle, see `curvature`
     q_j = k - p_j,  |q_j| <= y_j             elastic part of the curvature in element j, p_j its plastic part
     m   = D k + sum_j s_j E q_j              elastic and frictional moments, E = diag(1, 1, 2), |q|^2 = q' E q
 
-g are the measures of the dihedral angles, Q is the matrix from g to the curvatures, and D are the elastic rigidities.
-Several elements of Prandtl act side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each element follows
-the curvature with the stiffness s_j until its elastic part reaches the yield curvature y_j. Then the element slips: its
-plastic part p_j changes in the direction of q_j, until |q_j| = y_j.
-
-The sum of s_j y_j is the hysteresis HB of the material. Directly after the curvature turns around, the slope of the
-moment over the curvature is B plus the sum of s_j, where B is the bending rigidity. While an element slips, its moment
-points along its slip. Therefore every closed cycle of curvature takes energy from the cloth, and no cycle adds energy.
-The derivation is in docs/theory/hysteresis.md.
+Elements of Prandtl act side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998). Each follows the curvature
+with the stiffness s_j up to the yield curvature y_j. Then it slips: p_j changes in the direction of q_j, so that |q_j|
+stays y_j. The sum of s_j y_j is the material's HB, and the slope after a reversal is B plus the sum of s_j. While an
+element slips, its moment points along its slip, so every closed cycle of curvature takes energy from the cloth
+(docs/theory/hysteresis.md).
 """
 
 from __future__ import annotations
@@ -27,42 +23,32 @@ from tatamu.simulation.native.elastic.curvature import CurvatureMaps, rigidities
 from tatamu.simulation.native.memory.bands import Bands
 
 COMPONENTS = 3
-"""Number of components of a triangle's curvature."""
 
 
 class Friction(NamedTuple):
-    """Constants of the friction of bending, in the order of the triangles in memory; empty without hysteresis.
-
-    Several elements model the friction. Each element is a spring that slips when it is bent beyond a limit.
-    """
+    """Constants of the friction of bending, in the order of the triangles in memory; empty without hysteresis."""
 
     Q: np.ndarray
-    """Matrix of each triangle from the measures g at its three hinges to its curvatures [1/m], shape (9, places).
-
-    The elements of the matrix are stored row by row."""
+    """From the measures g to curvatures [1/m], row by row, shape (9, places)."""
     area: np.ndarray
-    """Area of each triangle, in the order of memory [m^2], shape (places,)."""
+    """Area of each triangle [m^2], shape (places,)."""
     stiffness: np.ndarray
-    """Stiffness s_j of each element of friction [N m], shape (elements,)."""
+    """Stiffness s_j of each element [N m], shape (elements,)."""
     limit: np.ndarray
-    """Yield curvature y_j, beyond which an element of friction slips [1/m], shape (elements,)."""
+    """Yield curvature y_j of each element [1/m], shape (elements,)."""
     rigidity: np.ndarray
-    """Elastic rigidities along the warp, along the weft, and half of the rigidity of twist [N m], shape (3,)."""
+    """Elastic rigidities along warp and weft, and half of that of twist [N m], shape (3,)."""
 
 
 class Slip(NamedTuple):
     """State of the friction of bending, and temporary memory."""
 
     plastic: np.ndarray
-    """Plastic parts p_j of the curvature, by which the elements of friction have slipped [1/m].
-
-    The three components of each element follow one another, shape (3 elements, places)."""
+    """Plastic parts p_j [1/m], with three rows for each element, shape (3 elements, places)."""
     curvature: np.ndarray
-    """Temporary memory: curvatures k of all triangles, in the order of memory [1/m], shape (3, places)."""
+    """Temporary: curvatures k [1/m], shape (3, places)."""
     moment: np.ndarray
-    """Temporary memory: sums of the elastic and frictional moments of all triangles [N], shape (3, places).
-
-    The moment of twist is halved."""
+    """Temporary: sums of elastic and frictional moments, with half of the twist [N], shape (3, places)."""
 
 
 def none(real: type = np.float32) -> Friction:
@@ -71,14 +57,7 @@ def none(real: type = np.float32) -> Friction:
 
 
 def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: type = np.float32) -> Friction:
-    """Return the constants of friction in the order in which forces are computed.
-
-    Args:
-        couplings: Bands of triangles, with the memory positions of their hinges.
-        curved: Curvature maps of the mesh.
-        material: Material of the cloth.
-        real: Precision in which forces are computed.
-    """
+    """Return the constants of friction in the order of `couplings`, the bands of triangles."""
     elements = material.friction_elements
     if not elements:
         return none(real)
@@ -89,14 +68,7 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
 
 
 def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip:
-    """Return the state of friction before the cloth is bent: no element has slipped since the unstrained shape.
-
-    Args:
-        friction: Constants of the friction.
-        g0: Measures g of the hinges' dihedral angles in the unstrained shape, in the order of memory [-]. Copies are
-            included.
-        triangles: Table of the bands of triangles, with the memory positions of their hinges.
-    """
+    """Return the state in which no element has slipped since the unstrained shape with the measures g0 and copies."""
     places = friction.area.shape[0]
     real = friction.Q.dtype
     rest = np.zeros((COMPONENTS, places), dtype=real)
@@ -108,7 +80,7 @@ def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip
 
 @kernel
 def _curvatures(g: np.ndarray, Q: np.ndarray, triangles: np.ndarray, curvature: np.ndarray) -> None:
-    """Compute the curvatures of all triangles from the measures g of their hinges [1/m], shape (3, places)."""
+    """Compute the curvatures of all triangles from the measures g [1/m], shape (3, places)."""
     for r in range(triangles.shape[0]):
         e = triangles[r, 0]
         n = triangles[r, 1]
@@ -125,15 +97,7 @@ def _curvatures(g: np.ndarray, Q: np.ndarray, triangles: np.ndarray, curvature: 
 
 @kernel
 def _slide(plastic: np.ndarray, curvature: np.ndarray, moment: np.ndarray, stiffness: float, limit: float) -> None:
-    """Let one element of friction slip in all triangles in which its yield curvature is exceeded, and add its moment.
-
-    Args:
-        plastic: Plastic part p of this element [1/m], shape (3, places).
-        curvature: Curvatures k [1/m], shape (3, places).
-        moment: Moments [N], shape (3, places). The moment of the element is added.
-        stiffness: Stiffness s of the element [N m].
-        limit: Yield curvature y of the element [1/m].
-    """
+    """Let one element with the yield curvature `limit` [1/m] slip where it is exceeded, and add its moment [N]."""
     n = curvature.shape[1]
     k0, k1, k2 = curvature[0, :n], curvature[1, :n], curvature[2, :n]
     p0, p1, p2 = plastic[0, :n], plastic[1, :n], plastic[2, :n]
@@ -159,10 +123,9 @@ def _slide(plastic: np.ndarray, curvature: np.ndarray, moment: np.ndarray, stiff
 def _add_moments_of_band(
     bent: np.ndarray, friction: Friction, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
 ) -> None:
-    """Add the moments A Q' E m of n triangles, which are stored from place e on, to their hinges.
+    """Add the moments A Q' E m of n triangles from place e on, where m is `bent`, to their hinges.
 
-    A is the area of a triangle, Q its matrix from the measures of its hinges to curvatures, E = diag(1, 1, 2), and m
-    its moments `bent`. The hinges of triangle j are stored at a + j, b + j and c + j.
+    The hinges of triangle j are stored at a + j, b + j and c + j.
     """
     Q = friction.Q
     area = friction.area[e : e + n]
@@ -177,17 +140,9 @@ def _add_moments_of_band(
 
 @kernel
 def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.ndarray, moment: np.ndarray) -> None:
-    """Let all elements of friction slip, and add the elastic and frictional moments to the hinges.
+    """Let all elements of friction slip, and add the moments that resist the measures g to the hinges [N m].
 
-    The moments resist the measures g of the dihedral angles. The elastic moments are equal to K_T g with the stiffness
-    K_T of a triangle, but they are computed without reading K_T from memory.
-
-    Args:
-        g: Measures g of the hinges' dihedral angles, in the order of memory [-]. Copies are included.
-        friction: Constants of the friction.
-        slip: State of the elements of friction, which is updated.
-        triangles: Table of the bands of triangles, with the memory positions of their hinges.
-        moment: Moments of the hinges in the order of memory [N m]. Copies are included.
+    The elastic moments equal K_T g, but are computed without reading K_T from memory.
     """
     _curvatures(g, friction.Q, triangles, slip.curvature)
     for k in range(3):

@@ -5,15 +5,8 @@
     W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
     f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
 
-eps_q is the change of the squared length of edge q, which has the vertices a and b. L_q is its rest length, and dx and
-dy are its components at rest. P maps the Green strain E to eps. A is the area of the triangle, W its energy, C the
-stiffness in plane stress, and f_a the force on vertex a.
-
-Damping is of the Kelvin-Voigt type: lengths and edges are computed at the positions x + tau_d v. x are the positions, v
-the velocities, and tau_d is the time constant of damping. The derivation is in docs/theory/membrane.md.
-
-eps is a small difference of large numbers, so it is computed in double precision. All following steps use single
-precision.
+The derivation is in docs/theory/membrane.md. Edges are taken at the positions x + tau_d v, which gives Kelvin-Voigt
+damping. eps is a small difference of large numbers, so it has double precision, and all following steps have single.
 """
 
 from __future__ import annotations
@@ -29,44 +22,30 @@ from tatamu.simulation.native.memory.bands import BLOCK, Bands
 from tatamu.simulation.scene import LEAST_IN_PLANE
 
 ENDS = np.array([[1, 2], [2, 0], [0, 1]])
-"""The two corners of a triangle that edge q joins, shape (3, 2). Corner q is the third corner."""
+"""The two corners that edge q joins, shape (3, 2)."""
 
 
 class Membrane(NamedTuple):
-    """Constants of the membrane, in the order in which forces are computed.
-
-    A band is a group of triangles that are stored one after another in memory. Places in a band without a triangle
-    contain zeros.
-    """
+    """Constants of the membrane, in the order of memory, with zeros at places without a triangle."""
 
     bands: np.ndarray
     """Table of the bands of triangles, with the slots of their vertices."""
     copies: np.ndarray
     """Slots that some triangles need as copies."""
     S: np.ndarray
-    """Twice the stiffness S of each triangle, in the order of memory [N/m^3], shape (6, places).
-
-    The numbers have single precision. S maps the changes of squared edge lengths to forces per length of an edge. The
-    matrix is symmetric, and its six elements are packed as in `symmetric`."""
+    """Twice the stiffness S [N/m^3], packed as in `symmetric`, in single precision, shape (6, places)."""
     L2: np.ndarray
-    """Squared rest lengths of the edges of each triangle, in the order of memory [m^2], shape (3, places)."""
+    """Squared rest lengths of the edges [m^2], shape (3, places)."""
     relaxed: np.ndarray
-    """Constants of wrinkling from `wrinkling.constants`, in single precision, shape (12, places).
-
-    The shape is (12, 0) if the cloth does not wrinkle."""
+    """`wrinkling.constants` in single precision, shape (12, places), or (12, 0) if the cloth does not wrinkle."""
     compression: Any
     """Ratio c of compressive to tensile stiffness, in single precision [-]."""
     crowding: Any
-    """Limit b of the compressive strain [-].
-
-    Below it, compression has only the fraction c of the stiffness. Strain beyond the limit meets the full stiffness, as
-    in tension.
-
-    The number has single precision."""
+    """Compressive strain b beyond which cloth that wrinkles has its full stiffness, in single precision [-]."""
 
 
 def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the corners of each of the m triangles in its own plane [m], shape (m, 3, 2).
+    """Return the corners of each triangle in its own plane [m], shape (m, 3, 2).
 
     Corner 0 is at the origin, and corner 1 is on the positive x axis.
     """
@@ -83,16 +62,7 @@ def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def along_fibres(frames: np.ndarray, rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray | None) -> np.ndarray:
-    """Return the corners of each of the m triangles in its own plane [m], shape (m, 3, 2).
-
-    The warp is along the x axis.
-
-    Args:
-        frames: Corners of every triangle from `rest_frames` [m].
-        rest: Unstrained positions [m], shape (n, 3).
-        faces: Triangles, shape (m, 3).
-        fibre: Direction of the warp, see `Cloth.fibre`, shape (m, 3) or (1, 3).
-    """
+    """Return corners from `rest_frames` [m], turned so that the warp (`Cloth.fibre`) is along the x axis."""
     a, b, c = (rest[faces[:, k]] for k in range(3))
     along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
     across = c - a - np.einsum("ij,ij->i", c - a, along)[:, None] * along
@@ -109,7 +79,7 @@ def along_fibres(frames: np.ndarray, rest: np.ndarray, faces: np.ndarray, fibre:
 
 
 def plane_stress(material: Material) -> np.ndarray:
-    """Return the stiffness C from strains (E_xx, E_yy, 2 E_xy) to stress [N/m], shape (3, 3). x is along the warp."""
+    """Return the stiffness C from (E_xx, E_yy, 2 E_xy), with x along the warp, to stress [N/m], shape (3, 3)."""
     nu = material.poisson_ratio
     if not material.orthotropic_membrane:
         return np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) * material.stretch_stiffness / (1 - nu * nu)
@@ -122,16 +92,9 @@ def plane_stress(material: Material) -> np.ndarray:
 
 
 def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the stiffness, the rest lengths and the constants of wrinkling for every triangle.
+    """Return twice S, packed, shape (6, m), squared rest lengths [m^2], shape (3, m), and `wrinkling.constants`.
 
-    Args:
-        frames: Corners of each triangle in its plane [m], with the warp along the x axis, shape (m, 3, 2).
-        material: Material of the cloth.
-
-    Returns:
-        Three arrays, with one column for each of the m triangles. The first is twice the stiffness S, packed as in
-        `symmetric`, shape (6, m). The second contains the squared rest lengths L^2 [m^2], shape (3, m). The third is
-        `wrinkling.constants`.
+    `frames` have the warp along the x axis.
     """
     edges = frames[:, ENDS[:, 1]] - frames[:, ENDS[:, 0]]
     dx = edges[..., 0]
@@ -151,19 +114,7 @@ def in_bands(
     crowding: float,
     real: type = np.float32,
 ) -> Membrane:
-    """Return the constants of the membrane in the order in which forces are computed.
-
-    Args:
-        triangles: Bands of triangles. A band is a group of triangles that are stored one after another in memory. The
-            bands also contain the memory positions (slots) of the vertices.
-        S: Stiffness from `constants`.
-        L2: Squared rest lengths from `constants`.
-        relaxed: Constants of wrinkling from `constants`.
-        compression: Ratio c of compressive to tensile stiffness [-].
-        crowding: Limit b of the compressive strain [-]. Below it, compression has only the fraction c of the stiffness.
-            Strain beyond the limit meets the full stiffness, as in tension.
-        real: Precision in which forces are computed.
-    """
+    """Return what `constants` returned in the order of memory, with the precision `real` of forces."""
     return Membrane(
         bands=triangles.table,
         copies=triangles.copied,
@@ -176,20 +127,14 @@ def in_bands(
 
 
 def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the derivatives of squared edge lengths with respect to the positions of both ends of each edge, at rest.
-
-    The shape is (m, 3 edges, 2 ends, 3). The ends are in the order of `ENDS`.
-    """
+    """Return the derivatives of squared edge lengths by the ends (`ENDS`), at rest, shape (m, 3 edges, 2 ends, 3)."""
     start, end = (rest[faces[:, ENDS[:, k]]] for k in range(2))
     return 2.0 * np.stack([start - end, end - start], axis=2)
 
 
 @kernel
 def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
-    """Return the vector from (x, y, z) to (to_x, to_y, to_z), and the change of its squared length from `l2`.
-
-    The vector is an edge, and `l2` its squared length at rest. The results have the precision `real`.
-    """
+    """Return the vector of an edge, and the change of its squared length from `l2`, in the precision `real`."""
     dx = to_x - x
     dy = to_y - y
     dz = to_z - z
@@ -217,13 +162,10 @@ def _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out):  # type: igno
 def _forces(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, S: np.ndarray, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Compute the forces on the corners of n triangles, which are stored from place e on.
+    """Set nine rows of `out` to the forces [N] on the corners a + j, b + j and c + j of n triangles from place e on.
 
-    Triangle j has its corners in the slots a + j, b + j and c + j. `out` receives nine rows of BLOCK numbers [N].
-
-    Rows are sliced one by one, because the compiler only recognises one-dimensional slices as contiguous. `out` is a
-    single array with a fixed distance between rows. If `out` were several arrays, the compiler would have to test
-    whether each of them overlaps with an array that is read. Only after these tests could the loop be vectorised.
+    Rows are sliced one by one, because the compiler only recognises one-dimensional slices as contiguous. If `out` were
+    several arrays, the loop could be vectorised only after tests that none overlaps with an array that is read.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
@@ -246,10 +188,7 @@ def _forces(
 def _forces_of_wrinkled(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
 ) -> None:
-    """Compute the forces on the corners of n triangles of cloth that resists compression less than tension.
-
-    The arguments are the same as in `_forces`.
-    """
+    """Compute the forces of cloth that resists compression less than tension, like `_forces`."""
     R = membrane.relaxed
     compression = membrane.compression
     crowding = membrane.crowding
@@ -278,7 +217,7 @@ def _forces_of_wrinkled(
 
 @kernel
 def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
-    """Add three rows of `forces`, beginning with row number `row`, to the columns of F, beginning with column a."""
+    """Add three rows of `forces` from `row` on to the columns of F from a on."""
     for k in range(3):
         f = F[k, a : a + n]
         begin = (row + k) * BLOCK
@@ -289,14 +228,7 @@ def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
 
 @kernel
 def add_force(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndarray) -> None:
-    """Add the membrane force at the positions X to F.
-
-    Args:
-        X: Positions in slots and copies [m], shape (3, width).
-        F: Forces in slots and copies [N], shape (3, width).
-        membrane: Constants of the membrane.
-        scratch: Temporary memory for the forces of a block of triangles on their corners, shape (9 BLOCK,).
-    """
+    """Add the membrane force at the positions X [m] to F [N], both in slots and copies."""
     table = membrane.bands
     for r in range(table.shape[0]):
         for done in range(0, table[r, 1], BLOCK):
@@ -330,10 +262,7 @@ def add_force_of_wrinkled(X: np.ndarray, F: np.ndarray, membrane: Membrane, scra
 
 @kernel
 def largest_stretch(X: np.ndarray, membrane: Membrane) -> float:
-    """Return the largest ratio of an edge's length to its rest length. It is NaN if any number is not finite.
-
-    X contains the positions in slots and copies [m], shape (3, width).
-    """
+    """Return the maximum ratio of an edge's length to its rest length; NaN if any number is not finite."""
     table = membrane.bands
     L2 = membrane.L2
     worst = 0.0

@@ -1,9 +1,8 @@
-"""The fastest vibrations of membrane and bending at rest. They determine the size of the explicit time steps.
+"""The fastest vibrations of membrane and bending at rest, which limit the explicit time steps.
 
-The time steps use the symplectic Euler method. They are stable if the step h times the largest angular frequency omega
-is below 2. Lanczos iteration finds omega^2, the largest generalised eigenvalue of G' K G u = omega^2 M u. M are the
-lumped masses, K is the stiffness, and u is a displacement of all vertices. G contains the derivatives of the strains or
-angles with respect to the positions.
+Symplectic Euler is stable if the step h times the largest angular frequency omega is below 2. Lanczos iteration finds
+omega^2, the largest eigenvalue of G' K G u = omega^2 M u, with the lumped masses M, the stiffness K, and the
+derivatives G of strains or angles with respect to the positions.
 """
 
 from __future__ import annotations
@@ -16,24 +15,16 @@ from tatamu.simulation.native.elastic import bending, membrane, symmetric
 from tatamu.simulation.native.memory.bands import BLOCK
 
 SMALL = 40
-"""Smallest number of coordinates for which Lanczos iteration computes the eigenvalue.
-
-With fewer coordinates, dense matrices are used, because Lanczos iteration needs more coordinates than it has
-vectors."""
+"""Minimum number of coordinates for Lanczos iteration, which needs more than it has vectors; below it, matrices are
+dense."""
 TOLERANCE = 1e-2
-"""Largest relative error of omega^2 with which Lanczos iteration may end [-].
-
-The iteration approaches omega^2 from below."""
+"""Maximum relative error of omega^2 [-], which the iteration approaches from below."""
 ROUNDED_UP = 1.01
-"""Factor by which the computed frequency is increased, because Lanczos iteration gives a value that is too small."""
+"""Factor on the computed frequency, which Lanczos iteration gives too small."""
 
 
 def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
-    """Return derivatives and measures of the dihedral angles theta of the h hinges, in the unstrained shape.
-
-    The mesh has n vertices. The derivatives d theta / d x with respect to the positions are a matrix, shape (h, 3n).
-    The measures g of the angles have the shape (h,).
-    """
+    """Return d theta / d x, shape (h, 3n), and the measures g, shape (h,), of the hinges in the unstrained shape."""
     count = len(hinges)
     X = np.ascontiguousarray(rest[hinges.T.ravel()].T)
     table = np.array([[0, count, 0, count, 2 * count, 3 * count]])
@@ -50,14 +41,9 @@ def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_ar
 
 
 def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse.csr_array:
-    """Return the derivatives of r values y with respect to all positions as a sparse matrix, shape (r, 3 count).
+    """Return the derivatives of r values with respect to all positions as a sparse matrix, shape (r, 3 count).
 
-    Each value y depends on the positions of k vertices.
-
-    Args:
-        values: Derivatives of each y with respect to the positions of its vertices, shape (r, k, 3).
-        vertices: Vertices on which each y depends, shape (r, k).
-        count: Number of vertices.
+    Each value depends on k vertices, with the derivatives `values`, shape (r, k, 3).
     """
     rows, each = vertices.shape
     columns = (3 * vertices[..., None] + np.arange(3)).astype(np.int32)
@@ -66,14 +52,7 @@ def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse
 
 
 def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass: np.ndarray) -> float:
-    """Return the largest angular frequency of the membrane at rest [1/s].
-
-    Args:
-        rest: Unstrained positions [m], shape (n, 3).
-        faces: Triangles, shape (m, 3).
-        S: Twice the stiffness S of each triangle from `membrane.constants`, shape (6, m).
-        mass: Lumped mass of each vertex [kg], shape (n,).
-    """
+    """Return the maximum angular frequency of the membrane at rest [1/s], with S from `membrane.constants`."""
     count = len(faces)
     ends = faces[:, membrane.ENDS].reshape(-1, 2)
     gradient = _derivatives(membrane.gradients(rest, faces).reshape(-1, 2, 3), ends, len(rest))
@@ -82,29 +61,19 @@ def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass:
 
 
 def bending_frequency(gradient: sparse.csr_array, stiffness: sparse.csr_array, mass: np.ndarray) -> float:
-    """Return the largest angular frequency of bending at rest [1/s].
-
-    `gradient` comes from `hinge_gradients`, `stiffness` from `hinge_stiffness`, and `mass` contains the vertex masses
-    [kg].
-    """
+    """Return the maximum angular frequency of bending at rest [1/s]."""
     return _largest_frequency(gradient, stiffness, mass) if stiffness.data.any() else 1e-9
 
 
 def hinge_stiffness(K: np.ndarray, hinges: np.ndarray, count: int) -> sparse.csr_array:
-    """Return the matrix from the angles of all hinges to their moments, shape (count, count).
-
-    It is the sum of the stiffness matrices K of all triangles, which come from `curvature.stiffness`.
-    """
+    """Return the matrix from the angles of all hinges to their moments, the sum of K of all triangles."""
     rows = np.repeat(hinges, 3, axis=1)
     columns = np.tile(hinges, (1, 3))
     return sparse.csr_array((K.ravel(), (rows.ravel(), columns.ravel())), shape=(count, count))
 
 
 def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, mass: np.ndarray) -> float:
-    """Return the largest angular frequency omega of G' K G u = omega^2 M u [1/s].
-
-    G is `gradient`, K is `stiffness`, M contains the vertex masses, and u is a displacement of all vertices.
-    """
+    """Return the maximum omega of G' K G u = omega^2 M u [1/s], with G `gradient`, K `stiffness` and M `mass`."""
     scale = 1.0 / np.sqrt(np.repeat(mass, 3))
     size = gradient.shape[1]
     if size < SMALL:

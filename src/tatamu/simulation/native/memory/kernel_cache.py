@@ -1,8 +1,7 @@
-"""The cache of compiled functions (kernels) next to their source files. It is cleared when any source file has changed.
+"""The cache of compiled kernels next to their source files, which is cleared when any source file has changed.
 
-Numba only checks the file that contains a function. However, the compiled function also contains all functions that it
-calls, which may be in other files. Therefore one digest of all source files is kept in the `__pycache__` of the topmost
-folder.
+Numba only checks the file of a function, but compiled code also contains functions of other files that it calls. The
+topmost `__pycache__` therefore has a digest of all source files.
 """
 
 from __future__ import annotations
@@ -11,17 +10,11 @@ from hashlib import blake2b
 from pathlib import Path
 
 NATIVE = Path(__file__).parent.parent
-"""Folder of this simulator. Its packages contain all kernels."""
+"""Folder of all kernels."""
 
 
 def forget_stale_kernels(folder: Path = NATIVE) -> None:
-    """Remove compiled functions if any source file has changed since they were compiled.
-
-    A read-only folder is not changed.
-
-    Args:
-        folder: Folder of the source files, including its subfolders.
-    """
+    """Remove compiled functions if a source file in a folder has changed since; leave a read-only folder as it is."""
     stamp = _stamp(folder)
     mark = folder / "__pycache__" / "kernels.txt"
     try:

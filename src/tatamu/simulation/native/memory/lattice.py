@@ -1,8 +1,7 @@
-"""The vertices of a mesh that form a triangular lattice, and their positions on the lattice.
+"""The vertices of a mesh that form a triangular lattice, and their positions on it.
 
-Two triangles that share an edge form a parallelogram. If three of its corners are on the lattice, the lattice position
-of the fourth corner follows. Starting with one triangle, this is repeated until the border, a seam or an irregular
-vertex is reached. The remaining triangles may form another patch, a connected piece of the lattice.
+Two triangles that share an edge form a parallelogram, so three of its corners on the lattice determine the fourth. From
+one triangle, this is repeated up to the border, a seam or an irregular vertex. What remains may form another patch.
 """
 
 from __future__ import annotations
@@ -14,26 +13,17 @@ from typing import NamedTuple
 import numpy as np
 
 SMALLEST_PATCH = 40
-"""Smallest number of vertices in a patch.
-
-Smaller patches are not worth a separate band in memory."""
+"""Minimum number of vertices in a patch; smaller ones are not worth a band."""
 SKEW = 0.35
-"""Largest distance of the fourth corner of a parallelogram from its position on the lattice.
-
-It is a fraction of the edge that the two triangles of the parallelogram share."""
+"""Maximum distance of the fourth corner of a parallelogram from its position on the lattice [shared edges]."""
 EDGE_SKEW = 0.7
-"""Largest distance of a vertex from its position on the lattice, if it is at a border that cuts through cells.
-
-It is a fraction of the edge that the vertex's triangle shares with the next triangle on the lattice."""
+"""The same for a vertex at a border that cuts through cells."""
 
 Places = dict[int, tuple[int, int]]
 
 
 class Patch(NamedTuple):
-    """Vertices of one piece of the lattice.
-
-    The rows run along one of the three directions of the lattice. Every second row is shifted by half a cell.
-    """
+    """One piece of the lattice, with rows along one of its directions and every second one shifted by half a cell."""
 
     vertices: np.ndarray
     row: np.ndarray
@@ -42,11 +32,7 @@ class Patch(NamedTuple):
 
 
 def patches(rest: np.ndarray, hinges: np.ndarray) -> list[Patch]:
-    """Return the patches of a mesh, the pieces that form a triangular lattice.
-
-    Each vertex belongs to at most one patch. The direction of the rows is chosen so that few places in the rectangle of
-    rows and columns stay empty.
-    """
+    """Return the disjoint patches of a mesh, each with the direction of rows that leaves fewest places empty."""
     points = rest.tolist()
     quads = hinges.tolist()
     around: list[list[int]] = [[] for _ in points]
@@ -67,18 +53,18 @@ class _Mesh(NamedTuple):
     points: list[list[float]]
     quads: list[list[int]]
     around: list[list[int]]
-    """Hinges (inner edges with two triangles) at each vertex."""
+    """Hinges at each vertex."""
     taken: list[bool]
-    """Whether each vertex is in a piece of the lattice. The piece may be too small for a patch."""
+    """Whether each vertex is in a piece of the lattice, which may be too small for a patch."""
 
     def skew(self, a: int, b: int, c: int, d: int) -> float:
-        """Return the distance of vertex d from its lattice position a + b - c, as a fraction of the edge (a, b)."""
+        """Return the distance of vertex d from its lattice position a + b - c [lengths of the edge (a, b)]."""
         p, q, r, s = (self.points[v] for v in (a, b, c, d))
         return dist([i + j - k for i, j, k in zip(p, q, r, strict=True)], s) / dist(p, q)
 
 
 def _grow(seed: list[int], mesh: _Mesh) -> Places:
-    """Return the lattice coordinates (i, j) of all vertices that can be reached from a first triangle, `seed`."""
+    """Return the lattice coordinates (i, j) of all vertices that can be reached from the triangle `seed`."""
     places = dict(zip(seed, ((0, 0), (1, 0), (0, 1)), strict=True))
     full = set(places.values())
     queue = deque(seed)
@@ -92,10 +78,7 @@ def _grow(seed: list[int], mesh: _Mesh) -> Places:
 
 
 def _place_around(v: int, mesh: _Mesh, places: Places, full: set[tuple[int, int]], skew: float) -> list[int]:
-    """Place vertices on the lattice whose positions follow from the hinges at vertex v, and return these vertices.
-
-    A hinge determines the position of its fourth vertex if the other three vertices are on the lattice.
-    """
+    """Place and return the vertices whose positions follow from the other three of a hinge at vertex v."""
     new = []
     for h in mesh.around[v]:
         a, b, c, d = mesh.quads[h]
@@ -112,7 +95,7 @@ def _place_around(v: int, mesh: _Mesh, places: Places, full: set[tuple[int, int]
 
 
 def _patch(places: Places) -> Patch:
-    """Arrange vertices in rows along the lattice direction for which the rectangle of rows and columns is smallest."""
+    """Arrange vertices in rows along the direction with the smallest rectangle of rows and columns."""
     vertices = np.array(list(places))
     i, j = np.array(list(places.values())).T
     best = None

@@ -1,10 +1,8 @@
 """Broad phase of bodies: finds the vertices, edges and faces near each body.
 
-The search has two steps. *Wide* candidates are found among all faces, edges and vertices. They include all elements
-whose distance from the body is at most the contact distance plus a margin. Wide candidates are searched again when
-cloth and bodies together may have moved by most of this margin. *Narrow* candidates are the wide candidates that may
-touch the body in one round of contact. In both steps, the boxes around faces and edges are compared with the box around
-the body, in the frame of the body.
+*Wide* candidates lie within the contact distance plus a margin, and are searched again when cloth and bodies together
+may have moved by most of this margin. *Narrow* candidates are those of them that may touch the body in one round. In
+both steps, boxes around faces and edges are compared with the box around the body, in the frame of the body.
 """
 
 from __future__ import annotations
@@ -18,25 +16,16 @@ from tatamu.simulation.native.contact.state import ContactMesh
 from tatamu.simulation.native.geometry import copy, longest_displacement
 
 MARGIN = 0.01
-"""Margin of the search for contact of cloth with rigid bodies [m].
-
-Wide candidates are the parts of the cloth (vertices, edges and faces) near a body. They include all parts whose
-distance from the body is at most the contact distance plus this margin."""
+"""Margin of wide candidates beyond the contact distance [m]."""
 WEAR = 0.7
-"""Fraction of the search margin that motion may use up [-].
-
-Wide candidates are the parts of the cloth within the margin around a body. They are searched again when cloth and
-bodies together may have moved by this fraction of the margin. The rest of the margin allows for motion by contact."""
+"""Fraction of the margin that motion may use up [-]; the rest allows for motion by contact."""
 SLACK = 5e-4
-"""Allowance for motion of cloth by forces and contact in one round of contact [m].
-
-Narrow candidates are the parts of the cloth that may touch a body in this round. They are the parts within this
-allowance, plus the motion by the velocities at the start of the round."""
+"""Allowance of narrow candidates for motion beyond that by the velocities at the start of the round [m]."""
 
 
 @kernel
 def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
-    """Return an upper bound on the distance by which any point on or near a body moves between two poses [m]."""
+    """Return an upper bound on the motion of any point on or near a body between two poses [m]."""
     longest = 0.0
     for b in range(bodies.radius.shape[0]):
         half = bodies.half[b]
@@ -54,16 +43,9 @@ def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
 
 @allocating
 def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies) -> bool:
-    """Find the candidates of a round, the elements of the mesh that may touch a body.
+    """Find the candidates of a round, and return whether there are any.
 
-    Args:
-        x: Positions at the start of the round [m], shape (n, 3).
-        longest_way: Largest distance that a vertex can move in the round [m].
-        mesh: The mesh of the cloth.
-        bodies: The bodies, with their poses at the start and at the end of the round.
-
-    Returns:
-        Whether any candidate was found.
+    In the round, which starts at the positions x, a vertex moves by at most `longest_way` [m].
     """
     near = bodies.near
     moves = longest_way + _body_motion(bodies, bodies.start, bodies.end)
@@ -115,14 +97,14 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
 def _to_local(
     x: np.ndarray, rotation: np.ndarray, position: np.ndarray, vertices: np.ndarray, local: np.ndarray
 ) -> None:
-    """Compute the positions of the given vertices in the frame of a body, and write them to `local` [m]."""
+    """Write the positions of vertices in the frame of a body to `local` [m]."""
     for i in range(vertices.shape[0]):
         to_frame(rotation, position, x, vertices[i], local)
 
 
 @kernel
 def _reaches(local: np.ndarray, a: int, b: int, c: int, far: np.ndarray) -> bool:
-    """Return whether the box around three vertices overlaps the box around a body, which has the half sizes `far`."""
+    """Return whether the box around three vertices overlaps the box around a body with the half sizes `far`."""
     for k in range(3):
         if min(local[a, k], local[b, k], local[c, k]) > far[k] or max(local[a, k], local[b, k], local[c, k]) < -far[k]:
             return False
@@ -142,10 +124,7 @@ def _filter(
     b: int,
     out: Candidates,
 ) -> None:
-    """List the faces that reach into the box around body b, with their edges and vertices, sorted by number.
-
-    The body may belong to a hand, for example as a finger. Faces with a vertex that this hand holds are left out.
-    """
+    """List the faces in the box around body b, with their edges and vertices, except faces at which its hand holds."""
     count = 0
     for i in range(faces.shape[0]):
         t = faces[i]

@@ -1,7 +1,7 @@
-"""Corrects one point of the cloth against one body in one round of contact, with Coulomb friction.
+"""Correction of one point of the cloth against one body in one round of contact, with Coulomb friction.
 
-All vectors are in the frame of the body. Names with a 0 refer to the start of the round, other names to its end. In its
-own frame, the body is at rest. Therefore the slip is computed in the same way whether the body moves, turns or neither.
+Vectors are in the frame of the body, in which it is at rest whether it moves or turns. Names with a 0 refer to the
+start of the round, and others to its end.
 """
 
 from __future__ import annotations
@@ -17,70 +17,53 @@ from tatamu.simulation.native.contact.state import Activity
 from tatamu.simulation.native.geometry import TINY_LENGTH, Vector
 
 LEVER = 2.0
-"""Largest motion of a vertex by one push, as a multiple of the length of the push [-].
-
-The limit matters if a point near a held vertex is pushed. Without the limit, the free vertices of the point's edge or
-triangle would move much farther than the point."""
+"""Maximum motion of a vertex by one push [pushes]. Without the limit, a push near a held vertex would move the free
+vertices of the edge or triangle much farther than the point."""
 
 
 class Frame(NamedTuple):
-    """One body in one round of contact, and the positions of the cloth in the frame of this body."""
+    """One body in one round of contact, and the cloth in its frame."""
 
     half: np.ndarray
-    """Half sizes of the core of the body [m], shape (3,)."""
+    """Half sizes of the core [m], shape (3,)."""
     radius: float
     rotation: np.ndarray
-    """Rotation from the frame of the body to the world frame, at the end of the round, shape (3, 3)."""
+    """Rotation from the frame of the body to the world, shape (3, 3)."""
     position: np.ndarray
-    """Position of the body's centre at the end of the round [m], shape (3,)."""
+    """Centre of the body [m], shape (3,)."""
     rotation0: np.ndarray
-    """Rotation from the frame of the body to the world frame, at the start of the round, shape (3, 3)."""
     position0: np.ndarray
-    """Position of the body's centre at the start of the round [m], shape (3,)."""
     local: np.ndarray
-    """Positions of the n vertices in the frame of the body at the end of the round [m], shape (n, 3).
-
-    Only the vertices near the body are up to date."""
+    """Positions of the vertices in the frame of the body [m], shape (n, 3), up to date only near the body."""
     local0: np.ndarray
-    """Positions of the n vertices in the frame of the body at the start of the round [m], shape (n, 3).
-
-    Only the vertices near the body are up to date."""
 
 
 class Rule(NamedTuple):
-    """The rule by which points of the cloth are pushed out of a body in one sweep."""
+    """The limits by which points of the cloth are pushed out of a body in one sweep."""
 
     wanted: float
     """Gap between cloth and body that this sweep restores [m]."""
     clearing: float
-    """Largest correction of a point in one round, if the point was too close at the start of the round [m]."""
+    """Maximum correction of a point that was too close at the start of the round [m]."""
     recovery: float
-    """Largest increase of a point's gap in one round that also changes the velocity of the cloth [m].
-
-    A point of the cloth that was too close to the body at the start of the round is pushed away from the body. The gap
-    may increase by more than this length. Then the rest of the increase changes only the position of the point."""
+    """Maximum increase of such a point's gap that becomes velocity [m]; the rest only changes its position."""
     friction: float
     """Coulomb coefficient of cloth on the body [-]."""
     noticeable: float
-    """Largest push that is negligible [m]. After a longer push, the next sweep tests the pushed vertices again."""
+    """Push above which the next sweep tests the vertices again [m]."""
     hard: float
-    """Largest push that counts as gentle [m].
-
-    After a longer push, the pushed vertices are restless, which means that they are tested for passing through
-    cloth."""
+    """Push above which the vertices become restless [m]."""
     sweep: int
-    """Number of this Gauss-Seidel sweep of contact."""
+    """Index of this sweep."""
     restless_until: int
-    """Number of the last outer step in which vertices that are pushed hard now are restless."""
+    """Last outer step in which vertices that are pushed hard now are restless."""
     passing: float
-    """Largest possible depth of a point that has passed through the body [m]. It is 0 if no point can have passed.
-
-    If a point can have passed, the value is the longest motion of a vertex relative to the body in this round."""
+    """Maximum depth of a point that has passed through the body, its longest motion [m]; 0 if none can have passed."""
 
 
 @kernel
 def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, local: np.ndarray) -> None:
-    """Write the position of vertex v, in the frame of a body, to `local` [m]."""
+    """Write the position of vertex v in the frame of a body to `local` [m]."""
     dx = x[v, 0] - position[0]
     dy = x[v, 1] - position[1]
     dz = x[v, 2] - position[2]
@@ -90,7 +73,7 @@ def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, 
 
 @kernel
 def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
-    """Compute the positions of the vertices near a body in its frame, and return their longest motion [m]."""
+    """Compute the positions of vertices near a body in its frame, and return their longest motion [m]."""
     longest = 0.0
     for i in range(near.shape[0]):
         v = near[i]
@@ -105,7 +88,7 @@ def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
 
 @kernel
 def beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, far: float) -> bool:
-    """Return whether three vertices are all outside the same face of a body's core by at least `far` [m]."""
+    """Return whether three vertices are all outside the same face of a core by at least `far` [m]."""
     for k in range(3):
         if min(local[a, k], local[b, k], local[c, k]) >= half[k] + far:
             return True
@@ -116,7 +99,7 @@ def beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, f
 
 @kernel
 def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -> Vector:
-    """Return the position of a point of the cloth [m], from its barycentric coordinates `weights`."""
+    """Return a point of the cloth [m] from its barycentric coordinates `weights`."""
     a, b, c = corners
     wa, wb, wc = weights
     return (
@@ -128,12 +111,7 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 
 @kernel
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
-    """Return the gap between a point of the cloth and a body [m], the gap at the round's start [m], and the normal.
-
-    A point counts as passed through the body under two conditions. Its path in the round is longer than the sum of its
-    distances at both ends of the path, and the normals at both ends point in opposite directions. The gap of such a
-    point is measured from the tangent plane of the body on the side from which the point came.
-    """
+    """Return the gap between a point and a body, its gap at the round's start [m], and the normal (see `bodies`)."""
     px, py, pz = between(frame.local, corners, weights)
     qx, qy, qz = between(frame.local0, corners, weights)
     d, nx, ny, nz = distance(frame.half, frame.radius, px, py, pz)
@@ -160,22 +138,10 @@ def correct(
     gap_at_start: float,
     normal: Vector,
 ) -> float:
-    """Push a point of the cloth out of a body, and hold it by friction.
+    """Push a point of the cloth out of a body, hold it by friction, and return its gap before the push [m].
 
-    Args:
-        positions: Positions to correct.
-        inverse_mass: Inverse masses of the vertices [1/kg].
-        activity: Record of noticeable and hard pushes, which is updated.
-        frame: The body, and the positions of vertices in its frame, which are updated.
-        rule: Limits of the push.
-        corners: Numbers of the three vertices between which the point lies.
-        weights: Barycentric coordinates of the point.
-        gap: Distance of the point from the body [m].
-        gap_at_start: Distance of the point from the body at the start of the round [m].
-        normal: Unit vector from the body to the cloth.
-
-    Returns:
-        The gap before the push [m], or `rule.wanted` if the point was not pushed.
+    The point lies between `corners` with the barycentric coordinates `weights`. If it is not pushed, `rule.wanted` is
+    returned.
     """
     push = min(rule.wanted, gap_at_start + rule.clearing) - gap
     a, b, c = corners

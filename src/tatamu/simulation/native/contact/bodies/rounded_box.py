@@ -7,29 +7,14 @@ import numpy as np
 from tatamu.simulation.native.compiled import kernel
 
 BISECTIONS = 14
-"""Number of bisections that find the point of an edge nearest to a body.
-
-On an edge of 20 mm, the point is found to about a micrometre."""
+"""Number of bisections, which find the nearest point of an edge of 20 mm to about a micrometre."""
 LEVEL = 1e-9
-"""Largest slope of the distance along an edge that counts as zero [-].
-
-If the slope is smaller, the edge counts as parallel to the surface of the body."""
+"""Maximum slope of the distance along an edge that counts as parallel to the surface of the body [-]."""
 
 
 @kernel
 def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Return the signed distance of a point from a body, and the body's unit normal next to the point.
-
-    Args:
-        half: Half sizes of the core [m], shape (3,).
-        radius: Radius around the core [m].
-        x: First coordinate of the point [m].
-        y: Second coordinate of the point [m].
-        z: Third coordinate of the point [m].
-
-    Returns:
-        The distance [m], negative inside the body, and the three coordinates of the normal, which points outwards.
-    """
+    """Return the signed distance of a point from a body [m], negative inside, and the outward unit normal there."""
     qx = abs(x) - half[0]
     qy = abs(y) - half[1]
     qz = abs(z) - half[2]
@@ -51,17 +36,9 @@ def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> t
 
 @kernel
 def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, within: float) -> float:
-    """Return the fraction along an edge of the cloth at which the edge is nearest to the body.
+    """Return the fraction along an edge at which it is nearest to the body.
 
-    Args:
-        half: Half sizes of the core [m], shape (3,).
-        radius: Radius around the core [m].
-        a: First end of the edge [m], shape (3,).
-        b: Second end of the edge [m], shape (3,).
-        within: Largest distance from the body that matters [m].
-
-    Returns:
-        The fraction of the edge. It is -1 if the distance is smallest at an end, or is nowhere below `within`.
+    It is -1 if the distance is smallest at an end, or is nowhere below `within` [m].
     """
     ex = b[0] - a[0]
     ey = b[1] - a[1]

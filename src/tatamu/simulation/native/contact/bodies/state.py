@@ -1,8 +1,4 @@
-"""Rigid bodies as arrays: shapes, paths, the poses in a round of contact, and the candidates for contact.
-
-Shapes and paths are constants of a scene. The function `place` writes the poses at the start and at the end of each
-round. The module `near` writes the candidates.
-"""
+"""Rigid bodies as arrays. `place` writes the poses of each round, and the module `near` writes the candidates."""
 
 from __future__ import annotations
 
@@ -19,7 +15,7 @@ from tatamu.simulation.native.contact.state import ContactMesh
 from tatamu.simulation.scene import Gripper
 
 CORNERS = 8
-"""Largest number of corners of a body's core, which is a box, a segment or a point."""
+"""Maximum number of corners of a body's core, a box, a segment or a point."""
 
 
 class Pose(NamedTuple):
@@ -32,89 +28,65 @@ class Pose(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Elements of the cloth near each of the b bodies. The mesh has n vertices, e edges and m faces."""
+    """Indices of vertices, edges and faces near each of the b bodies, shapes (b, n), (b, e) and (b, m)."""
 
     vertices: np.ndarray
-    """Numbers of the vertices near each body, shape (b, n).
-
-    In the row of body i, the first `counts[i, 0]` entries are in use."""
     edges: np.ndarray
-    """Numbers of the edges near each body, shape (b, e).
-
-    In the row of body i, the first `counts[i, 1]` entries are in use."""
     faces: np.ndarray
-    """Numbers of the faces near each body, shape (b, m).
-
-    In the row of body i, the first `counts[i, 2]` entries are in use."""
     counts: np.ndarray
-    """Count of the vertices, the edges and the faces near each body, shape (b, 3)."""
+    """Counts of vertices, edges and faces that are in use in each row, shape (b, 3)."""
 
 
 class Near(NamedTuple):
-    """Candidates for contact with bodies, and the positions of cloth and bodies at the search for candidates.
-
-    The module `near` writes them.
-    """
+    """Candidates, and the positions of cloth and bodies at the search for them."""
 
     wide: Candidates
-    """Vertices, edges and faces within a margin around each body, kept over many rounds of contact."""
+    """Elements within a margin around each body, kept over many rounds."""
     narrow: Candidates
-    """Vertices, edges and faces that may touch a body in the present round of contact, chosen from `wide`."""
+    """Elements that may touch a body in the present round, chosen from `wide`."""
     searched_at: np.ndarray
     """Positions of the n vertices at the last search [m], shape (n, 3); not finite before the first search."""
     searched_pose: Pose
     positions: Positions
-    """Positions of the vertices at the start and at the end of a membrane step, the shortest time step.
-
-    Only the vertices near a body are up to date."""
+    """Positions in a membrane step, up to date only for vertices near a body."""
     local: np.ndarray
-    """Scratch memory: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
+    """Temporary: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
     local0: np.ndarray
-    """Scratch memory: positions in the frame of a body at the start of the round [m], shape (n, 3)."""
+    """Temporary: positions in the frame of a body at the start of the round [m], shape (n, 3)."""
 
 
 class Bodies(NamedTuple):
-    """All bodies of a scene. In the shapes of arrays, b is the number of bodies, which may be zero."""
+    """All b bodies of a scene; b may be zero."""
 
     half: np.ndarray
-    """Half sizes of the core of each body [m], shape (b, 3).
-
-    The core is a box. Half sizes of zero make it a segment or a point."""
+    """Half sizes of the core of each body [m], shape (b, 3)."""
     radius: np.ndarray
-    """Radius r of each body [m], shape (b,). The body contains all points within r of its core."""
+    """Radius r of each body [m], shape (b,)."""
     friction: np.ndarray
     """Coulomb coefficient of cloth on the body [-], shape (b,)."""
     corners: np.ndarray
-    """Corners of the core of each body, in the frame of the body [m], shape (b, CORNERS, 3)."""
+    """Corners of each core in the frame of the body [m], shape (b, CORNERS, 3)."""
     corner_count: np.ndarray
-    """Number of corners of each body's core, shape (b,): 1 for a sphere, 2 for a capsule, 8 for a box."""
+    """Number of corners of each core, shape (b,): 1 for a sphere, 2 for a capsule, 8 for a box."""
     positions: np.ndarray
     """Centre of each body at the beginning of each outer step [m], shape (b, steps + 1, 3)."""
     orientations: np.ndarray
     """Unit quaternion (w, x, y, z) of each body at the beginning of each outer step, shape (b, steps + 1, 4)."""
     held: np.ndarray
-    """Whether the hand to which each body belongs holds each of the n vertices at any time, shape (b, n).
+    """Whether the hand of each body holds each vertex at any time, shape (b, n).
 
-    The body does not collide with triangles at vertices that its hand holds."""
+    A body does not collide with triangles at vertices that its hand holds."""
     start: Pose
-    """Poses at the start of the round of contact."""
+    """Poses at the start of the round."""
     end: Pose
-    """Poses at the end of the round of contact."""
+    """Poses at the end of the round."""
     near: Near
 
 
 def bodies_of(
     bodies: Sequence[Body], grippers: Sequence[Gripper], outer_step: float, steps: int, mesh: ContactMesh
 ) -> Bodies:
-    """Return the bodies of a scene as arrays, with memory for candidates.
-
-    Args:
-        bodies: Bodies of the scene.
-        grippers: Grippers of the scene.
-        outer_step: Length of an outer step [s].
-        steps: Number of outer steps.
-        mesh: The mesh of the cloth.
-    """
+    """Return the bodies of a scene as arrays over `steps` outer steps, with memory for candidates."""
     count = len(bodies)
     times = np.arange(steps + 1) * outer_step
     positions = np.empty((count, steps + 1, 3))
@@ -171,7 +143,7 @@ def _no_candidates(count: int, mesh: ContactMesh) -> Candidates:
 
 @kernel
 def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray, number: int, fraction: float) -> None:
-    """Set the pose of body b when the given fraction of outer step `number` has passed.
+    """Set the pose of body b at a fraction of outer step `number`.
 
     Quaternions are interpolated linearly, because a body only turns by a small angle within a step.
     """

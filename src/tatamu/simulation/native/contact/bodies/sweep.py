@@ -14,15 +14,9 @@ from tatamu.simulation.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulation.native.options import ContactOptions
 
 CONE = 0.1
-"""Sine of the angle by which the normal of a triangle can lie outside the normal cone of a corner.
-
-The normal cone contains the directions in which this corner is the farthest point of the core. Because of this
-tolerance, several corners can share the load of a triangle."""
+"""Sine by which a triangle's normal may lie outside a corner's normal cone, so that several corners share a load."""
 CLEAR = 0.98
-"""Fraction of the gap between cloth and body [-].
-
-Edges and triangles that lie farther outside a face of the core than this fraction of the gap are not tested. There it
-is enough to test their vertices."""
+"""Fraction of the gap beyond which edges and triangles outside a face of the core are not tested: vertices suffice."""
 
 
 @kernel
@@ -75,10 +69,7 @@ def _edges(
 
 @kernel
 def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, float, float]:
-    """Return the unit normal of a triangle, and the height of the body's centre over the triangle's plane [m].
-
-    The body's centre is the origin of the coordinates.
-    """
+    """Return the unit normal of a triangle, and the height of the body's centre, the origin, over its plane [m]."""
     nx, ny, nz = normal_of(local, a, b, c)
     scale = 1.0 / (np.sqrt(nx * nx + ny * ny + nz * nz) + TINY_LENGTH)
     nx *= scale
@@ -124,10 +115,7 @@ def _faces(
     near: np.ndarray,
     points: np.ndarray,
 ) -> float:
-    """Correct faces that have a corner of the body's core over their inside, and return the smallest gap [m].
-
-    `near` contains the numbers of the faces near the body, and `points` contains the corners of its core.
-    """
+    """Correct faces with a corner of the core (`points`) over their inside, and return their smallest gap [m]."""
     smallest = rule.wanted
     clear = CLEAR * rule.wanted + frame.radius + rule.passing
     local = frame.local
@@ -173,21 +161,7 @@ def sweep(
     step: float,
     restored: float,
 ) -> float:
-    """Make one Gauss-Seidel sweep over all bodies. Near each body, correct first vertices, then edges, then faces.
-
-    Args:
-        positions: Positions to correct, and the positions at the start of the round.
-        mesh: The mesh.
-        contact: State of contact. Its activity is updated.
-        bodies: The bodies, with candidates and with their poses of this round.
-        options: Limits of the corrections.
-        step: Time since the start of the round [s].
-        restored: Fraction of the gap that this sweep restores [-].
-
-    Returns:
-        The smallest gap before its correction [m]. It is at most half a thickness, the gap that cloth keeps from
-        bodies.
-    """
+    """Sweep over vertices, edges and faces near each body, and return the minimum gap [m], at most half a thickness."""
     kept = 0.5 * mesh.thickness
     smallest = kept
     near = bodies.near.narrow
