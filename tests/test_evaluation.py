@@ -30,8 +30,10 @@ from tatamu.evaluation.scenarios import array_scenarios, order_scenarios
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.parameters import arched_inwards
-from tatamu.folding.score import ALPHA, Limits, Score
+from tatamu.folding.score import ALPHA, Limits, Score, score
 from tatamu.search import Parameters
+from tatamu.simulation.rollout import Rollout
+from tatamu.study.result import Result
 from tests.small_studies import X, plain, towel
 
 GOOD = {"trajectory_length": 0.5, "shape_distance": 0.1, "mask_iou": 0.95, "area_error": 0.0, "slip": 0.0}
@@ -188,6 +190,16 @@ def test_failures_have_a_cause_and_a_remedy(found: Outcome, cause: str | None) -
     assert cause is None or HELP[cause]
 
 
+def test_a_perfect_fold_that_is_shifted_and_turned_is_put_down_beside_the_target() -> None:
+    fold, angle = towel().fold, np.radians(25.0)
+    turn = np.array([[np.cos(angle), np.sin(angle), 0.0], [-np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    off = fold.target @ turn + [0.02, 0.01, 0.0]
+    final = np.where(fold.still()[:, None], fold.target, off)
+    rollout = Rollout(np.array([0.0]), final[None], fold.garment.faces, {})
+    found = Outcome.of(Evaluation({}, 1.0, 1.0, 1.0, score(fold, 1.0, final), rollout=rollout), fold)
+    assert found.cause(Limits()) == BESIDE_TARGET
+
+
 def nan_for_low_curves(parameters: Mapping[str, int | float]) -> float:
     return float("nan") if parameters["z1"] < 10.0 else 1.0
 
@@ -223,4 +235,9 @@ def test_a_study_over_scenarios_resumes_and_reports_all_it_did(tmp_path: Path) -
     assert reference.scenarios is not None and reference.scenarios.simulated == 20
     success = more.success  # type: ignore[union-attr]
     assert success is not None and success.succeeded + sum(success.causes.values()) == success.simulations
+    moves_no_cloth = {TABLE, BESIDE_CLOTH}
+    assert set(more.failures) == set(success.causes) - moves_no_cloth != set()  # type: ignore[union-attr]
+    assert more.failures.keys() == Result.load(tmp_path).failures.keys()  # type: ignore[union-attr]
+    page = (tmp_path / "report.html").read_text()
+    assert all(f"<b>{cause}</b>" in page for cause in more.failures)  # type: ignore[union-attr]
     assert more.record.aim == aim_for(DISTURBANCES, DISTURBANCES.fingers)  # type: ignore[union-attr]

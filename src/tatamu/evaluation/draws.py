@@ -20,7 +20,7 @@ from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.task import Task
 from tatamu.simulation.source import source_digest
 
-VERSION = 3
+VERSION = 4
 """Version of the kept outcomes. Outcomes of other versions are simulated again."""
 Progress = Callable[[int, int], object]
 """Is called with how many simulations have ended, and how many are known to be needed."""

@@ -38,7 +38,7 @@ class Outcome:
     moving_vertex_distance: FiniteFloat | None = None
     marks: dict[str, FiniteFloat] | None = None
     aligned_distance: FiniteFloat | None = None
-    """Mean distance of the moved part from its target, without the part's mean horizontal offset [m]."""
+    """Mean distance of the moved part from its target after the best horizontal shift and turn of the part [m]."""
     slip: FiniteFloat | None = None
     undone: FiniteFloat | None = None
     """Share of the moved part that lies on the wrong side of the fold line."""
@@ -51,14 +51,12 @@ class Outcome:
             return cls(None, None, found.error)
         final = found.rollout.positions[-1]
         moved = ~fold.still()
-        off = (final - fold.target)[moved]
-        off[:, :2] -= off[:, :2].mean(axis=0)
         return cls(
             score.mean_vertex_distance,
             score.mask_iou,
             moving_vertex_distance=score.moving_vertex_distance,
             marks=marks(fold, final),
-            aligned_distance=float(np.linalg.norm(off, axis=1).mean()),
+            aligned_distance=_aligned_distance(final[moved], fold.target[moved]),
             slip=score.slip,
             undone=float((fold.crease.split(final[moved])[0] < 0.0).mean()),
         )
@@ -75,3 +73,11 @@ class Outcome:
         if self.aligned_distance <= limits.mean_vertex_distance and (self.slip or 0.0) <= limits.mean_vertex_distance:
             return BESIDE_TARGET
         return SLIPPED if (self.slip or 0.0) > limits.mean_vertex_distance else CRUSHED
+
+
+def _aligned_distance(points: np.ndarray, target: np.ndarray) -> float:
+    """Return the mean distance between points, shape (n, 3), and their targets after the best shift and turn [m]."""
+    off, goal = ((each - each.mean(axis=0))[:, :2] @ (1.0, 1.0j) for each in (points, target))
+    turn = np.vdot(off, goal)
+    flat = np.abs(off * turn / max(abs(turn), 1e-30) - goal)
+    return float(np.hypot(flat, points[:, 2] - target[:, 2]).mean())

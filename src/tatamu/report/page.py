@@ -55,6 +55,7 @@ def page(fold: Result) -> str:
         events=headline.events(fold),
         tiles=headline.tiles(),
         views=topview.beside(fold, fold.target),
+        failures=topview.failures(fold),
         columns=tables.measures(fold),
         measures=MEASURES,
         control_points=tables.control_points(fold),

@@ -141,6 +141,14 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
     ]
 
 
+def failures(fold: Result) -> list[TopView]:
+    """Return a picture from above for each cause of failure that was simulated, with the target's outline."""
+    shown = fold.failures
+    area = extent(fold.target, *shown.values())
+    _, wanted = draw(fold, fold.target, area)
+    return [view(cause, "", outlined(draw(fold, ends, area)[0], wanted), area) for cause, ends in shown.items()]
+
+
 def paths(fold: Result) -> list[np.ndarray]:
     """Return the positions of each hand in all f frames [m]: an array of shape (f, 3) for each hand."""
     return [fold.hand(arm) for arm in fold.arms]

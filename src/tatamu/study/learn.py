@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import shutil
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from tatamu.base.errors import InputError, TatamuError
 from tatamu.base.version import __version__
@@ -246,7 +248,7 @@ class _Learning:
         if folder is None or found is None or found.failed:
             return
         trial = Trial.of(0, Proposal(found.parameters), found)
-        result = self._result(study, folder, [trial], found, None)
+        result = self._result(study, folder, [trial], found)
         _write(result, folder)
         best, score = found.objective, result.best.score
         now = study.progress(most, "first")
@@ -262,15 +264,15 @@ class _Learning:
             if folder is not None:
                 folder.write_record(self._record(study, trials, None, None, None))
             raise TatamuError(f"{where}all {len(trials)} trials failed; last error: {trials[-1].error}")
-        success = None
+        success, ends = None, None
         if self.disturbances is not None:
             self.progress(study.progress(most, "success"))
-            success = study.measure_success(
+            success, ends = study.measure_success(
                 self.disturbances,
                 study.trials[best].parameters,
                 lambda done, total: self.progress(study.progress(most, "success", done)),
             )
-        result = self._result(study, folder, study.trials, found, success)
+        result = self._result(study, folder, study.trials, found, success, ends)
         if folder is not None:
             self.progress(study.progress(most, "report"))
             _write(result, folder)
@@ -282,13 +284,14 @@ class _Learning:
         folder: ResultFolder | None,
         trials: list[Trial],
         found: Evaluation,
-        success: Success | None,
+        success: Success | None = None,
+        ends: Mapping[str, np.ndarray] | None = None,
     ) -> Result:
         rollout, task = found.rollout, study.evaluator.task
         assert rollout is not None, "the best evaluation has its rollout"
         best = study.best() or 0
         manipulation = task.manipulation(trials[best].parameters)
-        shown = replace(rollout, extra={"target": task.fold.target, **study.moments()})
+        shown = replace(rollout, extra={"target": task.fold.target, **study.moments(), **(ends or {})})
         centre = NOMINAL if self.disturbances is None else mean_world(self.disturbances)
         scene = disturbed_scene(task.fold, manipulation, centre)
         record = self._record(study, trials, best, Crossings.of(rollout), success)

@@ -28,7 +28,7 @@ from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Limits, vertex_distances
 from tatamu.search import Proposal, Search
 from tatamu.study.record import StudyRecord
-from tatamu.study.result import MOMENTS
+from tatamu.study.result import FAILED, MOMENTS
 from tatamu.study.trial import Baseline, Trial
 
 if TYPE_CHECKING:
@@ -270,12 +270,23 @@ class Study:
 
     def measure_success(
         self, disturbances: Disturbances, parameters: Mapping[str, int | float], progress: DrawsProgress
-    ) -> Success:
-        """Simulate a fold in scenarios that were not used to learn it."""
+    ) -> tuple[Success, dict[str, np.ndarray]]:
+        """Simulate a fold in scenarios that were not used to learn it.
+
+        The arrays are for `rollout.npz`: where the cloth ends in the first scenario of each cause of failure [m], shape
+        (n, 3), named by `FAILED`. A hand that meets the table or misses the cloth moves no cloth.
+        """
         task = replace(self.evaluator.task, reach=None)
         scenarios = sample_worlds(disturbances, SUCCESS_SIMULATIONS, self.record.seed, Stream.JUDGING)
         draws = Draws(Subject(task, parameters), self._executor, progress=progress)
-        return Success.of(task.fold, draws.outcomes(scenarios), Limits())
+        outcomes, limits = draws.outcomes(scenarios), Limits()
+        causes = [outcome.cause(limits) for outcome in outcomes]
+        first = {cause: causes.index(cause) for cause in causes if cause is not None}
+        simulate = Nominal(task).simulate
+        futures = {cause: self._executor.submit(simulate, parameters, scenarios[at]) for cause, at in first.items()}
+        found = {cause: self._result(parameters, each, f"scenario {first[cause]}") for cause, each in futures.items()}
+        ends = {FAILED + cause: each.rollout.positions[-1] for cause, each in found.items() if each.rollout}
+        return Success.of(task.fold, outcomes, limits), ends
 
     def _begin_baselines(self) -> dict[str, tuple[Manipulation, Future[Evaluation]]]:
         nominal = Nominal(self.evaluator.task)

@@ -34,6 +34,8 @@ MOMENTS = {
 }
 """Arrays of `rollout.npz` with the vertex distances e_i of the best of the first trials [m], shape (n,): so many
 trials, and a title."""
+FAILED = "failed: "
+"""Beginning of the names of arrays of `rollout.npz` that show where the cloth ends in a fold that fails by a cause."""
 PAGES = "tatamu.report"
 """Room of the pages, which stands above this one and is imported when a page is asked for."""
 SAME = 1e-6
@@ -121,6 +123,12 @@ class Result:
     def errors(self) -> np.ndarray:
         """Distances e_i of Eq. (12) from the targets [m], shape (n,)."""
         return vertex_distances(self.target, self.final)
+
+    @property
+    def failures(self) -> dict[str, np.ndarray]:
+        """Where the cloth ends in one fold that fails by each cause [m], shape (n, 3)."""
+        kept = self.rollout.extra
+        return {name.removeprefix(FAILED): kept[name] for name in kept if name.startswith(FAILED)}
 
     @property
     def moments(self) -> list[tuple[str, np.ndarray]]:
