@@ -179,7 +179,7 @@ def _row(here: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     causes: Counter[str] = Counter()
     for each in here:
         causes.update(each["causes"])
-    failed = ", ".join(f"{cause} {count / len(here):.3g}" for cause, count in causes.most_common())
+    failed = ", ".join(f"{cause} {count / len(here):.1f}".removesuffix(".0") for cause, count in causes.most_common())
     return {
         "seeds": f"{len(here)}" if here[0]["kind"] != CURVE else "-",
         "length of a hand's path [m]": _ranged([each["path"] for each in here], 3),
