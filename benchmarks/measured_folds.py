@@ -182,10 +182,10 @@ def table(rows: Sequence[Row]) -> Iterator[dict[str, str]]:
 
 def short(rows: Sequence[Row]) -> str:
     """Return the sentence of README."""
-    none, one, two = (f"{100 * np.mean([row[f'success {folds}'] for row in rows]):.0f}" for folds in FOLDS)
+    none, one, two = (f"{100 * np.mean([row[f'success {folds}'] for row in rows]):.0f} %" for folds in FOLDS)
     return (
-        f"In {len(rows)} set-ups with twice the usual systematic errors, {none} % of the folds succeed, {one} % after one measured\n"
-        f"fold, and {two} % after two."
+        f"In {len(rows)} set-ups with twice the usual systematic errors, {none} of the folds succeed, {one} after\n"
+        f"one measured fold, and {two} after two."
     )
 
 
