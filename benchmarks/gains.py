@@ -182,16 +182,17 @@ def _row(here: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     failed = ", ".join(f"{cause} {count / len(here):.1f}".removesuffix(".0") for cause, count in causes.most_common())
     return {
         "seeds": f"{len(here)}" if here[0]["kind"] != CURVE else "-",
-        "length of a hand's path [m]": _ranged([each["path"] for each in here], 3),
-        "undisturbed, mean distance [mm]": _ranged([1e3 * each["distance"] for each in here], 1),
-        f"succeeds, of {DRAWS} simulations": _ranged([each["succeeded"] for each in here], 0),
+        "length of a hand's path [m]": ranged([each["path"] for each in here], 3),
+        "undisturbed, mean distance [mm]": ranged([1e3 * each["distance"] for each in here], 1),
+        f"succeeds, of {DRAWS} simulations": ranged([each["succeeded"] for each in here], 0),
         "what fails, of 100": failed or "-",
-        "simulations": _ranged([each["simulations"] for each in here], 0) if "simulations" in here[0] else "-",
-        "loads of processor time": _ranged([each["processor"] for each in here], 0) if "processor" in here[0] else "-",
+        "simulations": ranged([each["simulations"] for each in here], 0) if "simulations" in here[0] else "-",
+        "loads of processor time": ranged([each["processor"] for each in here], 0) if "processor" in here[0] else "-",
     }
 
 
-def _ranged(values: Sequence[float], digits: int) -> str:
+def ranged(values: Sequence[float], digits: int) -> str:
+    """Return the median, and the range if there is one."""
     low, middle, high = (f"{value:.{digits}f}" for value in (min(values), median(values), max(values)))
     return middle if low == high else f"{middle} ({low} to {high})"
 

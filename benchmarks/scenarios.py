@@ -1,0 +1,150 @@
+"""What the size of scenarios and the spacing of meshes change: two tables of docs/notes/margins.md.
+
+    python -m benchmarks.scenarios --out runs/scenarios [--seeds 2] [--draws 100] [--only levels] [--write-docs]
+
+A file of the folder keeps what each study found, and each verdict; to resume, repeat the command.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from benchmarks.gains import CASES, UNUSED_SEED, ranged
+from benchmarks.tables import markdown, publish
+from tatamu.base.files import read_json, write_json
+from tatamu.evaluation.array import LEVEL
+from tatamu.evaluation.disturbances import Stream, World, default_disturbances, disturbed_scene, sample_worlds
+from tatamu.evaluation.draws import Draws, Subject
+from tatamu.evaluation.nominal import Nominal
+from tatamu.evaluation.scenarios import Scenarios, array_scenarios
+from tatamu.evaluation.success import Success
+from tatamu.folding.parameters import arched_inwards
+from tatamu.folding.score import Limits, score
+from tatamu.simulation.mesh.subdivision import on_coarse_mesh, subdivided
+from tatamu.simulation.side_by_side import processors
+from tatamu.simulation.simulators import simulate
+from tatamu.study.learn import learn
+from tatamu.study.options import LearnOptions
+from tatamu.study.result import Result
+
+LEVELS = (1.0, LEVEL, 2.0, 3.0)
+
+
+@dataclass(frozen=True)
+class FoldOver(Scenarios):
+    """Scores a fold over the scenarios of an array and their mirror images."""
+
+    @cached_property
+    def sample(self) -> list[World]:
+        return [each for sign in (1, -1) for each in array_scenarios(self.disturbances, sign * self.level)]
+
+
+def study(level: float, folded_over: bool, seed: int, draws: int) -> dict[str, Any]:
+    """Learn the default towel, and simulate its fold in fresh scenarios."""
+    task, disturbances = CASES["towel"].task(), default_disturbances()
+    options = LearnOptions(seed=seed, level=level, baselines=False)
+    evaluator = FoldOver if folded_over else Scenarios
+    result = learn(task, options, evaluate=evaluator(Nominal(task), disturbances, level))
+    assert isinstance(result, Result), "this plan has one step"
+    scenarios = sample_worlds(disturbances, draws, UNUSED_SEED, Stream.MARGINS)
+    with ThreadPoolExecutor(processors()) as workers:
+        found = Draws(Subject(task, result.best.parameters), workers).outcomes(scenarios)
+    success = Success.of(task.fold, found, Limits())
+    simulated = [trial.scenarios.simulated for trial in result.trials if trial.scenarios is not None]
+    path = result.record.best_score.trajectory_length
+    return {"path": path, "succeeded": success.succeeded, "simulations": len(result.trials) + sum(simulated)}
+
+
+def levels(out: Path, seeds: int, draws: int) -> list[dict[str, str]]:
+    """Return a row for each size of the scenarios."""
+    table = []
+    for level, folded_over in [*((level, False) for level in LEVELS), (LEVEL, True)]:
+        name = f"{level:g} deviations" + (", with the fold-over array" if folded_over else "")
+        files = [out / f"{level:g}-{folded_over:d}-{seed}.json" for seed in range(seeds)]
+        found = [kept(file, partial(study, level, folded_over, seed, draws)) for seed, file in enumerate(files)]
+        table.append(
+            {
+                "scenarios": name,
+                "seeds": str(seeds),
+                "path [m]": ranged([each["path"] for each in found], 3),
+                f"succeeds, of {draws} simulations": ranged([each["succeeded"] for each in found], 0),
+                "simulations": ranged([each["simulations"] for each in found], 0),
+            }
+        )
+    return table
+
+
+def verdicts(case: str, index: int) -> list[float | None]:
+    """Return the mean distance from the target on the mesh and on one of half its spacing, None if it fails [m]."""
+    task = CASES[case].task()
+    fold, manipulation = task.fold, task.manipulation(arched_inwards(task.fold))
+    scenario = sample_worlds(default_disturbances(), index + 1, UNUSED_SEED, Stream.MARGINS)[index]
+    found = Nominal(task).fixed(manipulation, scenario)
+    if found.rollout is None:
+        return [None, None]
+    fine = simulate(subdivided(disturbed_scene(fold, manipulation, scenario)), task.simulator)
+    ends = [found.rollout.positions[-1], on_coarse_mesh(fine, found.rollout.faces).positions[-1]]
+    scores = [score(fold, 0.0, end) for end in ends]
+    return [each.mean_vertex_distance if Limits().hold(each) else None for each in scores]
+
+
+def meshes(out: Path, draws: int) -> list[dict[str, str]]:
+    """Return a row for each garment: how often its mesh and one of half its spacing come to the same verdict."""
+    table = []
+    with ThreadPoolExecutor(processors()) as workers:
+        for case, named in CASES.items():
+            files = [out / f"mesh-{case}-{index}.json" for index in range(draws)]
+            jobs = [workers.submit(kept, file, partial(verdicts, case, i)) for i, file in enumerate(files)]
+            found = [job.result() for job in jobs]
+            same = sum((one is None) == (other is None) for one, other in found)
+            both = [1e3 * abs(one - other) for one, other in found if one is not None and other is not None]
+            task = named.task()
+            table.append(
+                {
+                    "fold": named.name,
+                    "spacing [mm]": f"{1e3 * task.garment.spacing:.0f}",
+                    "vertices": str(len(task.fold.start)),
+                    "same verdict with half the spacing": f"{same} of {draws}",
+                    "difference of mean distances [mm]": f"{median(both):.1f}, at most {max(both):.1f}",
+                }
+            )
+    return table
+
+
+def kept(file: Path, find: Callable[[], Any]) -> Any:
+    """Return what a file keeps, or find it and keep it."""
+    if not file.exists():
+        write_json(file, {"found": find()})
+    return read_json(file)["found"]
+
+
+def main() -> None:
+    """Measure, print, and put the tables into their page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--draws", type=int, default=100)
+    parser.add_argument("--only", choices=["levels", "meshes"])
+    parser.add_argument("--write-docs", action="store_true")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    for name in [options.only] if options.only else ["meshes", "levels"]:
+        rows = (
+            levels(options.out, options.seeds, options.draws)
+            if name == "levels"
+            else meshes(options.out, options.draws)
+        )
+        print(markdown(rows), flush=True)
+        if options.write_docs:
+            publish(f"scenarios: {name}", markdown(rows))
+
+
+if __name__ == "__main__":
+    main()
