@@ -15,7 +15,7 @@ from tatamu import InputError
 from tatamu.after.margins import Measured, measure
 from tatamu.after.margins.page import page, sureness
 from tatamu.after.margins.terminal import summary
-from tatamu.api import learn
+from tatamu.api import learn, measure_margins
 from tatamu.base.errors import WorkerKilledError
 from tatamu.evaluation.disturbances import Disturbances, World, load_disturbances
 from tatamu.evaluation.outcome import Outcome
@@ -54,7 +54,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
 
 
 def run(folder: Path, out: Path, **options: Any) -> Measured:
-    return measure(Result.load(folder), UP, out=out, **{"draws": 30, **options})
+    return measure_margins(folder, disturbances=UP, out=out, **{"draws": 30, **options})
 
 
 def test_margins_are_where_the_fold_fails(learned: Path, asked: list[World], tmp_path: Path) -> None:

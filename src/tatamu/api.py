@@ -112,8 +112,7 @@ def learn(
     if after:
         if options.disturbances is not None:
             raise InputError("disturbances: are those of the measured folds; give after or disturbances, not both")
-        runs = [each if isinstance(each, Result) else Result.load(each) for each in after]
-        known = known_of(runs, task, options.grasps)
+        known = known_of([_loaded(each) for each in after], task, options.grasps)
         task, first = replace(task, shift=known.shift), known.first
         options = options.model_copy(update={"disturbances": known.disturbances})
     evaluator = evaluate if isinstance(evaluate, Evaluator | None) else OwnObjective(Nominal(task), evaluate)
@@ -141,7 +140,7 @@ def load(folder: Path | str) -> Result | PlanResult:
 
 
 def measure_margins(
-    result: Result,
+    result: Result | Path | str,
     draws: int = DRAWS,
     *,
     disturbances: Disturbances | str | None = None,
@@ -156,10 +155,8 @@ def measure_margins(
 ) -> Measured:
     """Measure how large each disturbance may be before a fold fails, and how often the fold succeeds.
 
-    For the success rate, all disturbances have random values in each of many draws.
-
     Args:
-        result: The learned fold.
+        result: The learned fold, or its folder.
         draws: Number of draws. In each draw, all disturbances have random values.
         disturbances: `Disturbances`, "default", or a file; None for the disturbances of the study, or the defaults.
         seed: Random seed of the draws.
@@ -175,9 +172,10 @@ def measure_margins(
         InputError: If an argument is out of range.
     """
     given = require_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
+    learned = _loaded(result)
     return measure(
-        result,
-        given or result.disturbances,
+        learned,
+        given or learned.disturbances,
         out=None if out is None else Path(out),
         draws=draws,
         seed=seed,
@@ -225,7 +223,7 @@ def observe(
     Raises:
         InputError: If a number is out of range, or no fold was measured.
     """
-    learned = result if isinstance(result, Result) else Result.load(result)
+    learned = _loaded(result)
     given = {"left": left, "right": right, "slip": slip}
     pairs = {place: pair for place, pair in given.items() if pair is not None}
     if pairs or failed or turned_in:
@@ -252,10 +250,7 @@ def correct(observed: Feedback | Result | Path | str, *, out: Path | str | None 
     Raises:
         InputError: If no fold was measured, or the folder cannot be written.
     """
-    if isinstance(observed, Feedback):
-        found = observed
-    else:
-        found = observe_fold(observed if isinstance(observed, Result) else Result.load(observed))
+    found = observed if isinstance(observed, Feedback) else observe_fold(_loaded(observed))
     made = corrected_fold(found.learned, found.correction, found.posterior.disturbances)
     if out is not None:
         write_corrected(made, found.correction, Path(out))
@@ -281,7 +276,7 @@ def check(
     Raises:
         InputError: If the simulator does not exist or cannot run on this machine, or a file is wrong.
     """
-    learned = result if isinstance(result, Result) else Result.load(result)
+    learned = _loaded(result)
     cloth = material if isinstance(material, Material | None) else load_material(Path(material))
     return check_result(learned, simulator, cloth, halved)
 
@@ -335,7 +330,7 @@ class FoldPlan:
 
 
 def plan_for(
-    result: Result,
+    result: Result | Path | str,
     robot: str = "hironx",
     *,
     place: tuple[float, float, float] | None = None,
@@ -346,7 +341,7 @@ def plan_for(
     """Plan a learned fold for a robot.
 
     Args:
-        result: The learned fold.
+        result: The learned fold, or its folder.
         robot: Name of a robot, or a .toml file that describes a robot.
         place: Position and angle of the fold's frame in the robot's base [m, m, rad]; None to search for them.
         table_height: Height of the table's top in the robot's base [m]; None to search for it.
@@ -358,4 +353,9 @@ def plan_for(
         InputError: If the robot does not exist, or the fold is out of its reach.
     """
     pace = validated(Pace, {"speed_scale": speed_scale}, "pace")
-    return FoldPlan(plan_fold(result, load_robot(robot), place, table_height, pace, hover), result)
+    learned = _loaded(result)
+    return FoldPlan(plan_fold(learned, load_robot(robot), place, table_height, pace, hover), learned)
+
+
+def _loaded(result: Result | Path | str) -> Result:
+    return result if isinstance(result, Result) else Result.load(result)
