@@ -280,10 +280,8 @@ def test_the_normal_points_away_from_the_side_that_moves() -> None:
         (("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, 0.0], [0.0, 0.0]]"), "two different points"),
         (("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, 0.0], [1.0, 0.0]]"), "moves must be a side of the line"),
         (("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, nan], [0.0, 1.0]]"), "step.1.line"),
-        (('unit = "m"', 'unit = "inch"'), "unit"),
         (('title = "corner in"', 'titel = "corner in"'), "step.0.titel"),
         (("[plan]", "[plan"), "not valid TOML"),
-        (('unit = "m"', 'name = ""'), "name"),
     ],
 )
 def test_a_wrong_plan_names_file_and_field(tmp_path: Path, change: tuple[str, str], says: str) -> None:

@@ -359,13 +359,6 @@ def test_a_study_that_stops_and_goes_on_proposes_what_it_would_have(tmp_path: Pa
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
 
 
-def test_a_study_that_was_started_one_by_one_goes_on_so(tmp_path: Path) -> None:
-    learn_plain(task(), tmp_path / "once", trials=6, parallel=1, baselines=False)
-    learn_plain(task(), tmp_path / "twice", trials=3, parallel=1, baselines=False)
-    learn_plain(task(), tmp_path / "twice", trials=6, baselines=False)
-    assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
-
-
 def test_what_an_executor_is_given_can_be_pickled() -> None:
     asked = Nominal(task(reach=Reach("low", Low())))
     travelled = pickle.loads(pickle.dumps(asked))
