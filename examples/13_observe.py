@@ -23,7 +23,7 @@ def main(out: Path = Path("runs/observed"), spacing: float = 0.04) -> float:
     result = tt.learn(task, options, out=out)
     assert isinstance(result, tt.Result)
 
-    before = tt.Nominal(task).in_world(result.best.parameters, REALITY)
+    before = tt.Nominal(task).simulate(result.best.parameters, REALITY)
     assert before.rollout and before.score
     seen = marks(task.fold, before.rollout.positions[-1])
     observed = tt.observe(
@@ -34,7 +34,7 @@ def main(out: Path = Path("runs/observed"), spacing: float = 0.04) -> float:
     )
 
     corrected = tt.correct(observed, out=out / "corrected-1")
-    after = tt.Nominal(corrected.task).in_world(result.best.parameters, REALITY)
+    after = tt.Nominal(corrected.task).simulate(result.best.parameters, REALITY)
     assert after.score
     distances = [score.mean_vertex_distance for score in (before.score, after.score)]
     print(f"before {1e3 * distances[0]:.1f} mm, after {1e3 * distances[1]:.1f} mm")
