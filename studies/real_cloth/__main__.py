@@ -5,7 +5,7 @@
     python -m studies.real_cloth --data DATA --only drape --quick               # one repeat of each drape
     python -m studies.real_cloth --data DATA --scheduler local:4                # in four processes, same results
 
-DATA is the folder with the measurements that docs/notes/real-cloth.md lists.
+DATA is the folder with the measurements that docs/guide/studies.md lists.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ def load(data: Path, only: Sequence[str] = ()) -> Loaded:
         if name not in TESTS:
             raise InputError(f"--only: must be one of {', '.join(TESTS)}, given {name!r}")
     if not data.is_dir():
-        raise InputError(f"{data}: must be a folder with measurements of real cloth (docs/notes/real-cloth.md)")
+        raise InputError(f"{data}: must be a folder with measurements of real cloth (docs/guide/studies.md)")
     return [(test, test.load(data)) for name, test in TESTS.items() if not only or name in only]
 
 
