@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tatamu.base.errors import InputError
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
 from tests import abuse
+from tests.physics.meshes import staggered
 from tests.physics.scenes import sewn
 from tests.scenes import scene
 

@@ -8,10 +8,10 @@ from benchmarks.plate_in_air import disc_added_mass, rectangle_added_mass, swing
 
 from tatamu import simulate
 from tatamu.simulation.material import DIRECTIONAL_AIR, Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.native.air import air_of, meet, resist, surface_of
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.scene import Cloth, Scene, Table
+from tests.physics.meshes import staggered
 from tests.physics.scenes import on_incline
 
 TRIANGLE = np.array([[0, 1, 2]])

@@ -10,11 +10,11 @@ import pytest
 from tatamu.simulation.body import Body
 from tatamu.simulation.clearance import distances
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.native import simulate
 from tatamu.simulation.native.contact.bodies.rounded_box import BISECTIONS, along_edge, distance
 from tatamu.simulation.scene import Cloth, Scene
 from tests.physics.checks.bodies import deepest_poke
+from tests.physics.meshes import staggered
 from tests.physics.scenes import held
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-5, thickness=0.001)

@@ -8,8 +8,8 @@ import numpy as np
 
 from tatamu.base.curves import bezier
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Gripper, Scene, Table
+from tests.physics.meshes import staggered
 from tests.physics.scenes import flat
 
 LENGTH, WIDTH = 0.28, 0.20

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.simulation.mesh.meshing import SLIVER, delaunay, staggered, twice_areas
+from tatamu.simulation.mesh.meshing import SLIVER, delaunay, twice_areas
 
 Mesh = tuple[np.ndarray, np.ndarray]
 Layout = Callable[[float, float, float], Mesh]
@@ -32,6 +32,32 @@ def right(length: float, width: float, spacing: float) -> Mesh:
     number = np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1)
     a, b, c, d = (q.ravel() for q in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
     return np.column_stack([x.ravel(), y.ravel()]), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+def staggered(length: float, width: float, spacing: float) -> Mesh:
+    """Return a counter-clockwise mesh of 0..length x 0..width, equilateral but for half triangles at its sides."""
+    rows = max(2, 2 * round(length / (np.sqrt(3) * spacing)))
+    cells = max(1, round(width / spacing))
+    even = np.linspace(0, width, cells + 1)
+    odd = np.concatenate([[0.0], 0.5 * (even[1:] + even[:-1]), [width]])
+    plans = [odd if row % 2 else even for row in range(rows + 1)]
+    points = np.concatenate(
+        [np.column_stack([np.full(len(y), x), y]) for x, y in zip(np.linspace(0, length, rows + 1), plans, strict=True)]
+    )
+    starts = np.cumsum([0] + [len(y) for y in plans])
+    faces = [_between(starts[row], starts[row + 1], cells, bool(row % 2)) for row in range(rows)]
+    return points, np.concatenate(faces)
+
+
+def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
+    """Return the counter-clockwise triangles between a row of cells + 1 points and a row of cells + 2 points."""
+    narrow, wide = (high, low) if wide_first else (low, high)
+    k = np.arange(cells)
+    j = np.arange(cells + 1)
+    up = np.stack([narrow + k, wide + k + 1, narrow + k + 1], 1)
+    down = np.stack([wide + j, wide + j + 1, narrow + j], 1)
+    out = np.concatenate([up, down])
+    return out[:, ::-1] if wide_first else out
 
 
 def staggered_across(length: float, width: float, spacing: float) -> Mesh:

@@ -7,10 +7,10 @@ from functools import partial
 import numpy as np
 
 from tatamu.simulation.material import GRAVITY, Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Scene
 from tests.physics.check import Case, Check
 from tests.physics.findings import Curve, Figure, Findings, absolute, relative
+from tests.physics.meshes import staggered
 from tests.physics.plate import falling, hanging, swing_of
 from tests.physics.scenes import held, on_incline, raised
 from tests.physics.subject import Subject

@@ -18,12 +18,11 @@ import numpy as np
 
 from tatamu.simulation.heavy_strip.cantilever import cantilever, chord, slowest_frequency
 from tatamu.simulation.material import GRAVITY, Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tests.physics.chain import FoldedStrip, start
 from tests.physics.check import Case, Check
 from tests.physics.findings import Curve, Figure, Findings, Row, absolute, relative
-from tests.physics.meshes import LAYOUTS, Mesh, mirrored, right
+from tests.physics.meshes import LAYOUTS, Mesh, mirrored, right, staggered
 from tests.physics.scenes import held, raised
 from tests.physics.subject import Subject
 

@@ -20,14 +20,13 @@ from tatamu.base.errors import SimulationError
 from tatamu.simulation.body import Body
 from tatamu.simulation.clearance import distances
 from tatamu.simulation.material import GRAVITY, Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tests.physics.check import Case, Check
 from tests.physics.checks.friction import threshold
 from tests.physics.checks.motion import masses, mechanical
 from tests.physics.findings import Curve, Figure, Findings, relative, small
-from tests.physics.meshes import mirrored, right
+from tests.physics.meshes import mirrored, right, staggered
 from tests.physics.scenes import flat, held, raised
 from tests.physics.subject import Subject
 

@@ -13,11 +13,10 @@ from functools import partial
 import numpy as np
 
 from tatamu.simulation.material import GRAVITY, Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Scene, Table
 from tests.physics.check import Case, Check
 from tests.physics.findings import Curve, Figure, Findings, absolute, relative, small
-from tests.physics.meshes import right
+from tests.physics.meshes import right, staggered
 from tests.physics.references import incline_acceleration, incline_threshold
 from tests.physics.scenes import joined, on_incline
 from tests.physics.subject import Subject

@@ -7,13 +7,14 @@ from functools import partial
 import numpy as np
 
 from tatamu.simulation.material import GRAVITY, Material
-from tatamu.simulation.mesh.meshing import ROW, staggered
+from tatamu.simulation.mesh.meshing import ROW
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tests.physics.check import Case, Check
 from tests.physics.checks.bending import LENGTH, WIDTH, chord_of, strip_material, tip_of
 from tests.physics.checks.motion import rolled
 from tests.physics.findings import Curve, Figure, Findings, absolute
 from tests.physics.frictional_strip import loop, residual_curvature, turned_strip
+from tests.physics.meshes import staggered
 from tests.physics.scenes import hanging, raised
 from tests.physics.subject import Subject
 

@@ -7,12 +7,11 @@ from functools import partial
 import numpy as np
 
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Scene, Table
 from tests.physics.check import Case, Check
 from tests.physics.findings import Curve, Figure, Findings, relative, small
-from tests.physics.meshes import right
+from tests.physics.meshes import right, staggered
 from tests.physics.references import arc_energy, fall
 from tests.physics.scenes import flat, held, raised, vertex_areas
 from tests.physics.subject import Subject

@@ -7,11 +7,10 @@ from functools import partial
 import numpy as np
 
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Scene, Table
 from tests.physics.check import Case, Check
 from tests.physics.findings import Curve, Figure, Findings, relative, small
-from tests.physics.meshes import staggered_across
+from tests.physics.meshes import staggered, staggered_across
 from tests.physics.scenes import joined, raised
 from tests.physics.subject import Subject
 

@@ -15,11 +15,11 @@ from functools import partial
 import numpy as np
 
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tests.physics.check import Case, Check
 from tests.physics.findings import Findings, small
 from tests.physics.manipulations import RandomFold, scene_of
+from tests.physics.meshes import staggered
 from tests.physics.scenes import flat
 from tests.physics.subject import Subject
 

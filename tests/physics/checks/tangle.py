@@ -16,13 +16,12 @@ from scipy.interpolate import LinearNDInterpolator
 from tatamu.base.errors import SimulationError
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.crossings import crossings_over_time
-from tatamu.simulation.mesh.meshing import staggered
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tests.physics.check import Case, Check
 from tests.physics.findings import Curve, Figure, Findings, small
 from tests.physics.manipulations import PATCH, RandomFold, scene_of
-from tests.physics.meshes import irregular
+from tests.physics.meshes import irregular, staggered
 from tests.physics.scenes import joined, raised
 from tests.physics.subject import Subject
 

@@ -1,9 +1,4 @@
-"""Triangle meshes in the plane: staggered rows, on which cloth bends best (docs/theory/bending.md), and Delaunay.
-
-Staggered rows end at a straight side in one of two ways. The quarter shifts of `staggered_rectangle` make no small
-triangles, which would slow down an explicit simulator; garments and strips use it. `staggered`, with half triangles at
-the sides, is the mesh of textbooks, with which results are validated.
-"""
+"""Triangle meshes in the plane: staggered rows, on which cloth bends best (docs/theory/bending.md), and Delaunay."""
 
 from __future__ import annotations
 
@@ -13,7 +8,8 @@ from scipy.spatial import Delaunay
 ROW = np.sqrt(0.75)
 """Distance between the rows of an equilateral triangle mesh [edges]."""
 SHEAR = 0.25
-"""Shift of even rows to the left and of odd rows to the right [cells], so that no triangle is very small."""
+"""Shift of even rows to the left and of odd rows to the right [cells]. If only odd rows were shifted, half triangles at
+the sides would slow down an explicit simulator."""
 SLIVER = 1e-3
 """Minimum ratio of twice a triangle's area to a square cell; Delaunay makes thinner triangles at straight sides."""
 
@@ -35,32 +31,6 @@ def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np
     second = np.where(even, np.column_stack([b, b + 1, a + 1]), np.column_stack([a, b + 1, a + 1]))
     vertices = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
     return vertices, np.stack([first, second], axis=1).reshape(-1, 3)
-
-
-def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return a counter-clockwise mesh of 0..length x 0..width, equilateral but for half triangles at its sides."""
-    rows = max(2, 2 * round(length / (np.sqrt(3) * spacing)))
-    cells = max(1, round(width / spacing))
-    even = np.linspace(0, width, cells + 1)
-    odd = np.concatenate([[0.0], 0.5 * (even[1:] + even[:-1]), [width]])
-    plans = [odd if row % 2 else even for row in range(rows + 1)]
-    points = np.concatenate(
-        [np.column_stack([np.full(len(y), x), y]) for x, y in zip(np.linspace(0, length, rows + 1), plans, strict=True)]
-    )
-    starts = np.cumsum([0] + [len(y) for y in plans])
-    faces = [_between(starts[row], starts[row + 1], cells, bool(row % 2)) for row in range(rows)]
-    return points, np.concatenate(faces)
-
-
-def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
-    """Return the counter-clockwise triangles between a row of cells + 1 points and a row of cells + 2 points."""
-    narrow, wide = (high, low) if wide_first else (low, high)
-    k = np.arange(cells)
-    j = np.arange(cells + 1)
-    up = np.stack([narrow + k, wide + k + 1, narrow + k + 1], 1)
-    down = np.stack([wide + j, wide + j + 1, narrow + j], 1)
-    out = np.concatenate([up, down])
-    return out[:, ::-1] if wide_first else out
 
 
 def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray:
