@@ -13,8 +13,7 @@ import struct
 import subprocess
 import tempfile
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 from typing import IO, Any, BinaryIO
 
 import numpy as np
@@ -107,20 +106,12 @@ class Worker:
         """End the process, and wait until it has ended, so that no zombie process remains."""
         for pipe in (self.process.stdin, self.process.stdout, self.log):
             if pipe is not None:
-                with _quiet():
+                with suppress(OSError):
                     pipe.close()
         if os.getpid() == self.owner:
             self.process.kill()
             self.process.wait()
             self.scratch.cleanup()
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    try:
-        yield
-    except OSError:
-        pass
 
 
 class Workers:
