@@ -42,20 +42,18 @@ DIRECTIONAL_AIR = (
 """Fields for effects of air other than `air_drag`."""
 ORTHOTROPIC_MEMBRANE = ("stretch_stiffness_weft", "shear_stiffness")
 ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
-FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
 """Elements of the friction of bending: fraction of the frictional stiffness, and yield curvature in units of k_y.
 
 The products sum to 1, and a first bend to the curvature k has the moment HB (1 - exp(-k / k_y)), with an error of at
 most 0.09 HB (docs/theory/hysteresis.md)."""
-STEEPER = 4.0
-"""Default slope of the bending moment directly after a reversal of bending, divided by its later slope."""
 UNSAID = (
     "blender",
     "compression",
     *ORTHOTROPIC_MEMBRANE,
     *ORTHOTROPIC_BENDING,
-    *FRICTION_OF_BENDING,
+    "bending_hysteresis",
+    "bending_rigidity_initial",
     *DIRECTIONAL_AIR,
 )
 """Fields that are written only if they differ from their defaults."""
@@ -184,7 +182,7 @@ class Material(BaseModel):
         if self.bending_hysteresis == 0.0:
             return 0.0
         initial = self.bending_rigidity_initial
-        return (STEEPER - 1.0) * self.bending_rigidity if initial is None else initial - self.bending_rigidity
+        return 3.0 * self.bending_rigidity if initial is None else initial - self.bending_rigidity
 
     @property
     def friction_elements(self) -> tuple[tuple[float, float], ...]:

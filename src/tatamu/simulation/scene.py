@@ -25,10 +25,6 @@ LEAST_IN_PLANE = 1e-3
 
 MOST_VERTICES = 150_000
 """Maximum number of vertices, which take ten seconds to prepare; garments have about 2,000."""
-MOST_GRIPPERS = 1000
-"""Maximum number of grippers; a hand that pinches layers together has several."""
-MOST_BODIES = 100
-"""Maximum number of rigid bodies, because each is compared with every triangle."""
 SAME_TIME = 1e-9
 """Maximum difference of equal times [s], because sums of time steps have rounding errors."""
 
@@ -146,9 +142,10 @@ class Scene(Record):
     cloth: Cloth
     material: Material
     table: Table | None = None
-    grippers: Annotated[list[Gripper], Field(max_length=MOST_GRIPPERS)] = Field(default_factory=list)
-    bodies: Annotated[list[Body], Field(max_length=MOST_BODIES)] = Field(default_factory=list)
-    """Rigid bodies with which the cloth collides."""
+    grippers: Annotated[list[Gripper], Field(max_length=1000)] = Field(default_factory=list)
+    """Grippers of the hands; a hand that pinches layers together has several."""
+    bodies: Annotated[list[Body], Field(max_length=100)] = Field(default_factory=list)
+    """Rigid bodies with which the cloth collides, at most 100, because each is compared with every triangle."""
     gravity: Number = Field(GRAVITY, ge=0.0, le=1e3)
     """Downward acceleration of gravity [m/s^2]."""
     duration: Number = Field(gt=0.0, le=3600.0)

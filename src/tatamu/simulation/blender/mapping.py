@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.simulation.blender.properties import COLLIDER, COLLISION, DEFAULTS, LENGTHS, RANGES, checked
+from tatamu.simulation.blender.properties import COLLIDER, COLLISION, DEFAULTS, LENGTHS, RANGES, STIFFNESS, checked
 from tatamu.simulation.blender.springs import Springs
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
@@ -30,20 +30,17 @@ LAYERS = 1.125
 """Factor on `self_distance_min` [-], because the distance of layers is 8/9 of twice that property (measured)."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
 """Blender's numbers for a friction coefficient of 1, on the table and between layers (measured)."""
-MOST_FRICTION = 80.0
+MOST_FRICTION = RANGES["self_friction"][1]
 """Maximum friction number that Blender accepts."""
 COLLISION_LOOPS = 12
 """Corrections of contacts in each substep. With fewer, friction is not proportional to the load: with 4, a sheet under
 another one slides on a table that is tilted by 21 degrees instead of 39 (measured)."""
-LARGEST_STIFFNESS = 1e4
 LONGEST_STEP = 1.0 / 300.0
 """Maximum substep [s], in which cloth with a speed of 1 m/s moves 3.3 mm."""
 STABLE = 1.4
 """Maximum product of a substep and the largest angular frequency of bending [-]; at 2, bending is unstable."""
 BENDING_DAMPING = 5e-4
 """Ratio of bending damping to bending stiffness [Blender's time]; without it, a hanging strip oscillates by 1 mm."""
-QUALITY = 5
-"""Blender's default number of substeps in a frame of one unit of its time."""
 DAMPING_RATIO = 0.1
 """Damping of a single spring, as a fraction of critical damping."""
 
@@ -100,7 +97,7 @@ def _elasticity(mapping: Mapping, scene: Scene, springs: Springs) -> None:
     tension = spring * per_newton * springs.mean_length * mapping.scale
     bending = material.bending_rigidity / springs.rigidities.mean() if len(springs.topology.hinges) else 0.0
     bending *= per_newton
-    lighter = min(1.0, LARGEST_STIFFNESS / max(tension, bending, 1e-30))
+    lighter = min(1.0, STIFFNESS[1] / max(tension, bending, 1e-30))
     mass = mapping.settings["mass"] * lighter
     damping = 2.0 * DAMPING_RATIO * np.sqrt(spring * per_newton * lighter * mass)
     mapping.settings |= {
@@ -219,5 +216,5 @@ def _grows(name: str, linear: bool) -> bool:
 
 
 def _substeps_by_default(frame: float) -> int:
-    """Return Blender's default number of substeps, rounded up, for a frame [Blender's time]."""
-    return int(np.clip(np.ceil(QUALITY * frame - 1e-6), 1, 1000))
+    """Return Blender's default number of substeps, 5 in a unit of its time and rounded up, for a frame [its time]."""
+    return int(np.clip(np.ceil(5 * frame - 1e-6), 1, 1000))

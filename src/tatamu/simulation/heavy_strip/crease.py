@@ -27,12 +27,6 @@ STEP = 2 * HALF_LENGTH / LINKS
 """Length of a link [bending lengths]."""
 SHARPEST = 0.75
 """Minimum bending length for which a crease is computed [thicknesses]. It replaces smaller ones."""
-GUESSED_WIDTH = 1.4
-"""Arc length of the bent part at the start of the minimisation [bending lengths]."""
-TOLERANCE = 1e-8
-"""Change of the energy in one step with which the minimisation ends [w l_b^2]."""
-MOST_ITERATIONS = 300
-"""Maximum number of iterations, of which about 75 are enough for any cloth."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
 """1 where a node (row) comes after a link (column), and so moves if it turns; otherwise 0."""
 
@@ -122,7 +116,7 @@ def least_energy(thickness: float) -> np.ndarray:
             jac=True,
             method="SLSQP",
             constraints=constraints,
-            options={"maxiter": MOST_ITERATIONS, "ftol": TOLERANCE},
+            options={"maxiter": 300, "ftol": 1e-8},  # about 75 iterations are enough for any cloth
         )
     if not result.success:
         raise TatamuError(f"crease: no shape of least energy found for {thickness:g} l_b thick cloth: {result.message}")
@@ -131,5 +125,6 @@ def least_energy(thickness: float) -> np.ndarray:
 
 def guess() -> np.ndarray:
     """Return link directions to start from [rad], shape (LINKS,): a flat strip, bent over in a half circle."""
-    turn = np.clip((np.arange(LINKS) + 0.5 - LINKS / 2) * STEP / GUESSED_WIDTH, -0.5, 0.5)
+    bent = 1.4  # arc length of the half circle [bending lengths]
+    turn = np.clip((np.arange(LINKS) + 0.5 - LINKS / 2) * STEP / bent, -0.5, 0.5)
     return np.pi * (0.5 - turn)

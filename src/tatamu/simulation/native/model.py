@@ -29,9 +29,6 @@ from tatamu.simulation.native.memory.bands import bands, slots, turned, turned_h
 from tatamu.simulation.native.options import ContactOptions, Options, StepOptions
 from tatamu.simulation.scene import Cloth
 
-CENTROID_TO_CORNER = 0.58
-"""Upper bound on the distance from a triangle's centroid to a corner [longest edges]: 1 / sqrt(3)."""
-
 
 class ElasticModel(NamedTuple):
     """Constants of membrane and bending."""
@@ -169,7 +166,7 @@ def _contact_mesh(
         friction=float(material.friction_cloth),
         thickness=float(thickness),
         search_distance=float(thickness + margin),
-        triangle_radius=CENTROID_TO_CORNER * longest,
+        triangle_radius=0.58 * longest,  # at least 1 / sqrt(3)
     )
 
 

@@ -26,8 +26,6 @@ from tatamu.simulation.native.system import Hands, Span, System
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulation.side_by_side import processors
 
-MOST_PROCESSES = 4
-"""Maximum number of processes that compile; more would wait for the kernel that takes longest."""
 COMMAND = f"import sys; from {__name__} import compile_beside; compile_beside(*map(int, sys.argv[1:]))"
 
 _LOADING = Lock()
@@ -54,7 +52,7 @@ def load(system: System, hands: Hands, frames: np.ndarray) -> tuple[Callable[...
 def compiling_beside(features: Features) -> Iterator[None]:
     """Let other processes compile kernels for these features meanwhile, unless they are on disk or cannot be."""
     missing = [] if features in _loaded else [each for each in kernels(features).values() if not is_on_disk(each)]
-    count = min(MOST_PROCESSES, processors(), len(missing)) - 1
+    count = min(4, processors(), len(missing)) - 1  # more would wait for the kernel that takes longest
     expect([advance, *missing])
     command = [sys.executable, "-c", COMMAND, *(str(int(each)) for each in features)]
     silent: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}

@@ -35,8 +35,6 @@ RECENT = 0.1
 """Time before an error in which a hand that moved too fast counts as its cause [s]."""
 LOCKED = 3000.0
 """Maximum Y h^2 / B without a warning that the mesh may be too stiff for natural folds [-] (docs/theory/bending.md)."""
-THICK = 0.5
-"""Maximum thickness of the cloth without a warning [shortest edges]."""
 
 
 class Simulation:
@@ -228,7 +226,7 @@ class Simulation:
     def warnings(self) -> list[str]:
         """Return warnings about this rollout for the user, one per line."""
         lines = []
-        if self.model.thickness > THICK * self.model.shortest:
+        if self.model.thickness > 0.5 * self.model.shortest:
             lines.append("the cloth is thicker than half its shortest edge: neighbouring triangles may push each other")
         ratio = locking(self.scene.cloth, self.scene.material)
         if LOCKED < ratio < np.inf:

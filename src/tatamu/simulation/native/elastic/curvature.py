@@ -24,9 +24,6 @@ import numpy as np
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology, areas
 
-LARGEST_CONDITION = 1e6
-"""Maximum condition number of R at which its inverse is used [-]; meshes of garments are below a thousandth of it."""
-
 
 class CurvatureMaps(NamedTuple):
     """Matrices from dihedral angles to curvatures, for all t triangles with an edge that carries a moment (hinge)."""
@@ -110,7 +107,7 @@ def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarra
     On some meshes of few triangles, the six vertices lie on a conic. Then a deflection turns no edge, so R has no
     inverse, and Q = C.
     """
-    regular = (np.linalg.cond(R) < LARGEST_CONDITION)[:, None, None]
+    regular = (np.linalg.cond(R) < 1e6)[:, None, None]  # on meshes of garments it is below 1e3
     inverse = np.linalg.inv(np.where(regular, R, np.eye(3)))
     return np.asarray(np.where(regular, angle_sum_part * C + (1.0 - angle_sum_part) * inverse, C))
 

@@ -22,8 +22,6 @@ from tatamu.simulation.native.compiled import kernel
 from tatamu.simulation.native.elastic.curvature import CurvatureMaps, rigidities
 from tatamu.simulation.native.memory.bands import Bands
 
-COMPONENTS = 3
-
 
 class Friction(NamedTuple):
     """Constants of the friction of bending, in the order of the triangles in memory; empty without hysteresis."""
@@ -71,7 +69,7 @@ def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip
     """Return the state in which no element has slipped since the unstrained shape with the measures g0 and copies."""
     places = friction.area.shape[0]
     real = friction.Q.dtype
-    rest = np.zeros((COMPONENTS, places), dtype=real)
+    rest = np.zeros((3, places), dtype=real)
     if places:
         _curvatures(g0.astype(real), friction.Q, triangles, rest)
     plastic = np.tile(rest, (len(friction.stiffness), 1))
