@@ -35,7 +35,7 @@ SIZES = {
 def reaches(robot: Robot, garment: str, fold: str, size: tuple[float, float]) -> bool:
     """Whether the robot reaches a typical fold of a garment."""
     constraint = ReachConstraint(robot)
-    reach = Reach(robot.name, constraint, constraint.refusal, constraint.forget)
+    reach = Reach(robot.name, constraint, constraint.refusal)
     task = make_task(garment, size=size, fold=fold, spacing=min(SPACING, size[1] / 4), material=MATERIAL, reach=reach)
     try:
         check_reach(task)

@@ -292,28 +292,15 @@ def processes() -> Executor:
 
 
 class Low:
-    """A robot that reaches no higher than P1 at 8 cm; and that remembers what it was asked."""
+    """A robot that reaches no higher than P1 at 8 cm."""
 
     def __init__(self) -> None:
         self.asked: list[float] = []
-
-    def forget(self) -> None:
-        self.asked = []
 
     def __call__(self, manipulation: Manipulation) -> float:
         height = float(manipulation.curves[0].control[1, 2])
         self.asked.append(height)
         return 0.08 - height
-
-
-def test_a_study_asks_a_robot_that_remembers_no_other_study(tmp_path: Path, simulated: list[Scene]) -> None:
-    low = Low()
-    reached = task(reach=Reach("low", low, forget=low.forget))
-    low.asked = [0.5]  # of an earlier step of a plan, which was finished before a pause
-    learn_plain(reached, tmp_path, trials=6, baselines=False)
-    at_once = list(low.asked)
-    learn_plain(reached, tmp_path, trials=7, baselines=False)
-    assert 0.5 not in at_once and len(at_once) == 6 and len(low.asked) == 1
 
 
 def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, simulated: list[Scene]) -> None:

@@ -11,7 +11,6 @@ import pytest
 from tatamu import InputError, LearnOptions, Task, learn, make_task
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Reach
-from tatamu.robots import ReachConstraint, load
 
 TOO_FAR = "larm cannot follow its hand beyond frame 6"
 
@@ -64,10 +63,3 @@ def test_what_is_within_reach_is_asked_before_a_study_starts_and_not_again(tmp_p
     for asked in (1, 1):
         learn(task(robot), TWO, out=tmp_path)
         assert robot.asked == asked
-
-
-def test_hironx_forgets_where_it_stood() -> None:
-    constraint = ReachConstraint(load("hironx"))
-    constraint._known = [(load("hironx"), None)]  # type: ignore[list-item]
-    constraint.forget()
-    assert constraint._known == []

@@ -34,7 +34,7 @@ def behind(robot: Robot, hands: HandMotion, hold: Hold, distance: float, aside: 
     """Cloth that is a point behind the left fingertips and aside, where the jaws open to, and moves with the hand."""
     times = np.linspace(0.0, hands.times[-1], 61)
     path = hands.at(times)[0]
-    rotation, offset, _ = Grip.of(robot.larm.jaw, path).tool(PLACE, hold)
+    rotation, offset, _ = Grip.of(robot.larm.jaw, path).tool(PLACE.yaw, hold)
     points = path + offset - distance * rotation[:, 2] + aside * rotation[:, 1]
     return Rollout(times, points[:, None], np.zeros((0, 3), dtype=int), {}, {})
 

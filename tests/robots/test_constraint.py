@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -7,7 +8,10 @@ from tests.robots.folds import exact
 pytest.importorskip("mujoco")
 
 from tatamu.base.errors import InputError
-from tatamu.robots import ReachConstraint, load
+from tatamu.robots import ReachConstraint, Robot, load
+from tatamu.robots.hands import HandMotion
+from tatamu.robots.placement import Placement
+from tatamu.robots.reach import PlacementRanking, search
 
 
 def test_a_fold_within_reach_is_positive_and_a_long_one_negative() -> None:
@@ -16,18 +20,25 @@ def test_a_fold_within_reach_is_positive_and_a_long_one_negative() -> None:
     assert constraint(exact(span=0.8)) < 0
 
 
-@pytest.mark.slow
-def test_what_it_remembers_does_not_make_a_bad_fold_good() -> None:
+def test_an_answer_does_not_depend_on_earlier_answers() -> None:
+    folds = [exact(), exact(shift=0.3), exact(span=0.55), exact(height=0.14)]
     constraint = ReachConstraint(load("hironx"))
-    constraint(exact())
-    assert constraint(exact(span=0.55)) < 0
-    assert constraint(exact(height=0.14)) >= 0
+    found = [constraint(fold) for fold in folds]
+    assert [quality >= 0 for quality in found] == [True, True, False, True]
+    assert [ReachConstraint(load("hironx"))(fold) for fold in folds[::-1]] == found[::-1]
 
 
-def test_a_fold_that_needs_another_place_is_searched_for_again() -> None:
-    constraint = ReachConstraint(load("hironx"))
-    constraint(exact())
-    assert constraint(exact(shift=0.3)) >= 0
+def test_a_fold_that_cannot_lie_straight_ahead_is_searched_for_everywhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def counted(robot: Robot, hands: HandMotion, placements: list[Placement], **options: Any) -> PlacementRanking:
+        asked.append(len(placements))
+        found = search(robot, hands, placements, **options)
+        return replace(found, quality=found.quality - 2) if len(asked) == 1 else found
+
+    monkeypatch.setattr("tatamu.robots.reach.search", counted)
+    assert ReachConstraint(load("hironx"))(exact()) >= 0
+    assert len(asked) == 3 and asked[0] < asked[1] / 10
 
 
 def test_it_names_what_is_wrong() -> None:

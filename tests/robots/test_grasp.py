@@ -50,7 +50,7 @@ def test_the_jaw_opens_in_the_vertical_plane_across_the_hem(tilt: float, heading
 def test_the_lower_finger_passes_over_the_table_at_the_gap() -> None:
     """By the corners of the finger's box, written out."""
     jaw, hold = Jaw(thickness=0.0095), Hold(0.4, yaw=0.3)
-    R, offset, _ = Grip(jaw, 0.0, 0.0005).tool(Placement(0.3, 0.0, 0.0, 0.2), hold)
+    R, offset, _ = Grip(jaw, 0.0, 0.0005).tool(0.2, hold)
     tip = 0.0005 + offset[2]
     outer = jaw.opening / 2 + jaw.thickness
     corners = [

@@ -4,7 +4,6 @@ import pytest
 pytest.importorskip("mujoco")
 
 from tatamu.robots import load
-from tatamu.robots.chain import Chain
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.placement import grid
 from tatamu.robots.pose import turn
@@ -15,12 +14,11 @@ from tests.robots.folds import exact
 def test_a_fold_may_go_any_way_in_its_own_frame(degrees: float) -> None:
     """Step 3 of trousers in thirds goes along -x: before the robot its hands shall go ahead all the same."""
     robot = load("hironx")
-    chains = Chain.of(robot, robot.larm), Chain.of(robot, robot.rarm)
     hands = HandMotion.exact(exact())
     points = hands.at(hands.evenly(10))
     around = points @ turn(2, np.radians(degrees)).T
-    wanted = grid(chains, points, (-0.2, -0.1), robot.front, True)
-    found = grid(chains, around, (-0.2, -0.1), robot.front, True)
+    wanted = grid(robot, points, (-0.2, -0.1))
+    found = grid(robot, around, (-0.2, -0.1))
     assert len(wanted) == len(found)
     for one, other in zip(wanted, found, strict=True):
         assert np.allclose(_in_base(one.matrix, points), _in_base(other.matrix, around), atol=1e-12)

@@ -140,7 +140,7 @@ def test_what_an_arm_stands_on_is_not_held_against_it_and_is_said(tmp_path: Path
 def test_the_second_opinion_finds_what_a_wrong_broad_phase_leaves_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Clearance, "_bounds", lambda self, pairs: np.full(len(pairs), np.inf))
+    monkeypatch.setattr(Clearance, "_bounds", lambda self: np.full(len(self._first), np.inf))
     with pytest.raises(InputError, match=r"obstacles is -0.19\d* m, the limit 0.005 m, rarm_turn_link and larm_floor"):
         planned_in(tmp_path, FLOOR)
 

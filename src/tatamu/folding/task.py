@@ -33,13 +33,9 @@ def _no_refusal(manipulation: Manipulation) -> None:
     """Return None: the default of `Reach.refusal`, not a lambda because those cannot be pickled."""
 
 
-def _forget_nothing() -> None:
-    """Do nothing: the default of `Reach.forget`."""
-
-
 @dataclass(frozen=True)
 class Reach:
-    """Which manipulations a robot can execute."""
+    """Which manipulations a robot can execute. Answers depend on the manipulation alone."""
 
     robot: str
     description: bytes = field(default=b"", kw_only=True)
@@ -51,9 +47,7 @@ class Reach:
     quality: Callable[[Manipulation], float]
     """Rates the robot's motion along a manipulation on Bezier curves, negative if it cannot execute it."""
     refusal: Callable[[Manipulation], str | None] = _no_refusal
-    """Returns why the robot cannot execute a manipulation, or None, without an effect on later results of `quality`."""
-    forget: Callable[[], None] = _forget_nothing
-    """Deletes the places to stand that `quality` has stored."""
+    """Returns why the robot cannot execute a manipulation, or None."""
 
 
 class TaskOptions(OpenRecord):

@@ -58,7 +58,8 @@ class Clearance:
         self._tops = np.array([_top(self.model, self._data, int(geom)) for geom in self._obstacles[:, 1]])
         radius = np.array(self.model.geom_rbound)
         self._radius = np.where(np.isfinite(radius) & (radius > 0), radius, np.inf)
-        self._plane = self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+        self._thickness = np.where(self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE, 0.0, np.nan)
+        self._thickness[self._table] = self.model.geom_size[self._table][2]
         self.set_table(-10.0)
 
     @property
@@ -87,6 +88,9 @@ class Clearance:
         rows.setdefault(OBSTACLES, []).append(self._obstacles[~under])
         joined = {kind: np.concatenate(rows[kind]) for kind in self._kinds if kind in rows}
         self._pairs = {kind: pairs for kind, pairs in joined.items() if len(pairs)}
+        self._first, self._second = np.concatenate([np.empty((0, 2), int), *self._pairs.values()]).T
+        self._counts = np.cumsum([len(pairs) for pairs in self._pairs.values()])
+        self._flat = np.flatnonzero(~np.isnan(self._thickness[self._second]))
 
     def lowest(self, configuration: np.ndarray) -> float:
         """Return the height of the arms' lowest point above the origin of the robot's base in a configuration [m]."""
@@ -101,9 +105,10 @@ class Clearance:
         best: dict[str, Distance] = {}
         for row, q in enumerate(configurations):
             self._move(q)
-            for kind, pairs in self._pairs.items():
+            bounds = np.split(self._bounds(), self._counts[:-1])
+            for (kind, pairs), bound in zip(self._pairs.items(), bounds, strict=True):
                 limit = best[kind].value if kind in best else FAR
-                found = self._nearest(pairs, limit)
+                found = self._nearest(pairs, bound, limit)
                 if kind not in best or found[0] < limit:
                     best[kind] = Distance(found[0], row, found[1])
         return best
@@ -116,11 +121,11 @@ class Clearance:
         self._data.qpos[:] = configuration
         self._mujoco.mj_kinematics(self.model, self._data)
 
-    def _nearest(self, pairs: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
+    def _nearest(self, pairs: np.ndarray, bound: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
         """Return the smallest distance of the given pairs of shapes [m], and the names of the two links."""
         value, names = limit, ("", "")
-        bound = self._bounds(pairs)
-        for number in np.argsort(bound):
+        near = np.flatnonzero(bound < limit)
+        for number in near[np.argsort(bound[near])]:
             if bound[number] >= value:
                 break
             first, second = (int(geom) for geom in pairs[number])
@@ -129,18 +134,15 @@ class Clearance:
                 value, names = distance, (link_name(self.model, first), link_name(self.model, second))
         return value, names
 
-    def _bounds(self, pairs: np.ndarray) -> np.ndarray:
+    def _bounds(self) -> np.ndarray:
         """Return a lower bound on the distance between the two shapes of each of n pairs [m], shape (n,)."""
-        first, second = pairs.T
+        first, second = self._first, self._second
         between = self._data.geom_xpos[first] - self._data.geom_xpos[second]
-        normal = self._data.geom_xmat[second].reshape(-1, 3, 3)[:, :, 2]
-        height = (between * normal).sum(axis=1)
-        apart = np.where(self._plane[second], height, np.linalg.norm(between, axis=1) - self._reach(second))
-        above = between[:, 2] - self.model.geom_size[self._table][2]
-        return np.where(second == self._table, above, apart) - self._radius[first]
-
-    def _reach(self, geoms: np.ndarray) -> np.ndarray:
-        return np.where(self._plane[geoms], 0.0, self._radius[geoms])
+        apart = np.sqrt((between * between).sum(axis=1)) - self._radius[second]
+        flat, shape = self._flat, second[self._flat]  # of the table and of planes, only the upper side counts
+        height = (between[flat] * self._data.geom_xmat[shape, 2::3]).sum(axis=1)
+        apart[flat] = height - self._thickness[shape]
+        return apart - self._radius[first]
 
     def _distance(self, first: int, second: int, limit: float) -> float:
         return float(self._mujoco.mj_geomDistance(self.model, self._data, first, second, limit, None))

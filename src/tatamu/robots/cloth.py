@@ -13,7 +13,7 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import CLOTH, DISTANCES, FINGERS, ON_TABLE, hand_shapes, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
-from tatamu.robots.placement import Grip, Hold, Placement
+from tatamu.robots.placement import Grip, Hold
 from tatamu.robots.pose import into, inverse, pose
 from tatamu.simulation.rollout import Rollout
 
@@ -46,7 +46,7 @@ def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold]
     boxes = _boxes_behind_fingers(robot, arm)
     clear = []
     for hold in holds:
-        R_FT, offset, _ = grip.tool(Placement(0.0, 0.0, 0.0, 0.0), hold)
+        R_FT, offset, _ = grip.tool(0.0, hold)
         in_tool = (points - (paths[number] + offset)[:, None]) @ R_FT
         in_tool = np.where(held[..., None], FAR, in_tool)
         least = min((float(_outside(into(X_TG, in_tool), box).min()) for X_TG, box in boxes), default=FAR)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import write_json, write_text
+from tatamu.base.files import unwritable, write_json, write_text
 from tatamu.base.version import __version__
 from tatamu.robots.bags import write_ros1, write_ros2
 from tatamu.robots.chain import Chain
@@ -59,7 +58,7 @@ def save(plan: RobotPlan, out: Path) -> None:
         InputError: If `out` cannot be written, or contains something other than a plan.
     """
     check_out(out)
-    with _replacing(out) as folder:
+    with replacing_folder(out) as folder:
         for name, write in EXPORTS:
             write(plan, folder / name)
         save_stage(plan.task.robot, plan.task.table, folder)
@@ -77,22 +76,28 @@ def _keep_fold(fold: Result | ResultFolder, folder: Path) -> None:
 
 
 @contextmanager
-def _replacing(out: Path) -> Iterator[Path]:
-    """Yield a temporary folder next to `out`, for a `with` block."""
+def replacing_folder(out: Path) -> Iterator[Path]:
+    """Yield an empty folder for a `with` block, which then takes the place of `out`.
+
+    The earlier folder moves aside before the new one comes, so a kill leaves one of them whole.
+    """
     try:
         out = out.resolve()  # a symbolic link remains a link
         out.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=".tatamu-", dir=out.parent))
-        try:
-            yield temporary
-            temporary.chmod(0o755)
-            if out.exists():
-                shutil.rmtree(out)
-            os.replace(temporary, out)
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
+        with TemporaryDirectory(prefix=".tatamu-", dir=out.parent) as temporary:
+            new, old = Path(temporary) / "new", Path(temporary) / "old"
+            new.mkdir()
+            yield new
+            try:
+                if out.exists():
+                    out.rename(old)
+                new.rename(out)
+            except BaseException:
+                if old.exists():
+                    old.rename(out)
+                raise
     except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
+        raise unwritable(out, error) from None
 
 
 def _text(contents: Callable[[RobotPlan], str]) -> Export:

@@ -115,9 +115,10 @@ class Robot:
         """The arms that fold, the left arm first."""
         return tuple(arm for arm in self.arms if self.alone in ("", arm.name))
 
-    def with_hands(self, hands: int) -> tuple[Robot, ...]:
-        """Return the robot with both arms folding, or for one hand, with either arm folding alone."""
-        return (self,) if hands == 2 else tuple(replace(self, alone=arm.name) for arm in self.arms)
+    def ways(self, hands: int) -> list[Robot]:
+        """Return the robot in each of its start poses. If one hand folds, each arm folds alone in one of them."""
+        alone = [""] if hands == 2 else [arm.name for arm in self.arms]
+        return [replace(self.starting(start), alone=name) for start in self.poses for name in alone]
 
     def starting(self, start: StartPose) -> Robot:
         """Return the same robot with another initial pose."""

@@ -90,7 +90,7 @@ class PlacedFold:
         """The values of `Grip.tool` for each arm."""
         ends = self.hands.at(self.hands.times[[0, -1]])
         grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.folding, ends, strict=True)]
-        return [grip.tool(self.placement, hold) for grip, hold in zip(grips, self.holds, strict=True)]
+        return [grip.tool(self.placement.yaw, hold) for grip, hold in zip(grips, self.holds, strict=True)]
 
 
 def cloth_of(fold: Result | ResultFolder) -> Rollout | None:

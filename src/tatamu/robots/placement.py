@@ -12,7 +12,7 @@ import numpy as np
 
 from tatamu.robots.chain import Chain
 from tatamu.robots.jaw import Jaw
-from tatamu.robots.model import Arm
+from tatamu.robots.model import Arm, Robot
 from tatamu.robots.pose import pose, turn
 
 LIFT = 0.06
@@ -106,9 +106,12 @@ class Grip:
         x, y = (path[-1] - path[0])[:2]
         return cls(jaw, float(np.arctan2(y, x)), float(path[0, 2]))
 
-    def tool(self, placement: Placement, hold: Hold) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return R_BT (3, 3), the offset from the simulated hand to T [m] (3,), and `Hold.ahead` (3,), all in B."""
-        heading = placement.yaw + self.heading
+    def tool(self, yaw: float, hold: Hold) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return R_BT (3, 3), the offset from the simulated hand to T [m] (3,), and `Hold.ahead` (3,), all in B.
+
+        `yaw` is that of the placement [rad].
+        """
+        heading = yaw + self.heading
         return hold.rotation(heading), hold.offset(self.jaw, heading, self.over), hold.ahead(heading)
 
 
@@ -119,8 +122,9 @@ def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: n
     """
     grip = Grip.of(jaw, points)
     X_BF = np.stack([placement.matrix for placement in placements])
-    tools = [[grip.tool(placement, hold) for hold in holds] for placement in placements]
-    R_BT, offset, ahead = (np.array([[tool[part] for tool in row] for row in tools]) for part in range(3))
+    yaws, which = np.unique([placement.yaw for placement in placements], return_inverse=True)
+    tools = [[grip.tool(float(yaw), hold) for hold in holds] for yaw in yaws]
+    R_BT, offset, ahead = (np.array([[tool[part] for tool in row] for row in tools])[which] for part in range(3))
     p_BT = points @ X_BF[:, :3, :3].transpose(0, 2, 1) + X_BF[:, None, :3, 3]  # (placements, n, 3)
     p_BT = np.concatenate([p_BT[:, :1], p_BT, p_BT[:, -1:]], axis=1)
     p_BT = p_BT[:, None] + offset[:, :, None]
@@ -164,29 +168,29 @@ TURNS = [
 """Directions of the fold from straight ahead [rad], each with the values of `Placement.turning` that are tried."""
 
 
-def grid(
-    chains: tuple[Chain, ...], points: np.ndarray, heights: tuple[float, float], front: float, trunk: bool
-) -> list[Placement]:
+def grid(robot: Robot, points: np.ndarray, heights: tuple[float, float], straight: bool = False) -> list[Placement]:
     """Return a grid of placements in front of the robot, which differ in distance, side, height and yaw.
 
     Args:
-        chains: The arms that fold.
+        robot: The robot.
         points: Paths of the hands in F [m], shape (arms, n, 3).
         heights: Lowest and highest table top [m].
-        front: Position of the table's near edge along x [m].
-        trunk: Whether the robot can turn its trunk.
+        straight: Whether the hands must move straight ahead.
     """
+    chains = [Chain.of(robot, arm) for arm in robot.folding]
     shoulder = np.mean([chain.shoulder for chain in chains], axis=0)
     reach = min(chain.reach for chain in chains)
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 4)
     heading = _heading(points)
     return [
-        _beginning(front + ahead * reach, shoulder[1] + aside * reach, float(level), yaw - heading, points, turning)
+        _beginning(
+            robot.front + ahead * reach, shoulder[1] + aside * reach, float(level), yaw - heading, points, turning
+        )
         for ahead in np.linspace(0, 0.36, 7)
         for aside in (-0.15, 0.0, 0.15)
-        for yaw, turnings in TURNS
+        for yaw, turnings in TURNS[: 1 if straight else None]
         for level in levels
-        for turning in (turnings if trunk else (0.0,))
+        for turning in (turnings if robot.trunk else (0.0,))
     ]
 
 

@@ -108,7 +108,7 @@ def plan_fold(
     source = fold if isinstance(fold, Result) and folder is None else ResultFolder(Path(folder or "."))
     name = folder or "fold"
     refusals: list[Refused] = []
-    starts = [way.starting(start) for start in robot.poses for way in robot.with_hands(len(hands.curves))]
+    starts = robot.ways(len(hands.curves))
     for number, starting in enumerate(starts):
         searched = partial(_searched, progress, SEARCH * number, SEARCH * len(starts))
         heights = table_heights(starting, table_height)

@@ -10,7 +10,6 @@ import numpy as np
 
 from tatamu.base.errors import TatamuError
 from tatamu.robots.arm_reach import CLEAR, HOPELESS, ArmReach, follow
-from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.cloth import clear_holds
 from tatamu.robots.hands import HandMotion
@@ -91,10 +90,8 @@ def best_placements(
         cloth: Simulated motion of the cloth, out of which the hands stay; None if it is not known.
         progress: Function that is called with how much is done, up to `SEARCH`.
     """
-    chains = tuple(Chain.of(robot, arm) for arm in robot.folding)
     points = hands.at(hands.evenly(SAMPLES))
-    places = grid(chains, points, heights, robot.front, robot.trunk is not None)
-    coarse = search(robot, hands, places, cloth=cloth, progress=progress)
+    coarse = search(robot, hands, grid(robot, points, heights), cloth=cloth, progress=progress)
     half = SEARCH // 2
     around = [
         placement
@@ -103,6 +100,13 @@ def best_placements(
     ]
     fine = search(robot, hands, around, fine=True, cloth=cloth, progress=lambda done: progress(half + done))
     return joined(coarse, fine)
+
+
+def first_placement(robot: Robot, hands: HandMotion, heights: tuple[float, float]) -> PlacementRanking:
+    """Search placements until there is one from which the robot can do a fold: most often, it lies straight ahead."""
+    straight = grid(robot, hands.at(hands.evenly(SAMPLES)), heights, straight=True)
+    found = search(robot, hands, straight, fine=True, enough=1)
+    return found if found.good else best_placements(robot, hands, heights)
 
 
 def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
@@ -125,11 +129,12 @@ def search(
     fine: bool = False,
     cloth: Rollout | None = None,
     progress: Progress = silent,
+    enough: int = ASKED,
 ) -> PlacementRanking:
     """Rate the given placements, and return them in the order of their quality, the best first.
 
     If `fine` is true, more orientations of the hands are tried. Orientations in which a hand enters the cloth are left
-    out, unless there is no other.
+    out, unless there is no other. The search ends as soon as `enough` placements are good.
     """
     times = hands.evenly(SAMPLES)
     if not placements:
@@ -145,7 +150,7 @@ def search(
         clear = clear_holds(robot, arm, hands, ways, cloth)
         if clear.any():
             found.quality[:, ~clear] = 2 * HOPELESS
-    quality, chosen = _keep_clear(robot, placements, trunk, arms, progress)
+    quality, chosen = _keep_clear(robot, placements, trunk, arms, progress, enough)
     reached = np.stack([arm.reached.max(axis=1) for arm in arms])
     # Placements from which the fold cannot be followed are ordered by the number of points that the worse arm reached.
     order = np.argsort(-np.where(quality > HOPELESS, 2 + quality, reached.min(axis=0) / 1e3), kind="stable")
@@ -159,7 +164,7 @@ def search(
 
 
 def _keep_clear(
-    robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach], progress: Progress
+    robot: Robot, placements: list[Placement], trunk: np.ndarray, arms: list[ArmReach], progress: Progress, enough: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lower the quality of promising placements at which the arms come near each other, themselves or an obstacle."""
     quality = np.min([arm.quality.max(axis=1) for arm in arms], axis=0)
@@ -167,15 +172,18 @@ def _keep_clear(
     alone = [Clearance(robot, ALONE, arm.name) for arm in robot.folding]
     between = Clearance(robot, ("between arms",))
     promising = np.argsort(-quality, kind="stable")[: int((quality > HOPELESS).sum())]
-    quality[promising[ASKED:]] = HOPELESS
-    asked = promising[:ASKED]
-    for done, number in enumerate(asked):
+    asked, good = promising[:ASKED], 0
+    for done, number in enumerate(promising):
+        if done >= ASKED or good >= enough:
+            quality[promising[done:]] = HOPELESS
+            break
         progress(done * ASKED // len(asked))
         for arm, reach, clearance in zip(robot.folding, arms, alone, strict=True):
             clearance.set_table(placements[number].z)
             _alone(robot, arm, clearance, trunk[number], reach.quality[number], reach.angles[number])
         best, ways = _together(robot, between, arms, trunk[number], int(number))
         quality[number] = best
+        good += best >= 0
         if best > HOPELESS:
             chosen[:, number] = ways
     return quality, chosen

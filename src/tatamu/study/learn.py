@@ -204,8 +204,6 @@ class _Learning:
             held_store(folder, self.database, record) as store,
             executor_of(self.executor, self.parallel) as executor,
         ):
-            if task.reach is not None:
-                task.reach.forget()
             search = find_search(record.sampler)(space, record.seed, record.first)
             study = Study(evaluator, search, store, record, executor)
             done, most = len(study.trials), max_trials(options.trials)

@@ -151,7 +151,7 @@ class Arms:
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """R_BT of each tool, and the offset from the hand to the tool [m], both in B."""
-        tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
+        tools = [grip.tool(self.placement.yaw, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
         return [(rotation, offset) for rotation, offset, _ in tools]
 
     @cached_property
