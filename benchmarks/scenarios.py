@@ -35,6 +35,8 @@ from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
 
 LEVELS = (1.0, LEVEL, 2.0, 3.0)
+MESH_DRAWS = {"towel": 100, "tshirt": 25, "leg": 25}
+"""How many scenarios are simulated on both meshes."""
 
 
 @dataclass(frozen=True)
@@ -95,20 +97,20 @@ def verdicts(case: str, index: int) -> list[float | None]:
     return [each.mean_vertex_distance if Limits().hold(each) else None for each in scores]
 
 
-def meshes(out: Path, draws: int) -> list[dict[str, str]]:
+def meshes(out: Path) -> list[dict[str, str]]:
     """Return a row for each garment: how often its mesh and one of half its spacing come to the same verdict."""
     table = []
     with ThreadPoolExecutor(processors()) as workers:
-        for case, named in CASES.items():
+        for case, draws in MESH_DRAWS.items():
             files = [out / f"mesh-{case}-{index}.json" for index in range(draws)]
             jobs = [workers.submit(kept, file, partial(verdicts, case, i)) for i, file in enumerate(files)]
             found = [job.result() for job in jobs]
             same = sum((one is None) == (other is None) for one, other in found)
             both = [1e3 * abs(one - other) for one, other in found if one is not None and other is not None]
-            task = named.task()
+            task = CASES[case].task()
             table.append(
                 {
-                    "fold": named.name,
+                    "fold": CASES[case].name,
                     "spacing [mm]": f"{1e3 * task.garment.spacing:.0f}",
                     "vertices": str(len(task.fold.start)),
                     "same verdict with half the spacing": f"{same} of {draws}",
@@ -136,11 +138,7 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     for name in [options.only] if options.only else ["meshes", "levels"]:
-        rows = (
-            levels(options.out, options.seeds, options.draws)
-            if name == "levels"
-            else meshes(options.out, options.draws)
-        )
+        rows = levels(options.out, options.seeds, options.draws) if name == "levels" else meshes(options.out)
         print(markdown(rows), flush=True)
         if options.write_docs:
             publish(f"scenarios: {name}", markdown(rows))
