@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
+from typer.testing import CliRunner
+
 from tatamu.cli import main
+from tatamu.cli.app import app
 
 
 @dataclass(frozen=True)
@@ -36,3 +39,11 @@ def tatamu(*arguments: str, cwd: Path | None = None) -> Ended:
             code = ended.code or 0
     assert isinstance(code, int)
     return Ended(code, out.getvalue(), err.getvalue())
+
+
+def command(*arguments: object) -> str:
+    """Return what a command prints, or raise its error."""
+    result = CliRunner().invoke(app, [*map(str, arguments)])
+    if result.exception:
+        raise result.exception
+    return result.output

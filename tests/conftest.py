@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,10 +17,12 @@ settings.register_profile("any machine", deadline=None)  # a busy machine is no 
 settings.load_profile("any machine")
 
 
-@pytest.fixture
-def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="session", autouse=True)
+def _small_pictures() -> Iterator[None]:
     """Views from above of a few pixels: drawing them is most of a report's time."""
-    monkeypatch.setattr("tatamu.report.topview.WIDE", 120)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tatamu.report.topview.WIDE", 120)
+        yield
 
 
 @pytest.fixture

@@ -67,56 +67,15 @@ PATIENCE = 20.0
 """Reading a file takes no more time of a processor [s]: other programs do not count."""
 MOST_MEMORY = 1.5
 """Reading a file takes no more memory beyond the program's own [GiB]."""
-NUMBERS: tuple[str, ...] = (
-    "0",
-    "-1",
-    "-0.0",
-    "1e-300",
-    "1e300",
-    "1e308",
-    "-1e308",
-    "nan",
-    "inf",
-    "Infinity",
-    "NaN",
-    "0x7f",
-    "1e999",
-    "2147483648",
-    "4294967295",
+NUMBERS = (
+    *"0 -1 -0.0 1e-300 1e300 1e308 -1e308 nan inf Infinity NaN 0x7f 1e999 2147483648 4294967295".split(),
+    *'0.1 3 1e9 1000000 1e-12 true null "" [] 50% 3em'.split(),
     "9" * 400,
-    "0.1",
-    "3",
-    "1e9",
-    "1000000",
-    "1e-12",
-    "true",
-    "null",
-    '""',
-    "[]",
-    "50%",
-    "3em",
 )
-TOKENS: tuple[bytes, ...] = (
-    b"\x00",
-    b"\x1b[2J",
-    b"\xff\xfe",
-    b"\xef\xbb\xbf",
-    b"\xc2\x9b31m",
-    b"\n",
-    b"<",
-    b'"',
-    b"{",
-    b"]]>",
-    b"&lt;",
-    b"\xe2\x80\xae",
-    b"A" * 5_000,
-    b"[" * 2_000,
-    b"<g>" * 300,
-    b"9" * 5_000,
-    b"../" * 40,
-    b"%s%n",
-    b"\r",
-    b"\t",
+TOKENS = (
+    *(b"\x00", b"\x1b[2J", b"\xff\xfe", b"\xef\xbb\xbf", b"\xc2\x9b31m", b"\xe2\x80\xae", b"\n", b"\r", b"\t"),
+    *(b"<", b'"', b"{", b"]]>", b"&lt;", b"%s%n"),
+    *(b"A" * 5_000, b"[" * 2_000, b"<g>" * 300, b"9" * 5_000, b"../" * 40),
 )
 
 

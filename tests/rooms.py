@@ -46,10 +46,6 @@ def size_of(path: Path) -> Size:
     return Size(len(written - documented), len(documented), len(text.splitlines()), 1)
 
 
-def _is_text(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and isinstance(node.value, str)
-
-
 def table() -> str:
     """Return the table of rooms: each with the first line of its docstring."""
     rows = ["| room | what it is |", "|---|---|"]

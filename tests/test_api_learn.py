@@ -54,7 +54,6 @@ TINY: dict[str, Any] = {"size": (0.16, 0.30), "spacing": 0.03}
 @pytest.fixture(scope="module", autouse=True)
 def _quick() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tatamu.report.topview.WIDE", 120)
         patch.setattr("tatamu.study.loop.SUCCESS_SIMULATIONS", 6)
         yield
 

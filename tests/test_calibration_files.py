@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,35 +12,10 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import validated
 from tatamu.calibration.guide import instructions, template
 from tatamu.calibration.measurements import load_measurements
-from tatamu.cli import main
 from tatamu.garments import GARMENTS, make_garment
 from tatamu.simulation.material import load_material, preset_names
 from tatamu.simulation.presets import Preset, load_preset
-
-
-@dataclass
-class Done:
-    """How a command ended."""
-
-    returncode: object
-    stdout: str
-    stderr: str
-
-
-@pytest.fixture
-def tatamu(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Done]:
-    """The command line in this process: it takes a second less each time."""
-
-    def run(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["tatamu", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        return Done(ended.value.code, *capsys.readouterr())
-
-    return run
-
-
-Command = Callable[..., Done]
+from tests.commands import tatamu
 
 GOOD = """
 [garment]
@@ -117,7 +89,7 @@ def test_a_template_asks_for_readings_and_is_right_once_filled_in(tmp_path: Path
     assert list(filled.entries()) == ["elongation", "friction", "sag", "loop"]
 
 
-def test_calibrate_writes_a_material_and_a_page_that_learn_takes(tmp_path: Path, tatamu: Command) -> None:
+def test_calibrate_writes_a_material_and_a_page_that_learn_takes(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(GOOD)
     done = tatamu("calibrate", str(tmp_path / "m.toml"), "--out", str(tmp_path / "mine.toml"), "--spacing", "0.03")
     assert done.returncode == 0, done.stderr
@@ -138,9 +110,7 @@ def test_calibrate_writes_a_material_and_a_page_that_learn_takes(tmp_path: Path,
         (["materials", "silk"], "material: must be one of"),
     ],
 )
-def test_what_is_wrong_gets_one_line_and_code_2(
-    tmp_path: Path, tatamu: Command, arguments: list[str], named: str
-) -> None:
+def test_what_is_wrong_gets_one_line_and_code_2(tmp_path: Path, arguments: list[str], named: str) -> None:
     file = tmp_path / "m.toml"
     file.write_text(GOOD)
     places = {"FILE": str(file), "DIR/x.toml": str(tmp_path / "x.toml"), "DIR/x.txt": str(tmp_path / "x.txt")}
@@ -150,7 +120,7 @@ def test_what_is_wrong_gets_one_line_and_code_2(
     assert file.read_text() == GOOD and list(tmp_path.iterdir()) == [file]
 
 
-def test_measure_says_what_to_do(tatamu: Command) -> None:
+def test_measure_says_what_to_do() -> None:
     done = tatamu("measure")
     assert done.returncode == 0 and done.stdout == instructions()
     assert all(word in done.stdout for word in ("L1", "L2", "L_t", "H_s", "free_length", "sag", "mass"))
@@ -163,7 +133,7 @@ def test_a_preset_is_a_material_with_sources(name: str) -> None:
     assert {"areal_density", "stretch_stiffness", "bending_rigidity"} <= set(preset.source) or preset.material.blender
 
 
-def test_presets_are_listed_and_say_that_they_are_presets(tatamu: Command) -> None:
+def test_presets_are_listed_and_say_that_they_are_presets() -> None:
     done = tatamu("materials")
     assert done.returncode == 0 and all(name in done.stdout for name in preset_names())
     assert "other people's cloth" in done.stdout

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError
 from tatamu.calibration import Measurements, calibrate
-from tatamu.calibration.instruments.outline import PlanOutline, centroid
+from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.calibration.plate import APART, Plate, length_share
 from tatamu.calibration.readings import Errors
 from tatamu.cli.app import app
@@ -51,7 +51,6 @@ def asked(path: Path, **more: str) -> list[str]:
 
 
 def test_a_photo_tells_coefficient_and_folds(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     photographed(tmp_path / "drape.png")
     result = CliRunner().invoke(app, asked(tmp_path / "drape.png"))
     assert result.exit_code == 0, result.output
@@ -62,7 +61,6 @@ def test_a_photo_tells_coefficient_and_folds(tmp_path: Path) -> None:
 
 
 def test_a_photo_in_other_units_is_refused(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     photographed(tmp_path / "drape.png")
     for more, said in (
         ({"ruler": "100,20 500,20 20"}, "not between plate and disc"),
@@ -70,11 +68,6 @@ def test_a_photo_in_other_units_is_refused(tmp_path: Path) -> None:
     ):
         error = CliRunner().invoke(app, asked(tmp_path / "drape.png", **more)).exception
         assert isinstance(error, InputError) and said in str(error)
-
-
-def test_the_middle_of_an_outline_is_that_of_its_area() -> None:
-    curve = np.add([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0], [0.0, 0.5]], [3.0, -1.0])
-    assert centroid(curve) == pytest.approx([4.0, -0.5])
 
 
 WRONG = [

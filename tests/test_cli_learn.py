@@ -22,19 +22,12 @@ from tatamu.folding.score import MEASURES
 from tatamu.report.conclusion import Conclusion
 from tatamu.simulation.native import CAPABILITIES
 from tatamu.study.folder import ResultFolder
+from tests.commands import tatamu
 from tests.fabricated import changed, write_fold
 from tests.scenes import scene
 from tests.small_studies import learn_plain, plain, timeless, towel
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
-
-
-def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
-    """The exit code of a command."""
-    monkeypatch.setattr("sys.argv", ["tatamu", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    return int(ended.value.code or 0)
 
 
 def conclusion(folder: Path) -> Conclusion:
@@ -52,12 +45,13 @@ def test_something_is_said_before_anything_heavy_is_imported(
 
 
 def test_the_end_says_the_verdict_and_the_note_and_exits_with_0(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, small_pictures: None
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr("tatamu.study.loop.SUCCESS_SIMULATIONS", 6)
     options = ["--size", "0.24x0.5", "--spacing", "0.04", "--sampler", "random", "--no-baselines", "--trials", "2"]
-    assert run(monkeypatch, "learn", "towel", *options, "--out", str(tmp_path)) == 0
-    said = capsys.readouterr().out.splitlines()
+    done = tatamu("learn", "towel", *options, "--out", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    said = done.stdout.splitlines()
     assert said[-1] == f"report: {tmp_path / 'report.html'}"
     verdicts = [line for line in said if line.startswith(("succeeded: ", "failed: "))]
     assert len(verdicts) == 1 and "success below 12.5 mm" in verdicts[0] and "success from 0.80" in verdicts[0]
@@ -169,7 +163,7 @@ def stopping_after(count: int) -> Callable[[Progress], None]:
     return show
 
 
-def test_an_interrupted_study_leaves_a_report_and_goes_on(tmp_path: Path, small_pictures: None) -> None:
+def test_an_interrupted_study_leaves_a_report_and_goes_on(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         learn_plain(towel(), tmp_path / "cut", progress=stopping_after(3), trials=5, **SEARCH)
     assert (tmp_path / "cut" / "report.html").exists()
@@ -181,7 +175,7 @@ def test_an_interrupted_study_leaves_a_report_and_goes_on(tmp_path: Path, small_
 
 @pytest.mark.parametrize(("trials", "steps"), [(1, 1), (3, 2)])
 def test_an_interrupted_plan_leaves_a_report_of_its_finished_steps(
-    quarters: Task, tmp_path: Path, small_pictures: None, trials: int, steps: int
+    quarters: Task, tmp_path: Path, trials: int, steps: int
 ) -> None:
     options = plain(trials=2, **SEARCH)
     with pytest.raises(KeyboardInterrupt):
@@ -195,7 +189,7 @@ def test_an_interrupted_plan_leaves_a_report_of_its_finished_steps(
 
 
 def test_an_interrupted_command_says_how_to_go_on_and_exits_with_130(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
@@ -203,9 +197,9 @@ def test_an_interrupted_command_says_how_to_go_on_and_exits_with_130(
     monkeypatch.setattr("tatamu.api.learn", interrupted)
     write_fold(tmp_path, spacing=0.08, frames=24)
     (tmp_path / "study.db").touch()
-    assert run(monkeypatch, "learn", "towel", "--out", str(tmp_path)) == 130
-    said = capsys.readouterr().err
-    assert said == f"tatamu: {kept(tmp_path)}\n"
+    done = tatamu("learn", "towel", "--out", str(tmp_path))
+    said = done.stderr
+    assert done.returncode == 130 and said == f"tatamu: {kept(tmp_path)}\n"
     assert "run the same command again to resume" in said and str(tmp_path) in said
 
 
@@ -257,7 +251,7 @@ COMMANDS = [
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_a_command_that_needs_blender_looks_for_it_before_it_begins(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, words: list[str]
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, words: list[str]
 ) -> None:
     monkeypatch.setattr("tatamu.simulation.blender.discovery.python_of", lambda _: tmp_path / "none")
     monkeypatch.setattr("shutil.which", lambda *_: None)
@@ -271,9 +265,9 @@ def test_a_command_that_needs_blender_looks_for_it_before_it_begins(
         "FOLDER": str(write_fold(tmp_path / "fold", spacing=0.08, frames=24)),
         "MEASUREMENTS": str(EXAMPLE),
     }
-    assert run(monkeypatch, *(places.get(word, word) for word in words)) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1 and said.startswith("tatamu: blender: no Blender found")
+    done = tatamu(*(places.get(word, word) for word in words))
+    said = done.stderr
+    assert done.returncode == 2 and said.count("\n") == 1 and said.startswith("tatamu: blender: no Blender found")
     assert not out.exists()
 
 
@@ -289,7 +283,7 @@ def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
     assert ("compiling the simulator" in text.getvalue()) == bool(compiled)
 
 
-def test_the_first_step_that_fails_is_the_one_to_look_at(quarters: Task, tmp_path: Path, small_pictures: None) -> None:
+def test_the_first_step_that_fails_is_the_one_to_look_at(quarters: Task, tmp_path: Path) -> None:
     learn(quarters, plain(trials=1, **SEARCH), out=tmp_path)
     for step in ("step-1", "step-2"):
         changed(tmp_path / step / "result.json", lambda value: value["trials"][0].update(mean_vertex_distance=0.03))
@@ -302,7 +296,7 @@ def test_the_first_step_that_fails_is_the_one_to_look_at(quarters: Task, tmp_pat
     )
 
 
-def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Task, tmp_path: Path, small_pictures: None) -> None:
+def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Task, tmp_path: Path) -> None:
     learn(quarters, plain(trials=1, **SEARCH), out=tmp_path)
     for step in ("step-1", "step-2"):
         changed(

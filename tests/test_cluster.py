@@ -15,9 +15,6 @@ from typing import Any, NoReturn
 
 import numpy as np
 import pytest
-
-pytest.importorskip("distributed", reason="Dask is not installed")
-
 from studies.real_cloth.__main__ import app
 from studies.real_cloth.bench import Bench, Experiment
 from studies.real_cloth.matsudaira import models
@@ -25,7 +22,6 @@ from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.cluster import connected
-from tatamu.cluster.arguments import SharedArguments
 from tatamu.cluster.call import checked_call
 from tatamu.cluster.connection import CERTIFICATES, parse_address
 from tatamu.cluster.executor import DaskExecutor
@@ -174,18 +170,6 @@ def test_large_arguments_go_over_once(executor: DaskExecutor) -> None:
     results = [executor.submit(loaded, each, times).result() for each in (array, twin) for times in range(3)]
     assert [product for _, product in results] == [0, 7, 14] * 2
     assert len(executor._shared._futures) - before == 1, "equal content is one argument"
-
-
-def test_shared_arguments_that_were_not_used_for_longest_are_forgotten(executor: DaskExecutor) -> None:
-    shared = SharedArguments(executor._client, kept=2_000_000)
-    first, second, third = (np.full(100_000, value) for value in (1.0, 2.0, 3.0))
-    held = shared.replaced(first).key
-    other = shared.replaced(second).key
-    assert shared.replaced(first).key == held and other != held
-    assert list(shared._futures) == [held, other]
-    newest = shared.replaced(third).key
-    assert list(shared._futures) == [held, newest], "the second was used before the first"
-    assert executor.submit(loaded, third, 2).result()[1] == 6
 
 
 def test_a_call_whose_worker_dies_runs_elsewhere(executor: DaskExecutor, tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ from tatamu.after.second_opinion import check
 from tatamu.after.second_opinion.check import modify_scene
 from tatamu.api import learn
 from tatamu.base.errors import InputError
-from tatamu.cli import main
 from tatamu.folding.task import make_task
 from tatamu.report import command
 from tatamu.simulation.material import Material
@@ -27,6 +26,7 @@ from tatamu.study.record import describe_task
 from tatamu.study.result import Result
 from tests import shifted
 from tests.browser import Phone
+from tests.commands import tatamu
 from tests.foreign import GOOD
 from tests.scenes import CLOTH, scene, sheet
 
@@ -136,24 +136,16 @@ def test_simulators_are_compared_and_every_simulation_is_kept(
     assert crosscheck.distances(columns)[1]["shifted"] == "failed"
 
 
-def run(*words: object) -> int:
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as stopped:
-        patch.setattr("sys.argv", ["tatamu", *map(str, words)])
-        main()
-    assert isinstance(stopped.value.code, int)
-    return stopped.value.code
-
-
 def test_the_exit_code_is_the_verdict(
     learned: Result,
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
     phone: Phone,
 ) -> None:
     monkeypatch.setattr(shifted, "SHIFT", learned.target - learned.final)
-    assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "a") == 0
+    words = ("check", str(folder), "--simulator", "shifted", "--out")
+    assert tatamu(*words, str(tmp_path / "a")).returncode == 0
     told = json.loads((tmp_path / "a/check.json").read_text())
     assert told["holds"] and told["distance_between_final_shapes"]["mean"] > 0
     page = (tmp_path / "a/check.html").read_text()
@@ -161,8 +153,8 @@ def test_the_exit_code_is_the_verdict(
     assert "succeeds in shifted" in page and "http" not in before
     assert (tmp_path / "a/check.png").read_bytes().startswith(b"\x89PNG")
     monkeypatch.setattr(shifted, "SHIFT", np.array([0.2, 0.0, 0.0]))
-    assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "b") == 1
-    assert "fails in shifted" in capsys.readouterr().out
+    done = tatamu(*words, str(tmp_path / "b"))
+    assert done.returncode == 1 and "fails in shifted" in done.stdout
     phone(tmp_path / "a/check.html")
 
 
@@ -171,16 +163,13 @@ def test_the_exit_code_is_the_verdict(
     [
         ((), "--simulator: must be"),
         (("--simulator", "unreal"), "simulator: must be one of"),
-        (("--all", "--random", 5), "--all: is now"),
+        (("--all", "--random", "5"), "--all: is now"),
         (("--simulator", "native", "--material", "none.toml"), "none.toml"),
     ],
 )
-def test_wrong_input_is_one_line(
-    folder: Path, words: tuple[object, ...], says: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("check", folder, *words) == 2
-    error = capsys.readouterr().err
-    assert says in error and error.count("\n") == 1
+def test_wrong_input_is_one_line(folder: Path, words: tuple[str, ...], says: str) -> None:
+    done = tatamu("check", str(folder), *words)
+    assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_a_folder_that_cannot_be_made_again_is_refused(folder: Path, tmp_path: Path) -> None:

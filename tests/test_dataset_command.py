@@ -10,11 +10,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("gymnasium")
-pytest.importorskip("pyarrow")
-pytest.importorskip("av")
-pytest.importorskip("zarr")
-
 from tatamu.policies.dataset import DatasetFolder, make_dataset, read_specification, replay
 from tests.commands import Ended, tatamu
 

@@ -8,11 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("gymnasium")
-pytest.importorskip("pyarrow")
-pytest.importorskip("av")
-pytest.importorskip("zarr")
-
 from tatamu import Result
 from tatamu.lerobot import LeRobotReader
 from tatamu.policies.dataset import DatasetFolder, DatasetSpecification, make_dataset, replay
@@ -64,7 +59,6 @@ def test_a_sweep_is_recorded(learned: Path, tmp_path: Path) -> None:
 
 
 def test_worlds_and_a_second_simulator_judge_each_fold(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco")
     made = make(tmp_path / "folds", episodes=1, outcome={"worlds": 4, "simulator": "mujoco"})
     (record,) = read_records(made.table)
     assert (record.held_from, record.held_draws, record.second_simulator) == ("worlds", 4, "mujoco")
@@ -93,7 +87,6 @@ def test_arms_fold_in_joint_space(tmp_path: Path) -> None:
 
 
 def test_workers_of_a_cluster_make_the_same_bytes(tmp_path: Path) -> None:
-    pytest.importorskip("distributed")
     from tatamu.cluster import executor_at
 
     alone = make(tmp_path / "alone", record={"cameras": ["top"], "pixels": 64})

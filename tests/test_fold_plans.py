@@ -13,7 +13,7 @@ import shapely
 from tatamu.api import learn
 from tatamu.folding.advice import UncarriedWarning, advice, left_behind
 from tatamu.folding.appendages import appendages, has_legs, silhouette
-from tatamu.folding.coverage import LONGEST, LONGEST_TAIL, best_coverage, uncarried
+from tatamu.folding.coverage import LONGEST, LONGEST_TAIL, uncarried
 from tatamu.folding.fold import fold_of, ideal_folds
 from tatamu.folding.plan import Plan, load_plan
 from tatamu.folding.plans import PLANS, make_plan
@@ -150,14 +150,6 @@ def test_what_lies_on_carried_cloth_is_carried() -> None:
     assert left_behind(hoodie, plan) == []
     first = plan.model_copy(update={"steps": plan.steps[-1:]})
     assert left_behind(hoodie, first)
-
-
-def test_the_best_coverage_is_the_one_that_leaves_least() -> None:
-    garment = winged(0.2)
-    fold = fold_of(garment, (plan := half("side 0")), plan.steps[0])
-    best = best_coverage(garment, fold.start, fold.crease, (fold.left, fold.right))
-    inner = best_coverage(garment, fold.start, fold.crease, (fold.left[-1:], fold.right[-1:]))
-    assert best.lost.sum() <= inner.lost.sum()
 
 
 def test_appendages_of_outlines() -> None:

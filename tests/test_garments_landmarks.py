@@ -7,17 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-import tatamu.cli  # noqa: F401  adds the commands
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 from tatamu.folding.advice import choices
 from tatamu.folding.plans import PLANS, make_plan
 from tatamu.garments import make_garment
 from tatamu.garments.landmarks import tshirt_openings
 from tatamu.garments.trousers import pattern as trousers_pattern
 from tatamu.garments.tshirt import pattern
+from tests.commands import command
 from tests.photos import SHIRT, photograph
 
 OPEN = ["hem", "left_sleeve", "right_sleeve", "neck"]
@@ -82,15 +80,7 @@ def test_what_is_no_shirt_is_refused(outline: np.ndarray, words: str) -> None:
         tshirt_openings(1e-3 * outline)
 
 
-def command(*arguments: object) -> str:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception:
-        raise result.exception
-    return result.output
-
-
 def test_a_shirt_from_a_photo_is_folded_as_a_shirt(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     photograph(tmp_path / "photo.png", (60, 90, 170), (150, 110, 75))
     said = command(
         "outline", tmp_path / "photo.png", "--width", 0.54, "--garment", "tshirt", "--out", tmp_path / "shirt.svg"
@@ -110,7 +100,6 @@ def test_a_shirt_from_a_photo_is_folded_as_a_shirt(tmp_path: Path) -> None:
 
 
 def test_openings_can_be_edited(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     photograph(tmp_path / "photo.png", (60, 90, 170), (150, 110, 75))
     command("outline", tmp_path / "photo.png", "--width", 0.54, "--garment", "tshirt", "--out", tmp_path / "shirt.svg")
     text = (tmp_path / "shirt.svg").read_text()
@@ -122,7 +111,6 @@ def test_openings_can_be_edited(tmp_path: Path) -> None:
 
 
 def test_other_garments_are_not_known_by_their_outline(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     photograph(tmp_path / "photo.png", (60, 90, 170), (150, 110, 75))
     with pytest.raises(InputError, match="garment: must be tshirt"):
         command("outline", tmp_path / "photo.png", "--width", 0.5, "--garment", "socks", "--out", tmp_path / "a.svg")

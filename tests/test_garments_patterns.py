@@ -7,12 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-import tatamu.cli  # noqa: F401  adds the commands
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 from tatamu.garments import Garment, make_garment
+from tests.commands import command
 from tests.foreign import svg
 from tests.patterns import (
     HOODIE,
@@ -274,13 +272,6 @@ def test_wrong_lengths_are_refused_in_their_unit(line: str, words: str, tmp_path
         make_garment(str(tmp_path / "wrong.toml"))
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
-
-
-def command(*arguments: object) -> str:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception:
-        raise result.exception
-    return result.output
 
 
 def test_the_size_that_was_understood_is_stated_by_show_and_on_its_page(tmp_path: Path) -> None:

@@ -8,22 +8,14 @@ import numpy as np
 import pytest
 import shapely
 from PIL import Image
-from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 from tatamu.garments import make_garment
 from tatamu.garments.photo import find_outline, homography, straightened
+from tests.commands import command
 from tests.photos import PLACE, SCALE, SHIRT, SIZE, TILT, moved, overlap, photograph
 
 WOOD, WHITE, BLUE, RED, BLACK = (150, 110, 75), (240, 240, 240), (60, 90, 170), (200, 60, 60), (40, 40, 45)
-
-
-def command(*arguments: object) -> str:
-    result = CliRunner().invoke(app, ["outline", *map(str, arguments)])
-    if result.exception:
-        raise result.exception
-    return result.output
 
 
 @pytest.mark.parametrize(
@@ -42,7 +34,7 @@ def test_the_outline_covers_the_garment(
 
 def test_a_known_width_gives_metres_and_a_garment(tmp_path: Path) -> None:
     photograph(tmp_path / "photo.png", BLUE, WOOD)
-    said = command(tmp_path / "photo.png", "--width", 0.54, "--out", tmp_path / "shirt.svg")
+    said = command("outline", tmp_path / "photo.png", "--width", 0.54, "--out", tmp_path / "shirt.svg")
     assert "0.540 m wide" in said
     assert (tmp_path / "shirt-on-photo.jpg").stat().st_size > 10_000
     shirt = make_garment(str(tmp_path / "shirt.svg"), spacing=0.02)
@@ -51,7 +43,8 @@ def test_a_known_width_gives_metres_and_a_garment(tmp_path: Path) -> None:
 
 def test_a_ruler_gives_metres(tmp_path: Path) -> None:
     photograph(tmp_path / "photo.png", RED, WOOD)
-    command(tmp_path / "photo.png", "--ruler", f"10,20 {10 + 500 * SCALE},20 0.5", "--out", tmp_path / "shirt.svg")
+    ruler = f"10,20 {10 + 500 * SCALE},20 0.5"
+    command("outline", tmp_path / "photo.png", "--ruler", ruler, "--out", tmp_path / "shirt.svg")
     assert make_garment(str(tmp_path / "shirt.svg"), spacing=0.02).size == pytest.approx((0.54, 0.46), abs=0.006)
 
 
@@ -62,7 +55,7 @@ def test_a_sheet_takes_the_perspective_out(tmp_path: Path) -> None:
     found = straightened(find_outline(tmp_path / "photo.png").outline, homography(corners, 0.297, 0.210))
     assert overlap(1e3 * found, SHIRT) > 0.99
     text = " ".join("{:.2f},{:.2f}".format(*corner) for corner in corners) + " 0.297x0.210"
-    command(tmp_path / "photo.png", "--sheet", text, "--out", tmp_path / "shirt.svg")
+    command("outline", tmp_path / "photo.png", "--sheet", text, "--out", tmp_path / "shirt.svg")
     assert make_garment(str(tmp_path / "shirt.svg"), spacing=0.02).size == pytest.approx((0.54, 0.46), abs=0.004)
 
 
@@ -99,7 +92,7 @@ def test_a_garment_at_the_border_is_refused(tmp_path: Path) -> None:
 def test_wrong_options_are_one_clear_line(options: list[str], words: str, tmp_path: Path) -> None:
     photograph(tmp_path / "photo.png", BLUE, WOOD)
     with pytest.raises(InputError, match=words):
-        command(tmp_path / "photo.png", *options, "--out", tmp_path / "shirt.svg")
+        command("outline", tmp_path / "photo.png", *options, "--out", tmp_path / "shirt.svg")
     assert not (tmp_path / "shirt.svg").exists()
 
 

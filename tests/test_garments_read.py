@@ -10,15 +10,13 @@ import pytest
 import shapely
 import trimesh
 from PIL import Image
-from typer.testing import CliRunner
 
-import tatamu.cli  # noqa: F401  adds the commands
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 from tatamu.garments import Garment, make_garment
 from tatamu.garments.meshfile import welded
 from tatamu.garments.objfile import TriangleMesh, read_obj
 from tatamu.simulation.mesh.topology import areas
+from tests.commands import command
 from tests.foreign import svg
 from tests.photos import SHIRT, overlap
 
@@ -222,15 +220,7 @@ def picture(path: Path, colours: dict[str, tuple[int, int, int]], alpha: bool = 
 TABLE, NAVY = (236, 236, 230), (26, 34, 78)
 
 
-def command(*arguments: object) -> str:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception:
-        raise result.exception
-    return result.output
-
-
 def test_the_alpha_channel_is_the_mask(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     from tatamu.garments.photo import find_outline
 
     truth = picture(tmp_path / "a.png", {"table": NAVY, "shirt": NAVY, "stripe": TABLE}, alpha=True)
@@ -244,7 +234,6 @@ def test_the_alpha_channel_is_the_mask(tmp_path: Path) -> None:
 
 
 def test_an_alpha_channel_that_cuts_nothing_out_is_passed_over(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     from tatamu.garments.photo import find_outline
 
     truth = picture(tmp_path / "a.png", {"table": TABLE, "shirt": NAVY, "stripe": NAVY})
@@ -258,7 +247,6 @@ def test_an_alpha_channel_that_cuts_nothing_out_is_passed_over(tmp_path: Path) -
 
 
 def test_other_regions_that_stand_out_are_told_and_can_be_joined(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     truth = picture(tmp_path / "a.png", {"table": TABLE, "shirt": NAVY, "stripe": TABLE})
     given = ("outline", tmp_path / "a.png", "--width", 0.54, "--out", tmp_path / "a.svg")
     said = command(*given)
@@ -269,7 +257,6 @@ def test_other_regions_that_stand_out_are_told_and_can_be_joined(tmp_path: Path)
 
 
 def test_the_sheet_that_gives_the_scale_is_no_part_of_the_garment(tmp_path: Path) -> None:
-    pytest.importorskip("skimage")
     picture(tmp_path / "a.png", {"table": (150, 110, 75), "shirt": NAVY, "stripe": NAVY})
     image = Image.open(tmp_path / "a.png")
     image.paste((250, 250, 250), (60, 640, 200, 840))

@@ -9,23 +9,15 @@ import numpy as np
 import pytest
 import shapely
 from PIL import Image
-from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.plans import PLANS
 from tatamu.garments import GARMENTS, make_garment
 from tatamu.report.garment import FoldMark, diagram, page
 from tatamu.show.shapes import Dot, Label, Polyline
+from tests.commands import command
 from tests.foreign import GOOD
-
-
-def command(*arguments: object) -> str:
-    result = CliRunner().invoke(app, [str(a) for a in arguments])
-    if result.exception:
-        raise result.exception
-    return result.output
 
 
 def test_all_garments_are_listed() -> None:

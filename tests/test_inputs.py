@@ -64,7 +64,7 @@ def check_copies(desk: Path, inputs: Path) -> None:
 
 
 def test_inputs_are_copied_and_a_folder_and_the_users_files_can_be_moved(
-    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_pictures: None
+    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = learned(desk, tmp_path / "out")
     check_copies(desk, folder / "inputs")
@@ -79,7 +79,7 @@ def test_inputs_are_copied_and_a_folder_and_the_users_files_can_be_moved(
 
 
 def test_the_plan_that_was_found_for_a_garment_is_kept(
-    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_pictures: None
+    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Another version may propose another plan."""
     folder = learned(desk, tmp_path / "out", fold="auto", material=None)
@@ -93,12 +93,12 @@ def test_the_plan_that_was_found_for_a_garment_is_kept(
     assert (Result.load(folder).task.fold.target == target).all()
 
 
-def test_a_garment_by_name_needs_no_copies(tmp_path: Path, small_pictures: None) -> None:
+def test_a_garment_by_name_needs_no_copies(tmp_path: Path) -> None:
     learn(make_task("towel", size=(0.24, 0.5), spacing=0.04, material=Path("denim")), SEARCH, out=tmp_path)
     assert not (tmp_path / "inputs").exists()
 
 
-def test_a_folder_of_another_study_keeps_its_own_files(desk: Path, tmp_path: Path, small_pictures: None) -> None:
+def test_a_folder_of_another_study_keeps_its_own_files(desk: Path, tmp_path: Path) -> None:
     folder = learned(desk, tmp_path / "out", fold="half")
     before = (folder / "inputs" / "garment" / "patterns" / "bag.svg").read_bytes()
     (desk / "patterns" / "bag.svg").write_text(svg(LOOP.replace("380", "360")))
@@ -128,7 +128,7 @@ def test_an_index_names_no_file_outside_the_folder(tmp_path: Path, path: str) ->
         kept_input(tmp_path, "fold")
 
 
-def test_the_task_is_rebuilt_as_it_was(desk: Path, tmp_path: Path, small_pictures: None) -> None:
+def test_the_task_is_rebuilt_as_it_was(desk: Path, tmp_path: Path) -> None:
     folder = learned(desk, tmp_path / "out", fold="half")
     fold = Result.load(folder)
     assert np.array_equal(fold.task.fold.start, fold.start)

@@ -14,9 +14,6 @@ from tatamu.lerobot import LeRobotReader, LeRobotWriter, camera, flag, vector
 from tatamu.lerobot.statistics import joined, statistics
 from tatamu.lerobot.video import VideoWriter
 
-pytest.importorskip("pyarrow")
-pytest.importorskip("av")
-
 NAMES = ["left_x", "left_y", "left_gripper"]
 FEATURES = {"observation.state": vector(NAMES), "next.done": flag(), "observation.images.top": camera(64)}
 

@@ -129,8 +129,14 @@ def test_an_output_that_is_full_is_one_line() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell closes the streams")
-@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&-", "<&- >&- 2>&-"])
-@pytest.mark.parametrize("command", ["garments", "board --out b.pdf", "simulate s.json --out r.npz"])
+@pytest.mark.parametrize(
+    ("command", "closed"),
+    [
+        *(("garments", closed) for closed in (">&-", "2>&-", "<&-")),
+        ("board --out b.pdf", "<&- >&- 2>&-"),
+        ("simulate s.json --out r.npz", "<&- >&- 2>&-"),
+    ],
+)
 def test_a_program_without_standard_streams_works(command: str, closed: str, tmp_path: Path) -> None:
     """Services and `pythonw` start programs without them."""
     scene(duration=1 / 60).save(tmp_path / "s.json")

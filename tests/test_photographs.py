@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import shapely
 from PIL import Image, ImageDraw
-from typer.testing import CliRunner
 
 import tatamu as tt
 from tatamu.base.errors import InputError
@@ -28,11 +27,11 @@ from tatamu.cameras.pose import Pose
 from tatamu.cameras.printing import DOTS, page, write_pdf
 from tatamu.cameras.reading import FoldReader, FoldReading
 from tatamu.cameras.shape import shape_of
-from tatamu.cli.app import app
 from tatamu.folding.fold import Fold
 from tatamu.folding.marks import marks
 from tatamu.folding.task import make_task
 from tatamu.garments import make_garment
+from tests.commands import command
 from tests.photographs import Cloth, Paper, Shot, laid, photograph
 
 PAGES = Board(pages=2)
@@ -45,13 +44,6 @@ PAPERS = (Paper(PAGES), Paper(PAGES, 1, Pose(0.72, 0.0, 0.1)))
 def towel(**looks: object) -> Cloth:
     garment = make_garment("towel", size=SMALL, spacing=0.03)
     return laid(garment.vertices, garment.faces, PLACE, **looks)
-
-
-def command(*arguments: object) -> str:
-    result = CliRunner().invoke(app, [*map(str, arguments)])
-    if result.exception:
-        raise result.exception
-    return result.output
 
 
 @pytest.fixture(scope="module")

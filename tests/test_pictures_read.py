@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import shapely
@@ -19,7 +20,6 @@ from tatamu.garments.picture import Picture, read_picture
 from tatamu.garments.picture import turned as turned_pixels
 from tests.photos import overlap, photograph
 
-cv2 = pytest.importorskip("cv2")
 LANDSCAPE = Lens(width=1600, height=1200, focal=1400.0, centre=(842.0, 615.0), distortion=(-0.1, 0.02, 1e-3, 2e-3, 0.0))
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from tatamu import InputError
 from tatamu.folding.fold import Fold, fold_of, ideal_folds, make_fold
-from tatamu.folding.ideal import pressed
 from tatamu.folding.manipulation import bezier_manipulation
 from tatamu.folding.plan import Plan, line_of, load_plan
 from tatamu.folding.plans import PLANS, make_plan
@@ -136,22 +135,6 @@ def test_the_target_follows_the_achieved_state(garments: dict[str, Garment]) -> 
     before, after = (fold_of(towel, plan, plan.steps[1], s).target for s in (state, moved))
     assert (after - before).mean(axis=0) == pytest.approx([0.03, 0.0, 0.0], abs=2e-4)
     assert np.abs(after - before - [0.03, 0.0, 0.0]).max() < 3e-3  # heights are read off pixels of a millimetre
-
-
-def test_loops_of_a_narrow_package_are_pressed_from_their_whole_height(garments: dict[str, Garment]) -> None:
-    """The loops of both sides are so wide that most of the package has no flat part."""
-    shirt = garments["tshirt"]
-    fold = ideal_folds(shirt, make_plan("shop", shirt))[2]
-    highest, flat = fold.start[:, 2].max(), 4 * shirt.material.thickness
-    assert fold.stacks.middle.max() == pytest.approx(0.5 * (flat + highest))
-
-
-def test_pressing_keeps_the_order_of_layers() -> None:
-    z = np.linspace(0.0, 0.05, 200)
-    lower = pressed(z, 0.004)
-    assert (np.diff(lower) > 0).all()
-    assert (lower[z <= 0.004] == z[z <= 0.004]).all()
-    assert lower[-1] < 0.03
 
 
 def test_a_pinch_takes_both_layers_and_only_those_that_move(garments: dict[str, Garment]) -> None:

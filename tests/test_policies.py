@@ -21,7 +21,6 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What the script prints of a dataset of 200 episodes, and the dataset's folder."""
-    pytest.importorskip("av")
     from tatamu.policies.dataset import make_dataset
 
     root = tmp_path_factory.mktemp("lerobot") / "folds"

@@ -21,8 +21,6 @@ from tatamu.study.result import Result
 from tests.fabricated import changed, report, rewritten, write_fold
 from tests.pages import charts, replay, shown
 
-pytestmark = pytest.mark.usefixtures("small_pictures")
-
 
 def test_the_report_is_one_page_with_every_figure(folder: Path) -> None:
     out = report(folder)

@@ -14,18 +14,15 @@ from PIL import Image
 
 from tatamu.report import picture
 from tatamu.report.errormap import largest, maps
-from tatamu.report.histogram import bin_width, histogram
+from tatamu.report.histogram import histogram
 from tatamu.report.paths import plot
 from tatamu.report.replay import replay
 from tatamu.show.packing import motion
-from tatamu.show.raster import View, rasterise, vertex_normals
+from tatamu.show.raster import View, rasterise
 from tatamu.show.replay import FRAMES, frames
-from tatamu.show.tube import tube
 from tatamu.study.result import Result
 from tests.fabricated import changed, grid, report, rewritten, write_fold
 from tests.pages import shown, unpacked
-
-pytestmark = pytest.mark.usefixtures("small_pictures")
 
 
 @pytest.mark.parametrize(
@@ -50,13 +47,6 @@ def test_a_histogram_counts_every_vertex() -> None:
     assert sum(bars["y"]) == 4
     assert dict(zip(bars["x"], bars["y"], strict=True))[1.5] == 2
     assert bars["x"][-1] > 10.0 > bars["x"][-2]
-
-
-def test_bins_are_round_and_about_forty() -> None:
-    for end in (1e-9, 0.0013, 0.02, 0.145, 0.5):
-        width = bin_width(end)
-        assert float(f"{width:.2g}") == pytest.approx(width)
-        assert 25 <= max(end, 1e-6) / width <= 60
 
 
 def test_packed_motion_comes_back_whole() -> None:
@@ -96,15 +86,6 @@ def test_paths_are_drawn_in_the_plane_of_the_fold(folder: Path) -> None:
     assert "learned, both hands" in named and len(named) == 4
     assert max(named["Triangle"]["y"]) == pytest.approx(200.0)
     assert named["Triangle"]["x"][-1] == pytest.approx(800.0)
-
-
-def test_a_tube_is_as_thick_everywhere_whatever_way_it_goes() -> None:
-    share = np.linspace(0.0, 1.0, 50)[:, None]
-    for way in ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -0.6, 0.0], [0.0, 0.0, 1.0]):
-        path = share * way + np.sin(np.pi * share) * [0.0, 0.0, 0.3]
-        points, _ = tube(path, 0.01)
-        rings = points.reshape(-1, 10, 3)
-        assert np.linalg.norm(rings - rings.mean(axis=1, keepdims=True), axis=2) == pytest.approx(0.01, rel=1e-6)
 
 
 def test_hands_that_part_are_drawn_apart(folder: Path) -> None:
@@ -185,11 +166,6 @@ def test_a_view_sees_up_as_up_and_near_as_large() -> None:
     near = View(np.zeros(3), np.eye(3), 100.0, (40, 60), distance=2.0).project(points)
     assert np.allclose(near[:, 1], [20, 10, 0])
     assert near[2, 2] > near[1, 2]
-
-
-def test_normals_of_a_flat_cloth_point_up() -> None:
-    points, faces = grid(0.1)
-    assert np.allclose(vertex_normals(points, faces), [0, 0, 1])
 
 
 def test_the_picture_is_a_png_of_cloth_and_paths(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -71,7 +71,7 @@ def test_a_garment_with_one_candidate_for_each_hand_is_learned(sampler: str) -> 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sampler", ["cmaes", "tpe"])
-def test_an_interrupted_study_ends_as_an_undisturbed_one(tmp_path: Path, sampler: str, small_pictures: None) -> None:
+def test_an_interrupted_study_ends_as_an_undisturbed_one(tmp_path: Path, sampler: str) -> None:
     for trials in (3, 14):
         learn_plain(towel(), tmp_path / "paused", trials=trials, sampler=sampler, baselines=False)
     learn_plain(towel(), tmp_path / "at-once", trials=14, sampler=sampler, baselines=False)

@@ -26,7 +26,6 @@ SECRET = "geheim-und-lang"
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[postgres.Server]:
-    pytest.importorskip("psycopg", reason="psycopg is not installed")
     if postgres.installed() is None:
         pytest.skip("PostgreSQL is not installed")
     with postgres.running() as found:
@@ -72,7 +71,6 @@ def test_an_address_is_read() -> None:
 
 
 def test_a_database_that_is_not_there_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("psycopg", reason="psycopg is not installed")
     monkeypatch.setattr("tatamu.study.database.OPENING_SECONDS", 0.5)
     with pytest.raises(UnavailableError, match=r"127\.0\.0\.1:9/studies: no answer for 0.5 s"):
         with shared_database("postgresql://folder@127.0.0.1:9/studies"):

@@ -10,7 +10,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
@@ -43,13 +43,6 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
 
     monkeypatch.setattr("tatamu.evaluation.nominal.simulate", counted)
     return scenes
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _pages_of_few_pixels() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tatamu.report.topview.WIDE", 120)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -325,8 +318,10 @@ def test_a_study_for_a_robot_is_not_one_for_any(learned: Path) -> None:
         learn_plain(task(reach=Reach("low", Low())), learned, trials=6)
 
 
-@pytest.mark.parametrize("reach", [None, "low"])
-@pytest.mark.parametrize("elsewhere", [lambda: ThreadPoolExecutor(1), lambda: ThreadPoolExecutor(7), processes])
+@pytest.mark.parametrize(
+    ("elsewhere", "reach"),
+    [(lambda: ThreadPoolExecutor(1), None), (lambda: ThreadPoolExecutor(7), "low"), (processes, None)],
+)
 def test_a_study_is_the_same_wherever_its_trials_run(
     tmp_path: Path, elsewhere: Callable[[], Executor], reach: str | None
 ) -> None:

@@ -97,7 +97,6 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, text: str, said: st
     "wrong", ['garment = "towl"', 'garment = "towel"\nsize = "x"', 'garment = "towel"\ntrials = 0']
 )
 def test_a_task_that_cannot_be_is_refused_before_anything_is_made(tmp_path: Path, wrong: str) -> None:
-    pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     file = written(tmp_path / "sweep.toml", f'[[task]]\ngarment = "towel"\n[[task]]\n{wrong}\n')
     done = tatamu("sweep", str(file), "--out", str(tmp_path / "out"))
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and "sweep.toml" in done.stderr
@@ -207,7 +206,8 @@ def records() -> list[TaskRecord]:
 
 
 def test_the_table_has_a_row_for_each_task(tmp_path: Path) -> None:
-    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    from pyarrow import parquet
+
     write_parquet(records(), tmp_path / "sweep.parquet")
     rows = parquet.read_table(tmp_path / "sweep.parquet").to_pylist()
     assert [row["name"] for row in rows] == [record.name for record in records()]
@@ -245,8 +245,7 @@ def test_the_live_table_shows_what_runs_first() -> None:
     assert counts(made) == "3 tasks: 3 complete"
 
 
-def test_the_command_learns_and_goes_on(tmp_path: Path, small_pictures: None) -> None:
-    pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+def test_the_command_learns_and_goes_on(tmp_path: Path) -> None:
     options = 'garment = "towel"\nsize = "0.24x0.5"\nspacing = 0.04\ntrials = 2\nbaselines = false'
     text = f"[all]\n{options}\n[grid]\nseed = [0, 1]\n"
     file = written(tmp_path / "sweep.toml", text)

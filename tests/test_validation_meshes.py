@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from tatamu.simulation.mesh.crossings import crossings, crossings_over_time
 from tatamu.simulation.mesh.topology import Topology, areas, check_mesh
 from tests.physics.meshes import LAYOUTS, Mesh, irregular, mirrored, right
-from tests.physics.scenes import joined, raised, vertex_areas
+from tests.physics.scenes import joined, raised
 
 NO_SEAMS = np.empty((0, 2), dtype=np.int64)
 
@@ -39,11 +39,6 @@ def test_mirrored_mesh_is_one_symmetric_piece(layout: str) -> None:
     assert_allclose(signed((points, faces)).sum(), 0.012)
     there, back = (np.array(sorted(map(tuple, np.round(p, 9) + 0.0))) for p in (points, points * [-1, 1]))
     assert_allclose(there, back, atol=1e-12)
-
-
-def test_vertex_areas_share_out_the_whole_area() -> None:
-    plan, faces = irregular(0.1, 0.06, 0.01)
-    assert_allclose(vertex_areas(raised(plan), faces).sum(), 0.006)
 
 
 def test_flat_and_rolled_cloth_do_not_cross() -> None:

@@ -22,6 +22,12 @@ def flat_shirt() -> Garment:
     return make_garment("tshirt", spacing=0.0138)
 
 
+@cache
+def inflated_shirt() -> np.ndarray:
+    """Positions of the T-shirt that is worn [m]."""
+    return inflated(flat_shirt())
+
+
 def inflated(garment: Garment) -> np.ndarray:
     """Positions of a two-layer garment filled as if by a body [m]; front +z, top +x; hardly any edge changes."""
     plan = garment.vertices[:, :2]
@@ -86,7 +92,7 @@ def with_sleeves_down(points: np.ndarray, garment: Garment, degrees: float) -> n
 def worn_shirt_obj(folder: Path, unit: float = 0.1, up: str = "y", uv: bool = False, name: str = "worn.obj") -> Path:
     """A T-shirt upright, in units of 0.1 m; with a UV map, front and back are its two panels."""
     shirt = flat_shirt()
-    x, y, z = inflated(shirt).T / unit
+    x, y, z = inflated_shirt().T / unit
     placed = np.column_stack([-y, x, z] if up == "y" else [-y, -z, x])
     lines = ["# T-shirt, g\xe9n\xe9r\xe9"]  # in Latin-1
     lines += ["v {:.6f} {:.6f} {:.6f}".format(*place) for place in placed]

@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("toppra")
-
 from tatamu.robots import RobotPlan, load, plan_fold
 from tatamu.robots.checks import Checks, failing
 from tatamu.robots.motion import Motion
@@ -79,7 +77,7 @@ def at_the_body(plan: RobotPlan, angles: np.ndarray) -> None:
     ],
 )
 def test_a_motion_that_breaks_a_rule_is_caught(plan: RobotPlan, change: Change, names: set[str]) -> None:
-    assert checked(plan, lambda plan, angles: None) == set()
+    assert all(check.ok for check in plan.checks.values())
     assert names <= checked(plan, change)
 
 

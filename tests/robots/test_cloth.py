@@ -8,9 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
 from tatamu.api import plan_for
 from tatamu.robots import Robot, load, plan_fold, save
 from tatamu.robots.cloth import clear_holds

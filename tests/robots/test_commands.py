@@ -13,12 +13,6 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from tests.robots.arms import pair_of, urdf
-
-pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-pytest.importorskip("rosbags")
-
 from tatamu.base.errors import InputError
 from tatamu.robots import RobotPlan, load, plan_fold, save
 from tatamu.robots.bags import GRIPPER, typestore, write_ros1, write_ros2
@@ -28,6 +22,7 @@ from tatamu.robots.motion import Pace
 from tatamu.robots.planned import Planned
 from tatamu.robots.tables import trajectory_json
 from tatamu.study.folder import ResultFolder
+from tests.robots.arms import pair_of, urdf
 
 MD5 = "680acaff79486f017132a7f198d40f08"
 """Of control_msgs/GripperCommand in ROS 1 (docs.ros.org/en/noetic/api/control_msgs)."""

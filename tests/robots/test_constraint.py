@@ -3,15 +3,12 @@ from typing import Any
 
 import pytest
 
-from tests.robots.folds import exact
-
-pytest.importorskip("mujoco")
-
 from tatamu.base.errors import InputError
 from tatamu.robots import ReachConstraint, Robot, load
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.placement import Placement
 from tatamu.robots.reach import PlacementRanking, search
+from tests.robots.folds import exact
 
 
 def test_a_fold_within_reach_is_positive_and_a_long_one_negative() -> None:

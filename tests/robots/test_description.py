@@ -4,15 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tatamu.base.errors import InputError
+from tatamu.robots import load, plan_fold
+from tatamu.robots.chain import Chain
 from tests.robots.arms import pair, urdf
 from tests.robots.folds import folder
-
-mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
-from tatamu.base.errors import InputError  # noqa: E402
-from tatamu.robots import load, plan_fold  # noqa: E402
-from tatamu.robots.chain import Chain  # noqa: E402
 
 
 def test_two_single_arms_make_a_pair_that_plans(tmp_path: Path) -> None:

@@ -5,25 +5,19 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.robots.folds import folder
-
-pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-pytest.importorskip("pyarrow")
-
-from tatamu.cli import main
 from tatamu.lerobot import LeRobotReader
 from tatamu.robots import RobotPlan
 from tatamu.robots.episode import ACTION, FPS, STATE, add_plan, episode_writer, state
 from tatamu.robots.interfaces import LeRobotNames
 from tatamu.robots.model import state_names
+from tests.commands import tatamu
+from tests.robots.folds import folder
 
 LEROBOT = Path(os.environ.get("TATAMU_LEROBOT", Path(__file__).parents[2] / ".venv-lerobot/bin/python"))
 """The Python that has LeRobot."""
@@ -87,18 +81,14 @@ def test_values_are_in_the_robots_own_keys_units_and_directions(plan: RobotPlan)
     assert turned[0, 7] == 100.0 and np.array_equal(turned[:, 8:], plain[:, 8:])
 
 
-def test_a_dataset_that_is_there_is_refused_before_any_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_dataset_that_is_there_is_refused_before_any_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     learned = folder(tmp_path / "fold")
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "mine.txt").write_text("mine")
     arguments = ["plan", str(learned), "--out", str(tmp_path / "plan"), "--lerobot", str(tmp_path / "data")]
-    monkeypatch.setattr(sys, "argv", ["tatamu", *arguments])
     monkeypatch.setattr("tatamu.robots.plan_fold", lambda *_: pytest.fail("planned"))
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 2 and "is already there" in capsys.readouterr().err
+    done = tatamu(*arguments)
+    assert done.returncode == 2 and "is already there" in done.stderr
     assert not (tmp_path / "plan").exists()
 
 

@@ -6,19 +6,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
-mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
-from tatamu.robots import RobotPlan, load, plan_fold  # noqa: E402
-from tatamu.robots.checks import Checks  # noqa: E402
-from tatamu.robots.folder import plan_file  # noqa: E402
-from tatamu.robots.jaw import GAP, Jaw  # noqa: E402
-from tatamu.robots.paths import Paths, tool_poses  # noqa: E402
-from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement, holds_of, tool_paths  # noqa: E402
-from tests.robots.folds import folder  # noqa: E402
+from tatamu.robots import RobotPlan, load, plan_fold
+from tatamu.robots.checks import Checks
+from tatamu.robots.folder import plan_file
+from tatamu.robots.jaw import GAP, Jaw
+from tatamu.robots.paths import Paths, tool_poses
+from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement, holds_of, tool_paths
+from tests.robots.folds import folder
 
 SIDES = ("larm", "rarm")
 

@@ -3,23 +3,21 @@
 import re
 import struct
 import zlib
+from itertools import cycle
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 import trimesh
 
+from tatamu.base.errors import InputError
+from tatamu.robots import Robot, load, plan_fold, save
+from tatamu.robots.planned import Planned
+from tatamu.robots.rehearsal import rehearse
+from tatamu.robots.stage import load_stage
 from tests.robots.arms import BOX, mjcf, pair_of, urdf
 from tests.robots.folds import folder
-
-mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
-from tatamu.base.errors import InputError  # noqa: E402
-from tatamu.robots import Robot, load, plan_fold, save  # noqa: E402
-from tatamu.robots.planned import Planned  # noqa: E402
-from tatamu.robots.rehearsal import rehearse  # noqa: E402
-from tatamu.robots.stage import load_stage  # noqa: E402
 
 PLACE = (0.36, -0.16, np.radians(50))
 INERTIA = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
@@ -243,8 +241,7 @@ def write_mesh(path: Path) -> None:
     path.write_bytes(trimesh.creation.box([0.06, 0.06, 0.05]).export(file_type="stl"))
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("kind", ["urdf", "package", "mjcf", "included"])
+@pytest.mark.parametrize(("name", "kind"), [*zip(NAMES, cycle(["urdf", "package", "mjcf", "included"]), strict=False)])
 def test_files_of_any_name_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, kind: str) -> None:
     here = tmp_path / name
     write_mesh(here / "shapes" / "link.stl")
@@ -263,7 +260,7 @@ def test_files_of_any_name_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert load(f"{name}/pair.toml").model.nmesh == 2
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["a?b%41", "-dash '#;", "🤖" * 50])
 def test_a_plan_of_any_name_is_written_and_rehearsed(tmp_path: Path, short_plan: object, name: str) -> None:
     save(short_plan, tmp_path / name)  # type: ignore[arg-type]
     planned = Planned.load(tmp_path / name)

@@ -7,19 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
+from tatamu.base.errors import InputError
+from tatamu.robots import Robot, load, plan_fold
+from tatamu.robots.chain import Chain
+from tatamu.robots.description import files_of
+from tatamu.robots.modelfile import read_model
+from tatamu.robots.soundness import check_kinematics
 from tests.robots.arms import mjcf, pair, pair_of, urdf
 from tests.robots.folds import folder
-
-mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
-from tatamu.base.errors import InputError  # noqa: E402
-from tatamu.robots import Robot, load, plan_fold  # noqa: E402
-from tatamu.robots.chain import Chain  # noqa: E402
-from tatamu.robots.description import files_of  # noqa: E402
-from tatamu.robots.modelfile import read_model  # noqa: E402
-from tatamu.robots.soundness import check_kinematics  # noqa: E402
 
 FINGERS = (
     '<body name="{name}" pos="0 0 0.06"><joint name="{name}" type="slide" axis="0 1 0" range="{range}"/>'
@@ -357,10 +354,9 @@ def test_nothing_but_our_line_is_written(tmp_path: Path, capfd: pytest.CaptureFi
 
 
 def test_an_mjcf_brings_its_meshes_height_fields_and_includes_and_no_textures(tmp_path: Path) -> None:
-    image = pytest.importorskip("PIL.Image")
     mesh(tmp_path / "shapes" / "link.stl")
-    image.new("L", (4, 4), 9).save(tmp_path / "shapes" / "hill.png")
-    image.new("RGB", (4, 4)).save(tmp_path / "shapes" / "wood.png")
+    Image.new("L", (4, 4), 9).save(tmp_path / "shapes" / "hill.png")
+    Image.new("RGB", (4, 4)).save(tmp_path / "shapes" / "wood.png")
     assets = (
         '<asset><mesh name="link" file="link.stl"/>'
         '<texture name="wood" type="2d" file="wood.png"/><material name="wood" texture="wood"/></asset>'

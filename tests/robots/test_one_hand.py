@@ -10,9 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
 from tatamu import InputError
 from tatamu.folding.trial_scene import scene_of
 from tatamu.robots import ReachConstraint, RobotPlan, load, plan_fold, save

@@ -8,11 +8,8 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
-
 from tatamu.api import learn, task_of
 from tatamu.base.errors import InputError
-from tatamu.cli import main
 from tatamu.evaluation.disturbances import Disturbances, default_disturbances
 from tatamu.robots import load
 from tatamu.robots.description import disturbances_of, files_of
@@ -21,6 +18,7 @@ from tatamu.study.inputs import Sources, keep_inputs
 from tatamu.study.options import FoldOptions, LearnOptions
 from tatamu.study.record import StudyRecord
 from tatamu.study.store import load_settings
+from tests.commands import tatamu
 from tests.robots.arms import pair
 
 FILE = "[source]\nhands = 'measured'\n[hands]\nyaw = 0.02\n[fingers]\nthickness = 0.004\n"
@@ -100,15 +98,10 @@ def test_a_wrong_field_is_one_line_and_nothing_is_written(
     text: str,
     named: str,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
 ) -> None:
     robot = str(make(tmp_path, text))
-    monkeypatch.setattr("sys.argv", ["tatamu", "learn", "towel", "--robot", robot, "--out", str(tmp_path / "out")])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    said = capsys.readouterr().err
-    assert ended.value.code == 2 and named in said and said.count("\n") == 1
+    done = tatamu("learn", "towel", "--robot", robot, "--out", str(tmp_path / "out"))
+    assert done.returncode == 2 and named in done.stderr and done.stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()
     with pytest.raises(InputError, match="hand"):
         load(robot)  # other commands refuse it too

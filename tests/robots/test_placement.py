@@ -1,8 +1,6 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco")
-
 from tatamu.robots import load
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.placement import grid

@@ -6,19 +6,16 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import mujoco
 import numpy as np
 import pytest
 
+from tatamu.base.errors import InputError
+from tatamu.robots import check_out, load, plan_fold, save
+from tatamu.robots.picture import reach_svg
+from tatamu.robots.reach import table_heights
 from tests.commands import tatamu
 from tests.robots.folds import bezier, folder, manipulation
-
-mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
-from tatamu.base.errors import InputError  # noqa: E402
-from tatamu.robots import check_out, load, plan_fold, save  # noqa: E402
-from tatamu.robots.picture import reach_svg  # noqa: E402
-from tatamu.robots.reach import table_heights  # noqa: E402
 
 
 class Written:

@@ -8,13 +8,11 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
-
-from tatamu.cli import main
 from tatamu.robots.catalog import described
 from tatamu.robots.description import files_of
 from tatamu.robots.plan import NoPlacement
 from tatamu.study.inputs import Sources, keep_inputs
+from tests.commands import tatamu
 from tests.fabricated import changed, write_fold
 from tests.robots.arms import pair
 
@@ -32,29 +30,25 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
-def said(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    monkeypatch.setattr("sys.argv", ["tatamu", "plan", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 2
-    return capsys.readouterr().err
+def said(*arguments: str) -> str:
+    done = tatamu("plan", *arguments)
+    assert done.returncode == 2
+    return done.stderr
 
 
 def test_where_there_is_no_placement_learning_within_reach_is_proposed(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], asked: list[str]
+    folder: Path, tmp_path: Path, asked: list[str]
 ) -> None:
     where = [str(folder), "--out", str(tmp_path / "plan")]
     remedy = "`tatamu learn .. --robot {}` searches only folds within its reach"
-    assert remedy.format("hironx") in said(monkeypatch, capsys, *where)
-    assert remedy.format("nextage") in said(monkeypatch, capsys, *where, "--robot", "nextage")
+    assert remedy.format("hironx") in said(*where)
+    assert remedy.format("nextage") in said(*where, "--robot", "nextage")
     changed(folder / "result.json", lambda value: value["task"].update(robot="nextage"))
-    assert "tatamu learn" not in said(monkeypatch, capsys, *where)  # it was done already
+    assert "tatamu learn" not in said(*where)  # it was done already
     assert asked == ["hironx", "nextage", "nextage"]
 
 
-def test_a_robot_of_ones_own_goes_with_the_fold(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], asked: list[str]
-) -> None:
+def test_a_robot_of_ones_own_goes_with_the_fold(tmp_path: Path, asked: list[str]) -> None:
     (tmp_path / "own").mkdir()
     description = pair(tmp_path / "own")
     files = files_of(description)
@@ -64,22 +58,18 @@ def test_a_robot_of_ones_own_goes_with_the_fold(
     keep_inputs(folder, {"robot": Sources(files)})
     shutil.rmtree(tmp_path / "own")
     assert described(folder / "inputs" / "robot" / "pair.toml").name == "pair"
-    said(monkeypatch, capsys, str(folder), "--out", str(tmp_path / "plan"))
+    said(str(folder), "--out", str(tmp_path / "plan"))
     assert asked == ["pair"]
 
 
-def test_several_robots_say_who_can(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], asked: list[str]
-) -> None:
+def test_several_robots_say_who_can(folder: Path, tmp_path: Path, asked: list[str]) -> None:
     (tmp_path / "a, b").mkdir()
     own = pair(tmp_path / "a, b")
-    error = said(
-        monkeypatch, capsys, str(folder), "--out", str(tmp_path / "plans"), "--robot", "hironx, openarm,hironx"
-    )
+    error = said(str(folder), "--out", str(tmp_path / "plans"), "--robot", "hironx, openarm,hironx")
     assert asked == ["hironx", "openarm"] and "no placement" in error
-    said(monkeypatch, capsys, str(folder), "--out", str(tmp_path / "plans"), "--robot", str(own))
+    said(str(folder), "--out", str(tmp_path / "plans"), "--robot", str(own))
     assert asked[2:] == ["pair"], "a comma in the name of a file is no list"
     assert "--lerobot: must be given with one robot" in said(
-        monkeypatch, capsys, str(folder), "--out", "p", "--robot", "hironx,openarm", "--lerobot", str(tmp_path / "d")
+        str(folder), "--out", "p", "--robot", "hironx,openarm", "--lerobot", str(tmp_path / "d")
     )
     assert not (tmp_path / "plans").exists()

@@ -4,21 +4,18 @@ import os
 import shutil
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 import trimesh
 
+from tatamu.robots import load, plan_fold, save
+from tatamu.robots.film import save_film
+from tatamu.robots.links import link_boxes
+from tatamu.robots.planned import Planned
+from tatamu.robots.rehearsal import rehearse
 from tests.robots.arms import mjcf, pair_of, urdf
 from tests.robots.folds import folder
-
-mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
-from tatamu.robots import load, plan_fold, save  # noqa: E402
-from tatamu.robots.film import save_film  # noqa: E402
-from tatamu.robots.links import link_boxes  # noqa: E402
-from tatamu.robots.planned import Planned  # noqa: E402
-from tatamu.robots.rehearsal import rehearse  # noqa: E402
 
 DRIVES = (
     '<actuator><position joint="pan" kp="0.1"/><position joint="elbow" kp="0.1"/></actuator>'

@@ -7,24 +7,20 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
-from tests.robots.folds import folder
-
-mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
-from tatamu.base.errors import InputError  # noqa: E402
-from tatamu.robots import load, plan_fold  # noqa: E402
-from tatamu.robots.catalog import DATA, described  # noqa: E402
-from tatamu.robots.catalog import NAMES as BUILT_IN  # noqa: E402
-from tatamu.robots.chain import Chain  # noqa: E402
-from tatamu.robots.clearance import FAR, Clearance  # noqa: E402
-from tatamu.robots.constraint import ReachConstraint  # noqa: E402
-from tatamu.robots.model import state_names  # noqa: E402
-from tatamu.robots.modelfile import give, read_model  # noqa: E402
-from tests.robots.folds import exact  # noqa: E402
+from tatamu.base.errors import InputError
+from tatamu.robots import load, plan_fold
+from tatamu.robots.catalog import DATA, described
+from tatamu.robots.catalog import NAMES as BUILT_IN
+from tatamu.robots.chain import Chain
+from tatamu.robots.clearance import FAR, Clearance
+from tatamu.robots.constraint import ReachConstraint
+from tatamu.robots.model import state_names
+from tatamu.robots.modelfile import give, read_model
+from tests.robots.folds import exact, folder
 
 NAMES = sorted(set(BUILT_IN) - {"hironx", "nextage"})
 REAL = {

@@ -1,18 +1,15 @@
 import json
 import shutil
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
-
-pytest.importorskip("toppra")
+from PIL import Image
 
 from tatamu.api import learn
 from tatamu.base.errors import InputError
-from tatamu.cli import main
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.task import make_task
 from tatamu.robots import load, plan_fold
@@ -30,6 +27,7 @@ from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.study.options import LearnOptions
 from tests.browser import Phone
+from tests.commands import tatamu
 
 MATERIAL = Material(
     areal_density=0.2,
@@ -68,7 +66,8 @@ def test_joints_and_tools_follow_the_plan(done: Rehearsal) -> None:
 
 def test_drives_are_as_strong_as_the_outstretched_arm_needs() -> None:
     """At zero angles this arm points straight up, and its first joint turns almost nothing."""
-    mujoco = pytest.importorskip("mujoco")
+    import mujoco
+
     rod = '<geom type="capsule" fromto="0 0 0 0 0 0.6" size="0.01" mass="2"/>'
     elbow = f'<body name="rod"><joint name="raise" axis="0 1 0"/>{rod}</body>'
     world = f'<body name="foot"><joint name="turn" axis="0 0 1"/><geom size="0.01" mass="0.1"/>{elbow}</body>'
@@ -252,11 +251,11 @@ def test_a_plan_without_results_is_rehearsed_and_not_scored(towel: Path, tmp_pat
 
 
 def test_the_film_lasts_as_long_as_the_motion(done: Rehearsal, tmp_path: Path) -> None:
-    image = pytest.importorskip("PIL.Image")
     why_not = save_film(done, None, tmp_path / "film.gif")
     if why_not:
         pytest.skip(f"this machine cannot draw: {why_not}")
-    with image.open(tmp_path / "film.gif") as film:
+    opened: Any = Image.open(tmp_path / "film.gif")
+    with opened as film:
         lasting = 0
         for frame in range(film.n_frames):
             film.seek(frame)
@@ -323,11 +322,7 @@ def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:
         Planned.load(fold)
 
 
-def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(
-    plan_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(plan_folder: Path, tmp_path: Path) -> None:
     shutil.copytree(plan_folder, tmp_path / "plan")
-    monkeypatch.setattr(sys, "argv", ["tatamu", "rehearse", str(tmp_path / "plan"), "--simulator=native", "--no-film"])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code == 0 and "fold/scene.json: there is no such file" in capsys.readouterr().out
+    done = tatamu("rehearse", str(tmp_path / "plan"), "--simulator=native", "--no-film")
+    assert done.returncode == 0 and "fold/scene.json: there is no such file" in done.stdout

@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rosbags")
-
 from tatamu.robots import load
 from tatamu.robots.bags import typestore
 

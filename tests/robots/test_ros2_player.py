@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rosbags")
-
 from tatamu.robots.bags import GRIPPER, typestore
 
 FOLLOW = "control_msgs/msg/FollowJointTrajectoryGoal"

@@ -3,19 +3,16 @@
 from itertools import pairwise
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
+from tatamu.base.errors import InputError
+from tatamu.robots import Robot, RobotPlan, load, plan_fold
+from tatamu.robots.clearance import FAR, Clearance
+from tatamu.robots.contacts import touches
 from tests.robots.arms import mjcf, pair, pair_of
 from tests.robots.folds import folder
-
-mujoco = pytest.importorskip("mujoco")
-pytest.importorskip("toppra")
-
-from tatamu.base.errors import InputError  # noqa: E402
-from tatamu.robots import Robot, RobotPlan, load, plan_fold  # noqa: E402
-from tatamu.robots.clearance import FAR, Clearance  # noqa: E402
-from tatamu.robots.contacts import touches  # noqa: E402
 
 PLACE = (0.36, -0.16, 0.0)
 """Where the pair folds well on its own."""
