@@ -64,14 +64,17 @@ class Fold:
         nearest = [min(self.span_of(int(vertex)) for vertex in hand) for hand in (self.left, self.right)]
         return sum(nearest[: self.hands]) / self.hands
 
+    def vector(self, forward: float, left: float = 0.0, up: float = 0.0) -> np.ndarray:
+        """Return a vector [m], shape (3,), from its parts in the fold's direction, to the left of it, and up."""
+        return np.array([*(forward * self.normal + left * self.crease.along), up])
+
     def place(self, vertex: int) -> np.ndarray:
         """Return the place at which a hand aims to grasp a vertex [m], shape (3,)."""
         low, high = self._ends
         along = float(self.crease.split(self.start[[vertex]])[1][0])
         room = min(self.aim.from_end, 0.5 * (high - low))
         aside = min(max(along, low + room), high - room) - along
-        flat = self.aim.into * self.normal + aside * self.crease.along
-        return np.asarray(self.start[vertex] + [*flat, self.aim.height])
+        return np.asarray(self.start[vertex] + self.vector(self.aim.into, aside, self.aim.height))
 
     @cached_property
     def _ends(self) -> tuple[float, float]:
@@ -118,9 +121,8 @@ class Fold:
     def _patch(self, vertex: int) -> list[int]:
         spacing = self.garment.spacing
         across, along = self.crease.split(self.start)
-        sideways = np.abs(along - along[vertex]) <= max(
-            self.fingers.width / 2, 1.3 * spacing
-        )  # On a coarse mesh, the neighbours of the vertex are included.
+        wide = max(self.fingers.width / 2, 1.3 * spacing)  # at least the neighbours of the vertex
+        sideways = np.abs(along - along[vertex]) <= wide
         inwards = np.abs(across - across[vertex]) <= PAD + 1e-9
         under = np.flatnonzero(sideways & inwards & (across < 0))
         held = outermost(across[under], along[under], self._links(under), spacing)

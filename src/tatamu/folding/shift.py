@@ -50,14 +50,8 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
     positions = []
     points = []
     for position, control, shift in zip(manipulation.positions, manipulation.control_points, shifts, strict=False):
-        grasp, release = (_in_scene(fold, each) for each in (shift.grasp, shift.release))
+        grasp, release = (fold.vector(*each) for each in (shift.grasp, shift.release))
         positions.append(position + grasp + [0.0, 0.0, shift.height])
         points.append(control + np.outer([0.0, 0.0, 1.0, 1.0], release - grasp))
     paths = tuple(map(sampled_bezier, points))
     return replace(manipulation, positions=tuple(positions), control_points=tuple(points), paths=paths)
-
-
-def _in_scene(fold: Fold, vector: Sequence[float]) -> np.ndarray:
-    """Return a vector in the scene, shape (3,), from its parts in the fold's direction and to the left of it."""
-    along, across = vector
-    return np.array([*(along * fold.normal + across * fold.crease.along), 0.0])

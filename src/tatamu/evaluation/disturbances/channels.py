@@ -33,6 +33,8 @@ FIELDS = (
 """Fields of a material that may be disturbed. New ones are appended, because otherwise all random draws change."""
 
 DIRECTIONS = ("along", "across", "up")
+PARTS = {"along": 0, "across": 1, "up": 2, "left": 0, "right": 1}
+"""Places in the lists of a file of disturbances, by the last words of names."""
 
 
 @dataclass(frozen=True)

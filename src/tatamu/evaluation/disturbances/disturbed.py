@@ -145,13 +145,13 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
     times = usual.times[0] + (usual.times - usual.times[0]) / speed
     share = curves.minimum_jerk(np.linspace(0.0, 1.0, len(times)))[:, None]
     back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
-    off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0])) + [0.0, 0.0, aim[2]]
+    off = _off(fold, manipulation, world, number) - fold.vector(*back) + [0.0, 0.0, aim[2]]
     moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
     floor = _floor(fold, grasp.vertex, moved)
     too_low = float((floor - moved[:, 2]).max())
     moved[:, 2] = np.maximum(moved[:, 2], floor)
     opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
-    turning = _in_scene(fold, np.array([2.0 * grasp.rest, 0.0, 0.0]))
+    turning = fold.vector(2.0 * grasp.rest)
     beside = share * turning - [*(fold.start[grasp.vertex, :2] - grasp.place), 0.0]
     return _DisturbedHand(Carry(HANDS[number], grasp.vertex, times, moved, opens, beside), too_low)
 
@@ -161,7 +161,7 @@ def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tu
 
     Each has that of its grasp, shape (2,), and that of its position, shape (3,), with the cloth's displacement.
     """
-    lies = np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0])
+    lies = world.vector("cloth.place")
     found = []
     for number, side in enumerate(HANDS[: len(manipulation.grasps)]):
         off = _off(fold, manipulation, world, number)
@@ -192,8 +192,8 @@ def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> n
         middle = np.mean(manipulation.positions, axis=0)
         arm = (manipulation.positions[number] - middle)[:2]
         turned = _turned(np.array([[*arm, 0.0]]), world["hands.yaw"])[0] - [*arm, 0.0]
-        return _in_scene(fold, error + 0.5 * part * world.vector("hands.difference")) + turned
-    return _in_scene(fold, error)
+        return fold.vector(*(error + 0.5 * part * world.vector("hands.difference"))) + turned
+    return fold.vector(*error)
 
 
 def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) -> _Grasp:
@@ -204,8 +204,8 @@ def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) 
     middle = 0.5 * (fold.start[:, :2].min(axis=0) + fold.start[:, :2].max(axis=0))
     seen = np.array([[*(place - middle), 0.0]])
     turned = _turned(seen, -world["cloth.yaw"])[0, :2] + middle - place
-    lies = _in_scene(fold, np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0]))[:2]
-    held = place + aim[:2] + _in_scene(fold, np.array([*wrong, 0.0]))[:2] + turned - lies
+    lies = fold.vector(*world.vector("cloth.place"))[:2]
+    held = place + aim[:2] + fold.vector(*wrong)[:2] + turned - lies
     chosen = _nearest(fold, vertex, held)
     rest = float((fold.start[chosen, :2] - held) @ fold.normal)
     misses = _covered(fold, held) < MIN_HELD * _covered(fold, place)
@@ -260,12 +260,6 @@ def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     released = np.clip(1.0 - (across[-1] - across) / NEAR, 0.0, 1.0)
     layers = fold.stacks.under[vertex] + released * fold.held_thickness(vertex) - PRESSES * thickness
     return fold.fingers.lift + table + beyond * np.maximum(layers, 0.0)
-
-
-def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:
-    """Return a vector, given along the fold, across it and up, in the coordinates of the scene, shape (3,)."""
-    along, across, up = vector
-    return np.array([*(along * fold.normal + across * fold.crease.along), up])
 
 
 def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:

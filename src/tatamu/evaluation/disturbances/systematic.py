@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.evaluation.disturbances.channels import CHANNELS, DIRECTIONS, PLACES, prefix_in
+from tatamu.evaluation.disturbances.channels import CHANNELS, PLACES, prefix_in
 from tatamu.evaluation.disturbances.description import OWN, Correlation, Disturbances, read_disturbances
 from tatamu.evaluation.disturbances.world import correlations_root, deviations
 
@@ -73,24 +73,16 @@ def split(disturbances: Disturbances) -> Split:
 def join(parts: Split, others: Disturbances) -> Disturbances:
     """Return disturbances from their parts, with the fingers of others: the inverse of `split`, to six digits."""
     deviation = dict(zip(parts.names, map(_rounded, parts.deviations), strict=True))
-
-    def of(*names: str) -> list[float]:
-        return [deviation.get(name, 0.0) for name in names]
-
+    tables: dict[str, dict[str, Any]] = {}
+    for channel in CHANNELS:
+        table, field, *part = channel.name.split(".")
+        fields, value = tables.setdefault(table, {}), deviation.get(channel.name, 0.0)
+        if part:
+            fields[field] = [*fields.get(field, []), value]
+        elif table != "material" or channel.name in deviation:
+            fields[field] = value
     plain: dict[str, Any] = {
-        "hands": {
-            **{
-                each: of(*(f"hands.{each}.{direction}" for direction in DIRECTIONS))
-                for each in ("offset", "difference")
-            },
-            **{each: deviation.get(f"hands.{each}", 0.0) for each in ("yaw", "opening_delay", "speed")},
-        },
-        "grasp": {each: of(f"grasp.{each}.left", f"grasp.{each}.right") for each in ("along", "into")},
-        "cloth": {"place": of("cloth.place.along", "cloth.place.across"), "yaw": deviation.get("cloth.yaw", 0.0)},
-        "table": {"height": deviation.get("table.height", 0.0)},
-        "material": {
-            name.removeprefix("material."): value for name, value in deviation.items() if name.startswith("material.")
-        },
+        **tables,
         "mean": {name: _rounded(value) for name, value in zip(parts.names, parts.mean, strict=True) if value},
         "systematic": {
             name: _rounded(variance / value**2)

@@ -8,8 +8,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from tatamu.evaluation.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
-from tatamu.evaluation.disturbances.description import Disturbances, LengthOfHands
+from tatamu.evaluation.disturbances.channels import CHANNELS, DIRECTIONS, PARTS, PLACES
+from tatamu.evaluation.disturbances.description import Disturbances
 
 
 class Stream(IntEnum):
@@ -49,26 +49,15 @@ NOMINAL = World({})
 
 def deviations(disturbances: Disturbances) -> dict[str, float]:
     """Return the standard deviations above 0, by the names of `CHANNELS`."""
-    hands = disturbances.hands
-    found = {
-        **dict(zip((f"hands.offset.{d}" for d in DIRECTIONS), hands.offset, strict=True)),
-        **dict(zip((f"hands.difference.{d}" for d in DIRECTIONS), hands.difference, strict=True)),
-        "hands.yaw": hands.yaw,
-        "hands.opening_delay": hands.opening_delay,
-        "hands.speed": hands.speed,
-        **_of_hands("grasp.along", disturbances.grasp.along),
-        **_of_hands("grasp.into", disturbances.grasp.into),
-        **dict(zip(("cloth.place.along", "cloth.place.across"), disturbances.cloth.place, strict=True)),
-        "cloth.yaw": disturbances.cloth.yaw,
-        "table.height": disturbances.table.height,
-        **{f"material.{name}": deviation for name, deviation in disturbances.material.items()},
-    }
-    return {channel.name: found[channel.name] for channel in CHANNELS if found.get(channel.name, 0.0) > 0.0}
+    found = {channel.name: _deviation(disturbances, channel.name) for channel in CHANNELS}
+    return {name: deviation for name, deviation in found.items() if deviation > 0.0}
 
 
-def _of_hands(name: str, value: LengthOfHands) -> dict[str, float]:
-    left, right = value if isinstance(value, list) else (value, value)
-    return {f"{name}.left": left, f"{name}.right": right}
+def _deviation(disturbances: Disturbances, name: str) -> float:
+    table, field, *part = name.split(".")
+    given = getattr(disturbances, table)
+    value = given.get(field, 0.0) if table == "material" else getattr(given, field)
+    return float(value[PARTS[part[0]]] if isinstance(value, list) else value)
 
 
 def mean_world(disturbances: Disturbances) -> World:
