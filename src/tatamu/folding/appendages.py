@@ -21,7 +21,7 @@ LEAST_DEPTH = 0.7
 """Minimum depth of an appendage, in radii of the disc. Right-angled corners stick out by 0.41 radii."""
 BRIDGE = 0.12
 """Half the maximum width of a strip along the body that is cut away, in radii; it could join two appendages."""
-COARSE = 0.006
+SIMPLIFIED = 0.006
 """Maximum distance by which simplification moves an outline before its corners are found [m]."""
 REFLEX = np.radians(12.0)
 """Minimum angle by which an outline turns inwards at a corner where an appendage may begin [rad]."""
@@ -109,8 +109,8 @@ def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
 
 
 def _reflex(outline: shapely.Polygon) -> np.ndarray:
-    coarse = shapely.orient_polygons(shapely.simplify(outline, COARSE))
-    points = np.array(coarse.exterior.coords[:-1])
+    simple = shapely.orient_polygons(shapely.simplify(outline, SIMPLIFIED))
+    points = np.array(simple.exterior.coords[:-1])
     before = points - np.roll(points, 1, axis=0)
     after = np.roll(points, -1, axis=0) - points
     turn = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))

@@ -91,36 +91,15 @@ class Coverage:
         return self.missed & (self.overhang > self.limit)
 
 
-def uncarried(
-    garment: Garment,
-    state: np.ndarray,
-    line: FoldLine,
-    hands: tuple[np.ndarray, ...],
-) -> tuple[Part, ...]:
-    """Return the parts of the cloth that a fold moves but that no hand carries, largest first.
+def uncarried(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> tuple[Part, ...]:
+    """Return the connected parts of the cloth that a fold moves but that no hand carries, largest first.
 
-    Each of `hands` has the vertices that it may grasp, from the garment's corner inwards.
+    Each of `hands` has the vertices that it may grasp, from the garment's corner inwards. Tiny parts do not count.
     """
     hold = best_coverage(garment, state, line, hands)
-    return parts_of(garment, state, line, hold)
-
-
-def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
-    """Return the cloth that is carried with the pair of grasps that leaves the least behind."""
-    cloth = _Cloth.of(garment, state, line)
-    count = min(len(hand) for hand in hands)
-    tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
-    pairs = [tuple(int(hand[k]) for hand in hands) for k in tried]
-    holds = [cloth.hold(pair) for pair in pairs]
-    return min(holds, key=lambda hold: float(cloth.weight[hold.lost].sum()))
-
-
-def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage) -> tuple[Part, ...]:
-    """Return the connected parts that no hand carries, without those of a very small area."""
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
-    moving = line.split(state)[0] < 0
-    least = LEAST_SHARE * float(weight[moving].sum())
+    least = LEAST_SHARE * float(weight[line.split(state)[0] < 0].sum())
     place = np.full(len(state), -1)
     place[missed] = np.arange(len(missed))
     links = place[np.concatenate([Topology(garment.faces).edges, _stacked(state, missed, garment.spacing)])]
@@ -128,16 +107,23 @@ def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage
     graph = csr_array((np.ones(len(links)), links.T), shape=(len(missed), len(missed)))
     number, label = connected_components(graph, directed=False)
     parts = []
-    for each in range(number):
-        vertices = missed[label == each]
+    for vertices in (missed[label == each] for each in range(number)):
         area = float(weight[vertices].sum())
-        overhang = float(hold.overhang[vertices].max())
-        if area < least or not hold.lost[vertices].any():
-            continue
-        plan = state[vertices, :2]
-        name = _name(garment, vertices, plan)
-        parts.append(Part(name, plan.min(axis=0), plan.max(axis=0), area, overhang, vertices))
+        if area >= least and hold.lost[vertices].any():
+            plan = state[vertices, :2]
+            overhang = float(hold.overhang[vertices].max())
+            name = _name(garment, vertices, plan)
+            parts.append(Part(name, plan.min(axis=0), plan.max(axis=0), area, overhang, vertices))
     return tuple(sorted(parts, key=lambda part: (-round(part.area, 6), part.name)))
+
+
+def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
+    """Return the cloth that is carried with the pair of grasps that leaves the least behind."""
+    cloth = _Cloth.of(garment, state, line)
+    count = min(len(hand) for hand in hands)
+    tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
+    holds = [cloth.hold(tuple(int(hand[k]) for hand in hands)) for k in tried]
+    return min(holds, key=lambda hold: float(cloth.weight[hold.lost].sum()))
 
 
 def vertex_areas(garment: Garment) -> np.ndarray:
@@ -197,12 +183,9 @@ class _Cloth:
             overhang = dijkstra(self.graph, indices=np.flatnonzero(held), min_only=True)
         overhang[~self.moving] = 0.0
         missed = self.moving & (overhang > ROOT) & (-2.0 * self.places[:, 0] > OFF)
-        beyond = self.places[:, 0] < self._farthest(grasps) - 0.5 * self.spacing
+        farthest = float(self.places[list(grasps), 0].min())  # of the hands
+        beyond = self.places[:, 0] < farthest - 0.5 * self.spacing
         return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
-
-    def _farthest(self, grasps: tuple[int, ...]) -> float:
-        """Return the distance from the fold line of the hand farthest from it [m], which is negative."""
-        return float(self.places[list(grasps), 0].min())
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
         """Return the grasps that hold each piece, by its index. Fingers hold all pieces that lie on each other."""

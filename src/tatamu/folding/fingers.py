@@ -14,7 +14,7 @@ layers below.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -66,11 +66,6 @@ class FingerSize(Record):
         if not isinstance(name, str) or name not in PRESETS:
             raise ValueError(f"preset must be one of {', '.join(PRESETS)}, given {name!r}")
         return {**PRESETS[name], **own}
-
-    @classmethod
-    def of_hand(cls, preset: str, **others: Any) -> Self:
-        """Return the fingers of a known hand, one of `PRESETS`, with other or further fields."""
-        return cls.model_validate({"preset": preset, **others})
 
 
 class Fingers(FingerSize):

@@ -28,7 +28,7 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
     if hands == 1:
         only = _ordered(state, line, edges[0], 1.0)
         return only, only
-    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # on coarse meshes, the two pinches must not share a vertex
+    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # two pinches must not share a vertex
     if len(edges) == 1:
         middle = 0.5 * (along[edges[0]].min() + along[edges[0]].max())
         place = along[edges[0]] - middle

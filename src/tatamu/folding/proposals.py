@@ -15,7 +15,7 @@ from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouett
 from tatamu.folding.coverage import Part
 from tatamu.folding.grasps import farthest_edge
 from tatamu.folding.hold import covered, grasp_for
-from tatamu.folding.ideal import FoldLine, crease_of
+from tatamu.folding.ideal import crease_of
 from tatamu.folding.mirrored import laid
 from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
@@ -71,9 +71,9 @@ def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
     outline = silhouette(garment)
     legs = has_legs(outline)
     parts = [part for part in appendages(outline) if not (legs and part.facing == "-x")]
-    inwards = [_Inwards(part, _title(garment, part, parts)) for part in parts]
-    sideways = [fold for fold in inwards if fold.part.facing in ("+y", "-y")]
-    across, lengthwise = _Halving("x"), _Halving("y")
+    inwards = [_Fold(_title(garment, part, parts), part.facing, part.line) for part in parts]
+    sideways = [fold for fold in inwards if fold.moves in ("+y", "-y")]
+    across, lengthwise = _Fold("in half across the length", "-x"), _Fold("in half along the length", "-y")
     low_x, low_y, high_x, high_y = outline.bounds
     endings: list[tuple[str, list[_Fold]]] = [("half", [across]), ("lengthwise", [lengthwise])]
     if legs:
@@ -83,9 +83,9 @@ def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
     endings.append(("quarters", [across, lengthwise]))
     starts: list[tuple[str, list[_Fold]]] = [("", [])]
     if sideways and len(sideways) < len(inwards):
-        starts.insert(0, ("sides-", list(sideways)))
+        starts.insert(0, ("sides-", sideways))
     if inwards:
-        starts.insert(0, ("in-", list(inwards)))
+        starts.insert(0, ("in-", inwards))
     return [(begin + end, [*first, *last]) for begin, first in starts for end, last in endings]
 
 
@@ -99,40 +99,13 @@ def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
     return f"{name} {'down' if part.facing == '+x' else 'up'}"
 
 
-class _Wanted(NamedTuple):
+class _Fold(NamedTuple):
     """A fold over a line that is parallel to the x or the y axis."""
 
     title: str
     moves: str
-    at: float
-    """Its x or y coordinate [m]."""
-
-
-@dataclass(frozen=True)
-class _Inwards:
-    """A fold that lays an appendage on the garment's body."""
-
-    part: Appendage
-    title: str
-
-    def step(self, state: np.ndarray) -> _Wanted:
-        return _Wanted(self.title, self.part.facing, self.part.line)
-
-
-@dataclass(frozen=True)
-class _Halving:
-    """A fold over the middle of the area that the garment covers after the earlier folds."""
-
-    axis: str
-
-    def step(self, state: np.ndarray) -> _Wanted:
-        column = 0 if self.axis == "x" else 1
-        at = 0.5 * float(state[:, column].min() + state[:, column].max())
-        how = "across" if self.axis == "x" else "along"
-        return _Wanted(f"in half {how} the length", f"-{self.axis}", at)
-
-
-_Fold = _Inwards | _Halving
+    at: float | None = None
+    """Its x or y coordinate [m]; None for the middle of the area that the garment covers after the earlier folds."""
 
 
 def _ends(moves: str, at: float) -> np.ndarray:
@@ -164,12 +137,12 @@ def _folded(
 
 
 def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
-    state = before.state
-    wanted = fold.step(state)
-    width, length = garment.size
-    at = round(wanted.at / (length if wanted.moves[1] == "x" else width), 4) + 0.0  # no negative zero
-    step: dict[str, Any] = {"title": wanted.title, "line": _ends(wanted.moves, at).tolist(), "moves": wanted.moves}
-    line = _line_of(garment, step)
+    state, column = before.state, 0 if fold.moves[1] == "x" else 1
+    middle = 0.5 * float(state[:, column].min() + state[:, column].max())
+    at = round((middle if fold.at is None else fold.at) / garment.size[1 - column], 4) + 0.0  # no negative zero
+    step: dict[str, Any] = {"title": fold.title, "line": _ends(fold.moves, at).tolist(), "moves": fold.moves}
+    draft = Plan.model_validate({"name": "draft", "step": [step]})
+    line = draft.line(draft.steps[0], garment)
     flap = float(-line.split(state)[0].min())
     crease = float(crease_of(garment, garment.material.thickness).arc[-1])
     if flap < crease:
@@ -179,15 +152,6 @@ def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
     if hands == 1:
         step["hands"] = 1
     missed = tuple((len(before.steps), part) for part in covered(garment, state, line, grasp, hands))
-    stacked = bool(before.steps) or isinstance(fold, _Inwards)
+    stacked = bool(before.steps) or fold.at is not None
     short = before.short or (stacked and flap < SHORT_FLAP * crease)
     return _Folded((*before.steps, step), (*before.missed, *missed), short, laid(garment, state, line))
-
-
-def _plan(*steps: dict[str, Any]) -> Plan:
-    return Plan.model_validate({"name": "draft", "step": steps})
-
-
-def _line_of(garment: Garment, step: dict[str, Any]) -> FoldLine:
-    plan = _plan(step)
-    return plan.line(plan.steps[0], garment)

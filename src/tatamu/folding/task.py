@@ -68,10 +68,6 @@ class TaskOptions(OpenRecord):
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"scale", "material", "robot"})
 
-    @property
-    def size_pair(self) -> tuple[float, float] | None:
-        return None if self.size is None else (self.size[0], self.size[1])
-
 
 @dataclass(frozen=True, eq=False)
 class Task:
