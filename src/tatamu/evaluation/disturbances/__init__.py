@@ -1,46 +1,23 @@
 """Disturbances of hands, grasps, cloth and table: their file, random draws of them, and the disturbed scenes."""
 
-from tatamu.evaluation.disturbances.channels import CHANNELS, Channel
-from tatamu.evaluation.disturbances.description import (
-    Disturbances,
-    default_disturbances,
-    disturbances_in,
-    load_disturbances,
-    read_disturbances,
-    require_disturbances,
-    with_calibrated,
-)
-from tatamu.evaluation.disturbances.disturbed import disturbed_scene, hand_errors, hand_failure
-from tatamu.evaluation.disturbances.systematic import Split, join, split
-from tatamu.evaluation.disturbances.world import (
-    NOMINAL,
-    Stream,
-    World,
-    deviations,
-    mean_world,
-    sample_worlds,
-)
-
-__all__ = [
-    "CHANNELS",
-    "NOMINAL",
-    "Channel",
-    "Disturbances",
-    "Split",
-    "Stream",
-    "World",
-    "default_disturbances",
-    "deviations",
-    "disturbances_in",
-    "disturbed_scene",
-    "hand_errors",
-    "hand_failure",
-    "join",
-    "load_disturbances",
-    "mean_world",
-    "read_disturbances",
-    "require_disturbances",
-    "sample_worlds",
-    "split",
-    "with_calibrated",
-]
+from tatamu.evaluation.disturbances.channels import CHANNELS as CHANNELS
+from tatamu.evaluation.disturbances.channels import Channel as Channel
+from tatamu.evaluation.disturbances.description import Disturbances as Disturbances
+from tatamu.evaluation.disturbances.description import default_disturbances as default_disturbances
+from tatamu.evaluation.disturbances.description import disturbances_in as disturbances_in
+from tatamu.evaluation.disturbances.description import load_disturbances as load_disturbances
+from tatamu.evaluation.disturbances.description import read_disturbances as read_disturbances
+from tatamu.evaluation.disturbances.description import require_disturbances as require_disturbances
+from tatamu.evaluation.disturbances.description import with_calibrated as with_calibrated
+from tatamu.evaluation.disturbances.disturbed import disturbed_scene as disturbed_scene
+from tatamu.evaluation.disturbances.disturbed import hand_errors as hand_errors
+from tatamu.evaluation.disturbances.disturbed import hand_failure as hand_failure
+from tatamu.evaluation.disturbances.systematic import Split as Split
+from tatamu.evaluation.disturbances.systematic import join as join
+from tatamu.evaluation.disturbances.systematic import split as split
+from tatamu.evaluation.disturbances.world import NOMINAL as NOMINAL
+from tatamu.evaluation.disturbances.world import Stream as Stream
+from tatamu.evaluation.disturbances.world import World as World
+from tatamu.evaluation.disturbances.world import deviations as deviations
+from tatamu.evaluation.disturbances.world import mean_world as mean_world
+from tatamu.evaluation.disturbances.world import sample_worlds as sample_worlds
