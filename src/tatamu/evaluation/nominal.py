@@ -45,8 +45,7 @@ class Nominal(Evaluator):
         """Evaluate a manipulation that does not come from parameters."""
         fold, length = self.task.fold, manipulation.trajectory_length
         try:
-            failure = hand_failure(fold, manipulation, scenario)
-            if failure is not None:
+            if (failure := hand_failure(fold, manipulation, scenario)) is not None:
                 return failed(fold, length, failure)
             rollout = simulate(disturbed_scene(fold, manipulation, scenario), self.task.simulator)
         except SimulationError as error:

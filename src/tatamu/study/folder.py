@@ -24,10 +24,6 @@ MANIPULATION = "manipulation.json"
 SCENE = "scene.json"
 ROLLOUT = "rollout.npz"
 REPORT = "report.html"
-STUDY = "study.db"
-SHARED_STUDY = "study.json"
-MARGINS = "margins"
-
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """Names of all files in the folder of a study, except the database."""
 STEP = "step-"
@@ -36,6 +32,16 @@ STEP = "step-"
 def step_name(number: int) -> str:
     """Return the folder name of a step, such as "step-1" for the step with the index 0."""
     return f"{STEP}{number + 1}"
+
+
+class _Place:
+    """A file or folder in a `ResultFolder`, by its name."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, folder: ResultFolder, owner: type[ResultFolder]) -> Path:
+        return folder.path / self.name
 
 
 @dataclass(frozen=True)
@@ -48,37 +54,15 @@ class ResultFolder:
 
     path: Path
 
-    @property
-    def result_file(self) -> Path:
-        return self.path / RESULT
-
-    @property
-    def manipulation_file(self) -> Path:
-        return self.path / MANIPULATION
-
-    @property
-    def scene_file(self) -> Path:
-        return self.path / SCENE
-
-    @property
-    def rollout_file(self) -> Path:
-        return self.path / ROLLOUT
-
-    @property
-    def report_file(self) -> Path:
-        return self.path / REPORT
-
-    @property
-    def study_file(self) -> Path:
-        return self.path / STUDY
-
-    @property
-    def margins_folder(self) -> Path:
-        return self.path / MARGINS
-
-    @property
-    def margins_file(self) -> Path:
-        return self.margins_folder / "margins.json"
+    result_file = _Place(RESULT)
+    manipulation_file = _Place(MANIPULATION)
+    scene_file = _Place(SCENE)
+    rollout_file = _Place(ROLLOUT)
+    report_file = _Place(REPORT)
+    study_file = _Place("study.db")
+    shared_study_file = _Place("study.json")
+    margins_folder = _Place("margins")
+    margins_file = _Place("margins/margins.json")
 
     @property
     def margins(self) -> MarginsRecord | None:
@@ -100,10 +84,6 @@ class ResultFolder:
     def holds_plan(self) -> bool:
         """Whether a plan with several steps was started here."""
         return os.path.exists(self.path / step_name(0))
-
-    @property
-    def shared_study_file(self) -> Path:
-        return self.path / SHARED_STUDY
 
     @property
     def shared_study(self) -> SharedStudyRecord | None:

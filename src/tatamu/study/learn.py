@@ -36,6 +36,7 @@ from tatamu.folding.parameters import initial_curves, later_curves, search_space
 from tatamu.folding.reachable import check_reach
 from tatamu.folding.task import Task, digest
 from tatamu.search import Parameters, Proposal, find_search
+from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.side_by_side import executor_of
 from tatamu.simulation.simulators import SIMULATORS, capabilities
 from tatamu.study.folder import ResultFolder, locked
@@ -205,14 +206,14 @@ class _Learning:
             executor_of(self.executor, self.parallel) as executor,
         ):
             search = find_search(record.sampler)(space, record.seed, record.first)
-            study = Study(evaluator, search, store, record, executor)
+            study = Study(evaluator, search, store, record, executor, options.trials)
             done, most = len(study.trials), max_trials(options.trials)
             if done > most:
                 where = folder.path if folder else "the study"
                 raise InputError(f"trials: must be {done} or more, because {where} has {done} trials, given {most}")
             if self.home is not None:
                 keep_inputs(self.home.path, sources_of(task, self.disturbances))
-            return self._run(study, folder, most)
+            return self._run(study, folder)
 
     def _evaluator(self, task: Task) -> Evaluator:
         if self.evaluate is not None:
@@ -221,60 +222,53 @@ class _Learning:
             return Nominal(task)
         return Scenarios(Nominal(task, mean_world(self.disturbances)), self.disturbances, self.options.level)
 
-    def _run(self, study: Study, folder: ResultFolder | None, most: int) -> Result:
+    def _run(self, study: Study, folder: ResultFolder | None) -> Result:
         """Run the remaining trials of a study, write its folder, and return its result."""
-        options = self.options
-        if study.is_over(options.trials) and folder and folder.complete:
-            if study.baselines is not None or not options.baselines:
-                return replace(Result.load(folder.path), made_from=study.evaluator.task)
+        baselines = self.options.baselines
+        if study.is_over and folder and folder.complete and (study.baselines is not None or not baselines):
+            return replace(Result.load(folder.path), made_from=study.evaluator.task)
         if folder is not None:
             folder.report_file.unlink(missing_ok=True)  # a report shows that the folder is complete
         try:
-            self.progress(study.progress(most))
-            self._write_first(study, folder, most)
-            for stage in study.run(options.trials, options.baselines):
-                self.progress(study.progress(most, stage))
-            return self._finish(study, folder, most)
+            self.progress(study.progress())
+            if folder is not None:
+                self._write_first(study, folder)
+            for stage in study.run(baselines):
+                self.progress(study.progress(stage))
+            return self._finish(study, folder)
         except KeyboardInterrupt:
             if study.best() is not None and folder is not None:
-                self._finish(study, folder, most)
+                self._finish(study, folder)
             raise
 
-    def _write_first(self, study: Study, folder: ResultFolder | None, most: int) -> None:
+    def _write_first(self, study: Study, folder: ResultFolder) -> None:
         """Write the result of the first initial curve, so that there is a fold to look at after seconds."""
-        found = None if folder is None else study.simulate_first()
-        if folder is None or found is None or found.failed:
-            return
-        trial = Trial.of(0, Proposal(found.parameters), found)
-        result = self._result(study, folder, [trial], found)
-        _write(result, folder)
-        best, score = found.objective, result.best.score
-        now = study.progress(most, "first")
-        self.progress(replace(now, best=best, best_distance=score.mean_vertex_distance if score else None))
+        found = study.simulate_first()
+        if found is not None and not found.failed:
+            trial = Trial.of(0, Proposal(found.parameters), found)
+            self._result(study, folder, [trial], found)
+            self.progress(study.progress("first", trial=trial))
 
-    def _finish(self, study: Study, folder: ResultFolder | None, most: int) -> Result:
+    def _finish(self, study: Study, folder: ResultFolder | None) -> Result:
         """Return the result of a study whose trials have run, and write its folder."""
-        best = study.best()
+        best, trials = study.best(), study.trials
         found = None if best is None else study.evaluation(best)
         if best is None or found is None or found.rollout is None:
             where = f"{folder.path}: " if folder else ""
-            trials = study.trials
             if folder is not None:
-                folder.write_record(self._record(study, trials, None, None, None))
+                folder.write_record(self._record(study, trials))
             raise TatamuError(f"{where}all {len(trials)} trials failed; last error: {trials[-1].error}")
         success, ends = None, None
         if self.disturbances is not None:
-            self.progress(study.progress(most, "success"))
+            self.progress(study.progress("success"))
             success, ends = study.measure_success(
                 self.disturbances,
-                study.trials[best].parameters,
-                lambda done, total: self.progress(study.progress(most, "success", done)),
+                trials[best].parameters,
+                lambda done, total: self.progress(study.progress("success", done)),
             )
-        result = self._result(study, folder, study.trials, found, success, ends)
         if folder is not None:
-            self.progress(study.progress(most, "report"))
-            _write(result, folder)
-        return result
+            self.progress(study.progress("report"))
+        return self._result(study, folder, trials, found, success, ends)
 
     def _result(
         self,
@@ -285,27 +279,27 @@ class _Learning:
         success: Success | None = None,
         ends: Mapping[str, np.ndarray] | None = None,
     ) -> Result:
+        """Return a result whose best trial was evaluated as `found`, and write it with its page."""
         rollout, task = found.rollout, study.evaluator.task
         assert rollout is not None, "the best evaluation has its rollout"
-        best = study.best() or 0
-        manipulation = task.manipulation(trials[best].parameters)
+        record = self._record(study, trials, rollout, success)
+        manipulation = task.manipulation(record.best_trial.parameters)
         shown = replace(rollout, extra={"target": task.fold.target, **study.moments(), **(ends or {})})
         centre = NOMINAL if self.disturbances is None else mean_world(self.disturbances)
         scene = disturbed_scene(task.fold, manipulation, centre)
-        record = self._record(study, trials, best, Crossings.of(rollout), success)
-        return Result(record, manipulation, scene, shown, None if folder is None else folder.path, task)
+        result = Result(record, manipulation, scene, shown, folder.path if folder else None, task)
+        if folder is not None:
+            result.save(folder.path)
+            result.write_report()
+        return result
 
     def _record(
-        self,
-        study: Study,
-        trials: list[Trial],
-        best: int | None,
-        crossings: Crossings | None,
-        success: Success | None,
+        self, study: Study, trials: list[Trial], best: Rollout | None = None, success: Success | None = None
     ) -> ResultRecord:
+        """Return the record of a study, whose best trial has the rollout `best`; None if all trials failed."""
         task = study.evaluator.task
         return ResultRecord(
-            **{name: getattr(study.record, name) for name in StudyRecord.model_fields},
+            **dict(study.record),
             tatamu=__version__,
             request=_request(task, self.options, self.disturbances, self.parallel),
             until_gain=MIN_GAIN if self.options.trials == "auto" else None,
@@ -313,16 +307,11 @@ class _Learning:
             success=success,
             asked=task.asked,
             wall_seconds=round(sum(trial.seconds or 0.0 for trial in trials), 3),
-            best=best,
-            crossings=crossings,
+            best=None if best is None else study.best() or 0,
+            crossings=None if best is None else Crossings.of(best),
             trials=trials,
             baselines=study.baselines or [],
         )
-
-
-def _write(result: Result, folder: ResultFolder) -> None:
-    result.save(folder.path)
-    result.write_report()
 
 
 def _request(task: Task, options: LearnOptions, disturbances: Disturbances | None, parallel: int) -> TaskRequest:

@@ -89,7 +89,13 @@ class Study:
     """A study that runs: an evaluator, a search and a store."""
 
     def __init__(
-        self, evaluator: Evaluator, search: Search, store: StudyStore, record: StudyRecord, executor: Executor
+        self,
+        evaluator: Evaluator,
+        search: Search,
+        store: StudyStore,
+        record: StudyRecord,
+        executor: Executor,
+        wanted: Trials,
     ) -> None:
         """Read the trials that are stored.
 
@@ -99,6 +105,7 @@ class Study:
         self.evaluator = evaluator
         self.record = record
         self.trials = store.open(record)
+        self.wanted = wanted
         self.space = search.space
         self._stored = len(self.trials)
         self._search = search
@@ -117,9 +124,10 @@ class Study:
         """The fixed trajectories; None if they were not simulated yet."""
         return self._store.baselines
 
-    def is_over(self, trials: Trials) -> bool:
-        """Return whether all trials are stored."""
-        return is_over(trials, [trial.proposal for trial in self.trials])
+    @property
+    def is_over(self) -> bool:
+        """Whether all trials are stored."""
+        return is_over(self.wanted, [trial.proposal for trial in self.trials])
 
     def simulate_first(self) -> Evaluation | None:
         """Simulate the first initial curve without disturbances, before any trial; None if there is none."""
@@ -129,7 +137,7 @@ class Study:
         self._first = self._result(parameters, self._submit(Ask(parameters), undisturbed=True), "first curve")
         return self._first
 
-    def run(self, trials: Trials, baselines: bool) -> Iterator[Stage]:
+    def run(self, baselines: bool) -> Iterator[Stage]:
         """Make the remaining trials, and yield after each new one.
 
         Raises:
@@ -140,13 +148,11 @@ class Study:
         running: deque[tuple[Proposal, Future[Evaluation]]] = deque()
         fixed: dict[str, tuple[Manipulation, Future[Evaluation]]] = {}
         try:
-            while len(proposals) < self._stored or not is_over(trials, proposals):
+            while len(proposals) < self._stored or not is_over(self.wanted, proposals):
                 # until there is a reference fold, trials run one after another: any of them may become it
-                at_once = self.record.parallel if self._has_reference(known) else 1
-                while len(running) >= at_once:
+                while len(running) >= (self.record.parallel if self._has_reference(known) else 1):
                     if self._finish(known, *running.popleft()):
                         yield "trials"
-                    at_once = self.record.parallel if self._has_reference(known) else 1
                 begun = self._replay(len(proposals)) or self._begin(known)
                 proposals.append(begun[0])
                 running.append(begun)
@@ -258,15 +264,13 @@ class Study:
 
     def moments(self) -> dict[str, np.ndarray]:
         """Return the distances e_i of Eq. (12) of the best trial at several moments of the search [m], shape (n,)."""
-        counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.trials)}
-        numbers = {name: self.best(count) for name, count in counts.items()}
-        rollouts = {name: self.evaluation(number).rollout for name, number in numbers.items() if number is not None}
-        target = self.evaluator.task.fold.target
-        return {
-            name: vertex_distances(target, rollout.positions[-1])
-            for name, rollout in rollouts.items()
-            if rollout is not None
-        }
+        found = {}
+        for name, (count, _) in MOMENTS.items():
+            best = self.best(count) if count <= len(self.trials) else None
+            rollout = None if best is None else self.evaluation(best).rollout
+            if rollout is not None:
+                found[name] = vertex_distances(self.evaluator.task.fold.target, rollout.positions[-1])
+        return found
 
     def measure_success(
         self, disturbances: Disturbances, parameters: Mapping[str, int | float], progress: DrawsProgress
@@ -300,16 +304,16 @@ class Study:
             reason = f"{error} (seed {self.record.seed}, baseline {name})"
             return failed(self.evaluator.task.fold, manipulation.trajectory_length, reason)
 
-    def progress(self, trials: int, stage: Stage = "trials", simulated: int = 0) -> Progress:
-        """Return how far the study is."""
+    def progress(self, stage: Stage = "trials", simulated: int = 0, trial: Trial | None = None) -> Progress:
+        """Return how far the study is, with the best trial, or with the one that is given."""
         best = self.best()
-        found = None if best is None else self.trials[best]
+        shown = trial if best is None else self.trials[best]
         task = self.evaluator.task
         return Progress(
             done=len(self.trials),
-            trials=trials,
-            best=None if found is None else found.minimised,
-            best_distance=None if found is None or found.score is None else found.score.mean_vertex_distance,
+            trials=max_trials(self.wanted),
+            best=None if shown is None else shown.minimised,
+            best_distance=None if shown is None or shown.score is None else shown.score.mean_vertex_distance,
             stage=stage,
             disturbed=self.record.disturbances is not None,
             step=task.step[0],

@@ -28,11 +28,6 @@ FORMER = {
 """Options of version 0.2, and what took their place."""
 
 
-def _metavar(text: str) -> dict[str, Any]:
-    """Return extra data of a field: the placeholder for its value on the command line."""
-    return {"metavar": text}
-
-
 class Options(Record):
     """Base of records of options. The descriptions of their fields are the help texts of the command line."""
 
@@ -49,26 +44,26 @@ class Options(Record):
 class FoldOptions(Options):
     """Options of the garment and its fold, given by names and files."""
 
-    garment: str = Field(description="A name (`tatamu garments`) or a file.", json_schema_extra=_metavar("GARMENT"))
+    garment: str = Field(description="A name (`tatamu garments`) or a file.", json_schema_extra={"metavar": "GARMENT"})
     size: str | None = Field(
-        None, description="Width x length in metres, such as 0.34x0.80.", json_schema_extra=_metavar("WxL")
+        None, description="Width x length in metres, such as 0.34x0.80.", json_schema_extra={"metavar": "WxL"}
     )
     scale: float | None = Field(
         None,
         description="Metres per unit of the garment's file, such as 0.001; default: as it says.",
-        json_schema_extra=_metavar("M"),
+        json_schema_extra={"metavar": "M"},
     )
     fold: str = Field(
         "half",
         description="How to fold it: half; towel: quarters; tshirt: shop; trousers: leg, thirds; a plan of your own; "
         "auto or another that `tatamu plans` lists.",
-        json_schema_extra=_metavar("NAME|FILE.toml"),
+        json_schema_extra={"metavar": "NAME|FILE.toml"},
     )
     hands: StrictInt | None = Field(None, description="Fold with 1 hand or 2; default: the plan's number, usually 2.")
     material: str | None = Field(
         None,
         description="A material file, or a preset such as denim; default: the garment's own.",
-        json_schema_extra=_metavar("FILE.toml"),
+        json_schema_extra={"metavar": "FILE.toml"},
     )
     spacing: float | None = Field(
         None, description="Mesh spacing in metres; default: half the bending length, or coarser."
@@ -85,7 +80,7 @@ class LearnOptions(Options):
     trials: StrictInt | Literal["auto"] = Field(
         50,
         description="Number of trials of the whole study; auto: until the expected gain is below 0.1 %.",
-        json_schema_extra=_metavar("N|auto"),
+        json_schema_extra={"metavar": "N|auto"},
     )
     seed: StrictInt = Field(0, description="Random seed of the search.")
     sampler: str = Field("gp", description="How to search: gp, tpe, cmaes or random.")
@@ -96,7 +91,7 @@ class LearnOptions(Options):
         None,
         description="Errors of hands, cloth and table that the fold has to tolerate; none: the paper's C. Default: as "
         "the study started, as the robot's .toml says, or default.",
-        json_schema_extra=_metavar("default|none|FILE.toml"),
+        json_schema_extra={"metavar": "default|none|FILE.toml"},
     )
     """As on the command line, or `Disturbances`; None for the default disturbances."""
     level: float = Field(
@@ -106,7 +101,7 @@ class LearnOptions(Options):
         None,
         description="How much higher and deeper the hands aim, and how far from an edge's end, in metres; default: as "
         "the disturbances need.",
-        json_schema_extra=_metavar("none|HxIxE"),
+        json_schema_extra={"metavar": "none|HxIxE"},
     )
     parallel: StrictInt | None = Field(
         None,

@@ -28,22 +28,6 @@ class PlanDescription(OpenRecord):
     """The garment and the plan that folds it."""
 
     garment: str
-    size: list[float]
-    """Width and length of the garment [m]."""
-    fold: str
-    material: Material
-    spacing: float
-    """Distance between neighbouring vertices of the mesh [m]."""
-    vertices: int
-    simulator: str
-
-
-class TaskDescription(OpenRecord):
-    """The task of a study. Two tasks are equal if their descriptions are equal."""
-
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start", "fingers", "shift"})
-
-    garment: str
     size: list[float] | None = None
     """Width and length of the garment [m]."""
     fold: str
@@ -52,6 +36,13 @@ class TaskDescription(OpenRecord):
     """Distance between neighbouring vertices of the mesh [m]."""
     vertices: int | None = None
     simulator: str
+
+
+class TaskDescription(PlanDescription):
+    """The task of a study. Two tasks are equal if their descriptions are equal."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start", "fingers", "shift"})
+
     fold_line: list[list[float]] | None = None
     """Two points [m], shape (2, 2)."""
     translation: Annotated[list[float], Field(min_length=3, max_length=3)] | None = None
@@ -109,9 +100,8 @@ def describe_task(task: Task) -> TaskDescription:
 def _digest(task: Task) -> str:
     """Return a digest of the mesh to the micrometre, the grasp candidates, the areas' ratio and the robot's file."""
     fold = task.fold
-    ratio = fold.area_ratio or 0.0
-    robot = task.reach.description if task.reach else b""
-    return digest(fold.start.round(6) + 0.0, fold.garment.faces, fold.left, fold.right, np.array([ratio, *robot]))
+    others = np.array([fold.area_ratio or 0.0, *(task.reach.description if task.reach else b"")])
+    return digest(fold.start.round(6) + 0.0, fold.garment.faces, fold.left, fold.right, others)
 
 
 class SharedStudyRecord(OpenRecord):

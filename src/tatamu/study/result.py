@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
@@ -237,7 +236,6 @@ class Result:
             raise InputError(f"{path}: all of its trials failed; there is no learned fold in it")
         result = cls(folder.record, folder.manipulation, folder.scene, folder.rollout, Path(path))
         _check_arrays(folder)
-        _check_order(folder)
         return result
 
 
@@ -268,34 +266,22 @@ def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> 
 
 
 def _check_arrays(folder: ResultFolder) -> None:
-    """Check that the arrays of the rollout fit the scene."""
-    rollout = folder.rollout
-    frames = len(rollout.times)
-    count = len(folder.scene.cloth.vertices)
-    arrays: Mapping[str, np.ndarray] = {
-        "positions": rollout.positions,
-        "target": folder.target,
-        **{name: rollout.extra[name] for name in MOMENTS if name in rollout.extra},
+    """Check that the rollout fits the scene, that times increase, and that faces contain existing vertices."""
+    rollout, file = folder.rollout, folder.rollout_file
+    times, faces, count = rollout.times, rollout.faces, len(folder.scene.cloth.vertices)
+    arrays = {
+        "positions": (rollout.positions, (len(times), count, 3)),
+        "target": (folder.target, (count, 3)),
+        **{name: (rollout.extra[name], (count,)) for name in MOMENTS if name in rollout.extra},
     }
-    shapes = {"positions": (frames, count, 3), "target": (count, 3)}
-    for name, array in arrays.items():
-        shape = shapes.get(name, (count,))
-        if array.shape != shape or not frames:
-            raise InputError(
-                f"{folder.rollout_file}: {name} must have shape {shape} as scene.json has, given {array.shape}"
-            )
+    for name, (array, shape) in arrays.items():
+        if array.shape != shape or not len(times):
+            raise InputError(f"{file}: {name} must have shape {shape} as scene.json has, given {array.shape}")
         if array.dtype.kind != "f" or not np.isfinite(array).all():
-            raise InputError(f"{folder.rollout_file}: {name} must be finite numbers in metres")
-
-
-def _check_order(folder: ResultFolder) -> None:
-    """Check that times increase, and that faces only contain existing vertices."""
-    times = folder.rollout.times
-    faces = folder.rollout.faces
-    count = len(folder.scene.cloth.vertices)
+            raise InputError(f"{file}: {name} must be finite numbers in metres")
     if times.ndim != 1 or not (np.diff(times) > 0).all() or not np.isfinite(times).all():
-        raise InputError(f"{folder.rollout_file}: times must increase from frame to frame")
+        raise InputError(f"{file}: times must increase from frame to frame")
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu" or not len(faces):
-        raise InputError(f"{folder.rollout_file}: faces must be whole numbers of shape (m, 3), given {faces.shape}")
+        raise InputError(f"{file}: faces must be whole numbers of shape (m, 3), given {faces.shape}")
     if faces.min() < 0 or faces.max() >= count:
-        raise InputError(f"{folder.rollout_file}: faces must use vertices 0 to {count - 1}")
+        raise InputError(f"{file}: faces must use vertices 0 to {count - 1}")

@@ -13,7 +13,6 @@ import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
-from pathlib import Path
 from typing import Any, TypeVar
 
 import optuna
@@ -34,8 +33,6 @@ Value = TypeVar("Value")
 KEY = "tatamu"
 """Attribute of the Optuna study that has the `StudyRecord`, and name of the only study in a file."""
 BASELINES_KEY = "baselines"
-SQLITE = "sqlite:///study.db"
-"""Address that tells SQLAlchemy the kind of database; `_connect` opens the file, because a path is no part of a URL."""
 TRANSIENT = {
     "is full": "the disk is full",
     "is locked": "another program holds it",
@@ -157,9 +154,12 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
     label = str(folder.study_file)
     opened: list[RDBStorage] = []
 
+    def connect() -> sqlite3.Connection:  # a path may have characters that mean something in a URL, such as ? and %41
+        return sqlite3.connect(folder.study_file, check_same_thread=False)
+
     def open_storage() -> BaseStorage:
         if not opened:
-            opened.append(RDBStorage(SQLITE, engine_kwargs={"creator": lambda: _connect(folder.study_file)}))
+            opened.append(RDBStorage("sqlite:///study.db", engine_kwargs={"creator": connect}))
         return opened[0]
 
     def run(operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value:
@@ -178,11 +178,6 @@ def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
             storage.engine.dispose()
 
 
-def _connect(file: Path) -> sqlite3.Connection:
-    """Connect to a study's file. Its name may have characters that mean something in a URL, such as `?` and `%41`."""
-    return sqlite3.connect(file, check_same_thread=False)
-
-
 def _file_error(label: str, error: BaseException) -> Exception:
     """Return the error of tatamu for one of Optuna or SQLite, with the text of its original cause."""
     cause = error
@@ -193,13 +188,6 @@ def _file_error(label: str, error: BaseException) -> Exception:
         if word in reason:
             return UnavailableError(f"{label}: {meaning}; what was finished is kept, try again then")
     return InputError(f"{label}: is not a readable Optuna study ({reason}); remove it or give another folder")
-
-
-@contextmanager
-def memory_store() -> Iterator[StudyStore]:
-    """Yield a storage in memory."""
-    storage = InMemoryStorage()
-    yield StudyStore("study", lambda operation, done=None: operation(), lambda: storage, KEY)
 
 
 @contextmanager
@@ -227,8 +215,8 @@ def held_store(
         UnavailableError: If the database does not answer, or another client has locked the study.
     """
     if folder is None:
-        with memory_store() as store:
-            yield store
+        storage = InMemoryStorage()
+        yield StudyStore("study", lambda operation, done=None: operation(), lambda: storage, KEY)
         return
     kept = _shared_name(folder, database)
     if database is None:
@@ -255,14 +243,13 @@ def load_settings(folder: ResultFolder | None, database: SharedDatabase | None) 
     if folder is None:
         return None
     kept = _shared_name(folder, database)
-    if database is not None:
-        if kept is None:
-            return None
-        with shared_store(database, kept) as store:
-            return store.load()
-    if not os.path.exists(folder.study_file):
+    if database is not None and kept is not None:
+        opened = shared_store(database, kept)
+    elif database is None and os.path.exists(folder.study_file):  # a name may be too long for the disk
+        opened = file_store(folder)
+    else:
         return None
-    with file_store(folder) as store:
+    with opened as store:
         return store.load()
 
 
