@@ -13,6 +13,7 @@ import pytest
 from tatamu.base.errors import InputError
 from tatamu.robots import check_out, load, plan_fold, save
 from tatamu.robots.picture import reach_svg
+from tatamu.robots.placement import Refused
 from tatamu.robots.reach import table_heights
 from tests.commands import tatamu
 from tests.robots.folds import bezier, folder, manipulation
@@ -198,8 +199,9 @@ def test_a_table_too_high_for_every_pose_is_refused_with_the_highest(fold: Path)
     with pytest.raises(InputError, match=r"must be below (0.\d+) m, because at its pose 'factory'") as error:
         plan_fold(fold, robot, table_height=0.1)
     highest = float(str(error.value).split("below ")[1].split(" m")[0])
-    assert table_heights(robot.starting(robot.poses[1]), highest - 0.001) is not None
-    assert table_heights(robot.starting(robot.poses[1]), highest + 0.001) is None
+    assert table_heights(robot.starting(robot.poses[1]), highest - 0.001) == (highest - 0.001,) * 2
+    with pytest.raises(Refused, match="must be below"):
+        table_heights(robot.starting(robot.poses[1]), highest + 0.001)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ import numpy as np
 
 from tatamu.robots.extras import needed
 from tatamu.robots.plan import RobotPlan
-from tatamu.robots.tables import groups, points
+from tatamu.robots.tables import duration, groups, points
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 GRIPPER = "control_msgs/msg/GripperCommand"
@@ -110,13 +110,8 @@ def _trajectory(plan: RobotPlan, joints: tuple[str, ...], names: tuple[str, ...]
                 velocities=empty,
                 accelerations=empty,
                 effort=empty,
-                time_from_start=_duration(types, float(time)),
+                time_from_start=types["builtin_interfaces/msg/Duration"](**duration(float(time))),
             )
             for time, row in zip(times, angles, strict=True)
         ],
     )
-
-
-def _duration(types: Any, time: float) -> Any:
-    nanoseconds = round(time * 1e9)
-    return types["builtin_interfaces/msg/Duration"](sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)

@@ -91,7 +91,7 @@ class Lengths(NamedTuple):
         if self.fingertip is not None and not 0.05 <= self.fingertip <= 0.4:
             raise InputError(f"fingertip: must be from 0.05 to 0.4 m beyond the wrist, given {self.fingertip:g}")
         arms = {}
-        for name, arm in (("larm", description.larm), ("rarm", description.rarm)):
+        for name, arm in description.arms.items():
             wrist = spec.body(arm.link)
             if self.wrist_offset is not None:
                 wrist.pos = [self.wrist_offset, *wrist.pos[1:]]
@@ -120,7 +120,7 @@ def _assembled(path: Path, lengths: Lengths | None = None) -> _Assembled:
     models = {name: model_of(path, description, name) for name in description.models}
     if lengths is not None and description.model is not None:
         description = lengths.apply(description, models[description.model].spec)
-    arms = {"larm": description.larm, "rarm": description.rarm}
+    arms = description.arms
     pair = description.model is None
     prefixes = {name: f"{name}_" if pair else "" for name in arms}
     files = {name: models[arm.model or description.model or ""] for name, arm in arms.items()}
@@ -161,7 +161,7 @@ def _untested(path: Path, robot: Robot) -> list[str]:
 
 def _standing(description: Description, prefixes: dict[str, str]) -> dict[str, float]:
     found = dict(description.standing)
-    for name, arm in (("larm", description.larm), ("rarm", description.rarm)):
+    for name, arm in description.arms.items():
         found |= {prefixes[name] + joint: value for joint, value in arm.standing.items()}
     return found
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from tatamu.robots.model import Arm, Robot
-from tatamu.robots.pose import inverse, pose, rotation_vector
+from tatamu.robots.pose import inverse, out_of, pose, rotation_vector
 
 MIN_JOINTS = 5
 """Minimum number of joints with which an arm can be used."""
@@ -76,10 +76,10 @@ class Chain:
         base, tool = data.body(robot.base), data.site(arm.site)
         X_BW = inverse(pose(base.xmat.reshape(3, 3), base.xpos))
         joints = [data.joint(name) for name in arm.joints]
-        origins = np.array([joint.xanchor for joint in joints]) @ X_BW[:3, :3].T + X_BW[:3, 3]
+        origins = out_of(X_BW, np.array([joint.xanchor for joint in joints]))
         axes = np.array([joint.xaxis for joint in joints]) @ X_BW[:3, :3].T
         X_BT = X_BW @ pose(tool.xmat.reshape(3, 3), tool.xpos)
-        trunk = np.zeros(3) if robot.trunk is None else X_BW[:3, :3] @ data.joint(robot.trunk).xanchor + X_BW[:3, 3]
+        trunk = np.zeros(3) if robot.trunk is None else out_of(X_BW, data.joint(robot.trunk).xanchor)
         return cls(
             offsets=np.diff(origins, axis=0, prepend=0.0),
             axes=axes,

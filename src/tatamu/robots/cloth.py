@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tatamu.robots.clearance import Distance
+from tatamu.robots.clearance import FAR, Distance
 from tatamu.robots.extras import needed
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Arm, Robot
@@ -14,13 +14,11 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import CLOTH, DISTANCES, FINGERS, ON_TABLE, hand_shapes, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
 from tatamu.robots.placement import Grip, Hold
-from tatamu.robots.pose import into, inverse, pose
+from tatamu.robots.pose import into, inverse, out_of, pose
 from tatamu.simulation.rollout import Rollout
 
 AT_THE_JAW = 0.04
 """Radius around a tool [m]. Cloth within this radius counts as held or lifted by the fingers."""
-FAR = 0.15
-"""Maximum distance between robot and cloth that is computed [m]. Larger distances count as this value."""
 EVERY = 20
 """Number of samples of the robot's motion from one computation of the distance to the next."""
 FRAME_EVERY = 3
@@ -94,10 +92,9 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
     R_WB, p_WB = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
     rows = pairs_of(task.robot).rows
     geoms = rows[ON_TABLE][:, 0] if ON_TABLE in rows else rows[FINGERS][:0, 0]
-    X_BF = task.placement.matrix
     best = Distance(FAR, 0, ("", ""))
     for row in _rows(motion):
-        points = cloth.positions[_frame(task, motion, cloth, row)] @ X_BF[:3, :3].T + X_BF[:3, 3]
+        points = out_of(task.placement.matrix, cloth.positions[_frame(task, motion, cloth, row)])
         free = (np.linalg.norm(points - tools[:, row, None, :3, 3], axis=2) > AT_THE_JAW).all(axis=0)
         points = points[free] @ R_WB.T + p_WB
         data.qpos[:] = motion.angles[row]

@@ -14,7 +14,8 @@ from tatamu.robots.catalog import load
 from tatamu.robots.description import disturbances_of, files_of
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
-from tatamu.robots.reach import PlacementRanking, first_placement, out_of_reach, table_heights, table_too_high
+from tatamu.robots.placement import Refused
+from tatamu.robots.reach import first_placement, out_of_reach, table_heights
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,7 @@ class ReachConstraint:
         Raises:
             InputError: If a hand does not move.
         """
-        searches = self._searches(HandMotion.exact(manipulation))
-        return max(-1.0 if ranking is None else float(ranking.quality[0]) for _, ranking in searches)
+        return max(quality for quality, _ in self._answers(HandMotion.exact(manipulation)))
 
     def refusal(self, manipulation: Manipulation) -> str | None:
         """Return why the robot cannot do a fold, or None if it can.
@@ -38,26 +38,26 @@ class ReachConstraint:
         Raises:
             InputError: If a hand does not move.
         """
-        hands = HandMotion.exact(manipulation)
-        refusals = []
-        for robot, ranking in self._searches(hands):
-            if ranking is not None and ranking.good:
-                return None
-            refusals.append(table_too_high(robot) if ranking is None else out_of_reach(robot, hands, ranking))
-        return str(max(refusals, key=lambda refusal: refusal.progress))
+        refusals = [refusal for _, refusal in self._answers(HandMotion.exact(manipulation))]
+        if None in refusals:
+            return None
+        return str(max(filter(None, refusals), key=lambda refusal: refusal.progress))
 
     @cached_property
     def _ways(self) -> dict[int, list[Robot]]:
         """The robot in each of its start poses, by the number of hands, so that each model is compiled once."""
         return {hands: self.robot.ways(hands) for hands in (1, 2)}
 
-    def _searches(self, hands: HandMotion) -> Iterator[tuple[Robot, PlacementRanking | None]]:
-        """Yield what was found from each start pose, until the robot can do the fold; None if the table is too high."""
+    def _answers(self, hands: HandMotion) -> Iterator[tuple[float, Refused | None]]:
+        """Yield the quality from each start pose, and why it is negative, until the robot can do the fold."""
         for robot in self._ways[len(hands.curves)]:
-            heights = table_heights(robot)
-            ranking = None if heights is None else first_placement(robot, hands, heights)
-            yield robot, ranking
-            if ranking is not None and ranking.good:
+            try:
+                ranking = first_placement(robot, hands, table_heights(robot))
+            except Refused as error:
+                yield -1.0, error
+                continue
+            yield float(ranking.quality[0]), None if ranking.good else out_of_reach(robot, hands, ranking)
+            if ranking.good:
                 return
 
 

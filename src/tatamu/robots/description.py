@@ -16,14 +16,13 @@ from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
 from tatamu.evaluation.disturbances import Disturbances, disturbances_in, read_disturbances
 from tatamu.robots.chain import MIN_JOINTS, too_few_joints
-from tatamu.robots.interfaces import LeRobotNames, RosNames
+from tatamu.robots.interfaces import LeRobotNames, Numbers, RosNames
 from tatamu.robots.jaw import Jaw
 from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
 Length = Annotated[float, Field(ge=-10, le=10)]
 Vector = tuple[Length, Length, Length]
-Numbers = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=1)]
 
 
 class Frame(Record):
@@ -149,6 +148,11 @@ class Description(Record):
         if not isinstance(value, dict) and not (isinstance(value, str) and value.endswith(".toml")):
             raise ValueError(f"must be the name of a file .toml, or a table, given {value!r}")
         return value
+
+    @property
+    def arms(self) -> dict[str, ArmDescription]:
+        """The left arm, then the right arm, by their names."""
+        return {"larm": self.larm, "rarm": self.rarm}
 
     @property
     def models(self) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from tatamu.base.files import replacing
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
-from tatamu.robots.pose import into, pose
+from tatamu.robots.pose import into, out_of, pose
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.robots.stage import Poser, load_stage
 from tatamu.show.palette import BACK, FRONT
@@ -141,8 +141,7 @@ def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any)
 
 
 def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
-    X_BF = rehearsal.planned.plan.task_in_base.matrix
-    return positions @ X_BF[:3, :3].T + X_BF[:3, 3] + np.array([0, 0, 0.002])
+    return out_of(rehearsal.planned.plan.task_in_base.matrix, positions) + np.array([0, 0, 0.002])
 
 
 def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: np.ndarray, mujoco: Any) -> None:

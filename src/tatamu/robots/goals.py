@@ -19,7 +19,7 @@ import numpy as np
 from tatamu.base.files import write_json
 from tatamu.robots.plan import RobotPlan
 from tatamu.robots.planfile import Segment
-from tatamu.robots.tables import DECIMALS, POINT_EVERY, Group, angles_at, groups
+from tatamu.robots.tables import DECIMALS, POINT_EVERY, Group, angles_at, duration, groups
 
 STEPS = "steps.json"
 FOLLOW = "control_msgs/action/FollowJointTrajectory"
@@ -72,13 +72,13 @@ def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
         "trajectory": {
             "joint_names": list(group.names),
             "points": [
-                {"positions": q.tolist(), "velocities": v.tolist(), "time_from_start": _duration(float(time))}
+                {"positions": q.tolist(), "velocities": v.tolist(), "time_from_start": duration(float(time))}
                 for time, q, v in zip(
                     times, angles_at(plan, group.joints, rows), np.round(speeds, DECIMALS), strict=True
                 )
             ],
         },
-        "goal_time_tolerance": _duration(1.0),
+        "goal_time_tolerance": duration(1.0),
     }
 
 
@@ -89,8 +89,3 @@ def _rows(plan: RobotPlan, segment: Segment) -> np.ndarray:
     first = int(np.searchsorted(times, begins - 1e-6))
     last = min(int(np.searchsorted(times, segment.end - 1e-6)), len(times) - 1)
     return np.append(np.arange(first, last, POINT_EVERY), last)
-
-
-def _duration(time: float) -> dict[str, int]:
-    nanoseconds = round(time * 1e9)
-    return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}

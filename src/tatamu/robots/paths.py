@@ -11,13 +11,12 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tatamu.base.errors import TatamuError
 from tatamu.robots.chain import Chain
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.kinematics import Missed, follow
 from tatamu.robots.model import Robot
-from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement
-from tatamu.robots.pose import pose
+from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement, Refused
+from tatamu.robots.pose import out_of, pose
 from tatamu.simulation.rollout import Rollout
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
@@ -25,14 +24,6 @@ from tatamu.study.result import Result
 CLOSE_ENOUGH = 1.5e-4
 """Maximum distance between tools and the hands' curves without a further via-point [m]."""
 ROUNDS = 4
-
-
-class Unreachable(TatamuError):
-    """An error: an arm cannot follow its path. `progress` is the fraction of the path that the arm reaches."""
-
-    def __init__(self, message: str, progress: float) -> None:
-        super().__init__(message)
-        self.progress = progress
 
 
 @dataclass(frozen=True)
@@ -81,8 +72,7 @@ class PlacedFold:
 
     def tools(self, times: np.ndarray) -> np.ndarray:
         """Return the poses X_BT of each arm's tool T in the base B at n simulated times [s], shape (arms, n, 4, 4)."""
-        X_BF = self.placement.matrix
-        points = self.hands.at(times) @ X_BF[:3, :3].T + X_BF[:3, 3]
+        points = out_of(self.placement.matrix, self.hands.at(times))
         return np.array([pose(R, p + offset) for (R, offset, _), p in zip(self.grips, points, strict=True)])
 
     @cached_property
@@ -125,7 +115,7 @@ class Paths:
             rate: Maximum speed during the fold, relative to the hands in the simulation.
 
         Raises:
-            Unreachable: If an arm cannot follow the hands.
+            Refused: If an arm cannot follow the hands.
         """
         first, last = float(self.task.hands.times[0]), float(self.task.hands.times[-1])
         lower = self._lower(first, self._before())
@@ -208,9 +198,9 @@ class Paths:
         reached = tool_poses(self.task.robot, self.chains, q)[:, :, :3, 3]
         return np.linalg.norm(reached - wanted, axis=2).max(axis=0)
 
-    def _unreachable(self, missed: Missed, time: float, progress: float) -> Unreachable:
+    def _unreachable(self, missed: Missed, time: float, progress: float) -> Refused:
         frame = self.task.hands.frame(time)
-        return Unreachable(
+        return Refused(
             f"{missed.arm} cannot follow its hand at frame {frame} ({time:.2f} s): {missed.reason} "
             f"({self.task.placement})",
             progress,

@@ -18,6 +18,7 @@ import numpy as np
 
 from tatamu.robots.chain import Chain
 from tatamu.robots.plan import RobotPlan
+from tatamu.robots.pose import out_of
 from tatamu.show.drawing import FROM_ABOVE, Drawing
 from tatamu.show.shapes import Box, Dot
 
@@ -99,7 +100,7 @@ def _draw_robot(drawing: Drawing, plan: RobotPlan) -> None:
 
 def _draw_hands(drawing: Drawing, plan: RobotPlan) -> None:
     task = plan.task
-    points = task.hands.at(plan.via_times) @ task.placement.matrix[:3, :3].T + task.placement.matrix[:3, 3]
+    points = out_of(task.placement.matrix, task.hands.at(plan.via_times))
     for arm, path in zip(task.robot.folding, points, strict=True):
         colour = COLOURS[arm.name]
         drawing.line(path[:, :2], colour, 2.5)

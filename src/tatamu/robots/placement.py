@@ -10,15 +10,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.base.errors import TatamuError
 from tatamu.robots.chain import Chain
 from tatamu.robots.jaw import Jaw
 from tatamu.robots.model import Arm, Robot
-from tatamu.robots.pose import pose, turn
+from tatamu.robots.pose import out_of, pose, turn
 
 LIFT = 0.06
 """Distance of the tool from the cloth before the grasp and after the release, along its approach [m]."""
 UNDER = 0.02
 """Horizontal distance from the grasp to the place where the tool comes down to the table [m]."""
+
+
+class Refused(TatamuError):
+    """A placement was refused; `progress` is larger if more steps succeeded before."""
+
+    def __init__(self, message: str, progress: float) -> None:
+        super().__init__(message)
+        self.progress = progress
 
 
 @dataclass(frozen=True)
@@ -35,7 +44,7 @@ class Placement:
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
         """Return the trunk's angles [rad] at positions of the hands in F, shape (arms, n, 3), as shape (n,)."""
-        middle = points.mean(axis=0) @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+        middle = out_of(self.matrix, points.mean(axis=0))
         return self.turning * np.arctan2(middle[:, 1], middle[:, 0])
 
     @property

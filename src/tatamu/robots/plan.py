@@ -19,21 +19,18 @@ from tatamu.robots.checks import Checks, failing
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion, Pace, gripper_commands, motion, segments
-from tatamu.robots.paths import Paths, PlacedFold, Unreachable, cloth_of
-from tatamu.robots.placement import Placement
+from tatamu.robots.paths import Paths, PlacedFold, cloth_of
+from tatamu.robots.placement import Placement, Refused
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
 from tatamu.robots.reach import (
     SEARCH,
     PlacementRanking,
     Progress,
-    Refused,
     best_placements,
     out_of_reach,
     search,
     table_heights,
-    table_too_high,
 )
-from tatamu.robots.timing import Untimed
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
@@ -111,18 +108,17 @@ def plan_fold(
     starts = robot.ways(len(hands.curves))
     for number, starting in enumerate(starts):
         searched = partial(_searched, progress, SEARCH * number, SEARCH * len(starts))
-        heights = table_heights(starting, table_height)
-        if heights is None:
-            refusals.append(table_too_high(starting))
+        try:
+            heights = table_heights(starting, table_height)
+        except Refused as error:
+            refusals.append(error)
             continue
         for task, reach in _candidates(source, starting, hands, place, heights, refusals, searched):
             try:
                 found = _worked_out(task, pace or Pace(), reach if place is None else None)
                 return found if not hover else _hovering(found, hover, pace or Pace())
-            except (Unreachable, Refused) as error:
-                refusals.append(Refused(str(error), error.progress))
-            except Untimed as error:
-                refusals.append(Refused(str(error), 1.0))
+            except Refused as error:
+                refusals.append(error)
     best = max(refusals, key=lambda refusal: refusal.progress)
     if place is not None:
         raise InputError(f"{name}: refused: {best}")
@@ -170,7 +166,7 @@ def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
     """Return the same plan with its motion raised above the table. The placement of the fold is the same."""
     try:
         return _worked_out(plan.task.hovering(height), pace, plan.reach)
-    except (Unreachable, Refused, Untimed) as error:
+    except Refused as error:
         raise InputError(
             f"hover: the fold is possible at {plan.task.placement}, but not {height:g} m above: {error}; "
             "give a lower height, or another place"

@@ -40,6 +40,11 @@ def into(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.asarray((points - matrix[:3, 3]) @ matrix[:3, :3])
 
 
+def out_of(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Transform points from frame B to frame A, given the pose X_AB. Points have the shape (.., 3) [m]."""
+    return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
+
+
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:
     """Return the unit quaternion w, x, y, z of a rotation (3, 3), with w >= 0.
 

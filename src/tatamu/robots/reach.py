@@ -8,14 +8,13 @@ from itertools import product
 
 import numpy as np
 
-from tatamu.base.errors import TatamuError
 from tatamu.robots.arm_reach import CLEAR, HOPELESS, ArmReach, follow
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.cloth import clear_holds
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.pairs import DISTANCES, KINDS
-from tatamu.robots.placement import Hold, Placement, grid, holds_of, neighbours
+from tatamu.robots.placement import Hold, Placement, Refused, grid, holds_of, neighbours
 from tatamu.simulation.rollout import Rollout
 
 Progress = Callable[[int], object]
@@ -63,13 +62,23 @@ def silent(done: int) -> None:
     """Report nothing."""
 
 
-def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
-    """Return the range of table heights [m] at which the initial pose is free; None if there is no such height."""
+def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float]:
+    """Return the range of table heights [m] at which the initial pose is free.
+
+    Raises:
+        Refused: If there is no such height.
+    """
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
     if given is None:
         high = min(high, lowest - TABLE_ROOM)
-    return (low, high) if low <= high and low < lowest else None
+    if low <= high and low < lowest:
+        return low, high
+    raise Refused(
+        f"the table top must be below {np.floor(1e3 * lowest) / 1e3:.3f} m, because at its pose '{robot.start}' the "
+        "robot reaches down to there",
+        lowest - 10,  # below any other refusal; a start pose with higher arms has more progress
+    )
 
 
 def best_placements(
@@ -235,24 +244,6 @@ def _room(clearance: Clearance, configurations: np.ndarray) -> float:
         limits = DISTANCES[kind]
         worst = min(worst, (found.value - limits.searched) / (limits.comfortable - limits.searched))
     return worst
-
-
-class Refused(TatamuError):
-    """A placement was refused; `progress` is larger if more steps succeeded before."""
-
-    def __init__(self, message: str, progress: float) -> None:
-        super().__init__(message)
-        self.progress = progress
-
-
-def table_too_high(robot: Robot) -> Refused:
-    """Return an error for a table that would touch the robot at its initial pose."""
-    lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
-    return Refused(
-        f"the table top must be below {np.floor(1e3 * lowest) / 1e3:.3f} m, because at its pose '{robot.start}' the "
-        "robot reaches down to there",
-        lowest - 10,  # below any other refusal; a start pose with higher arms has more progress
-    )
 
 
 def out_of_reach(robot: Robot, hands: HandMotion, reach: PlacementRanking) -> Refused:

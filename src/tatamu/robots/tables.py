@@ -82,6 +82,12 @@ def angles_at(plan: RobotPlan, joints: tuple[str, ...], rows: np.ndarray) -> np.
     return np.ascontiguousarray(np.round(angles, DECIMALS))
 
 
+def duration(time: float) -> dict[str, int]:
+    """Return a time [s] as the fields of builtin_interfaces/Duration."""
+    nanoseconds = round(time * 1e9)
+    return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}
+
+
 def trajectory_json(plan: RobotPlan) -> dict[str, Any]:
     """Return the fields of trajectory_msgs/JointTrajectory for each controller's topic, and the gripper commands."""
     topics = {}

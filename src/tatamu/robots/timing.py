@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tatamu.base.errors import TatamuError
 from tatamu.robots.extras import needed
+from tatamu.robots.placement import Refused
 
 KEEP = 0.98
 """Fraction of each joint limit that plans use, because toppra respects limits only at grid points."""
@@ -66,10 +66,6 @@ class _Path:
         return np.concatenate([values, clock[..., None]], axis=-1)
 
 
-class Untimed(TatamuError):
-    """An error: a path has no time parameterisation within the joints' limits."""
-
-
 def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.ndarray) -> Timed:
     """Find the fastest time parameterisation of a path that starts and ends at rest.
 
@@ -80,7 +76,7 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
         acceleration: Acceleration limit of each of the k joints [rad/s^2], shape (k,).
 
     Raises:
-        Untimed: If no motion along the path satisfies the limits.
+        Refused: If no motion along the path satisfies the limits.
     """
     toppra = needed("toppra")
     logging.getLogger("toppra").setLevel(logging.CRITICAL)
@@ -103,7 +99,7 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
         if result is not None:
             break
     else:
-        raise Untimed("the path cannot be driven within the joints' limits (time parameterisation failed)")
+        raise Refused("the path cannot be driven within the joints' limits (time parameterisation failed)", 1.0)
 
     def parameter(times: np.ndarray) -> np.ndarray:
         return result(np.clip(times, 0, result.duration))[:, -1]

@@ -25,8 +25,8 @@ from tatamu.robots.kinematics import follow
 from tatamu.robots.model import Robot, state_names
 from tatamu.robots.pairs import DISTANCES
 from tatamu.robots.paths import tool_poses
-from tatamu.robots.placement import Grip, Hold, Placement
-from tatamu.robots.pose import pose
+from tatamu.robots.placement import Grip, Hold, Placement, Refused
+from tatamu.robots.pose import out_of, pose
 from tatamu.robots.reach import best_placements, search, table_heights
 
 ROUNDS = 4
@@ -57,9 +57,10 @@ def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
     """
     robot = load(wanted.name)
     hands = HandMotion.exact(manipulation)
-    heights = table_heights(robot, wanted.table_height)
-    if heights is None:
-        raise InputError("robot.table_height: the robot at its start touches a table of that height")
+    try:
+        heights = table_heights(robot, wanted.table_height)
+    except Refused as error:
+        raise InputError(f"robot.table_height: {error}") from None
     if wanted.place is None:
         found = best_placements(robot, hands, heights)
     else:
@@ -160,8 +161,7 @@ class Arms:
 
     def _reach(self, places: np.ndarray) -> np.ndarray:
         """Return configurations [rad] that follow pairs of positions of the tools in F [m], shape (n, 2, 3)."""
-        X_BF = self.placement.matrix
-        points = (places @ X_BF[:3, :3].T + X_BF[:3, 3]).transpose(1, 0, 2)
+        points = out_of(self.placement.matrix, places).transpose(1, 0, 2)
         trunk = self.placement.trunk(places.transpose(1, 0, 2))
         tools = [pose(rotation, path + offset) for (rotation, offset), path in zip(self._tools, points, strict=True)]
         start = self.robot.configuration([arm.initial for arm in self.robot.arms])
