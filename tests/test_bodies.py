@@ -34,7 +34,7 @@ def scene(**body: Any) -> Scene:
         ({"orientations": [[0, 0, 0, 0]]}, "must be unit quaternions [w, x, y, z], given length 0 in row 0"),
         ({"orientations": [[1, 0, 0]]}, "must be a list of [w, x, y, z]"),
         ({"times": [0.0, 0.0], "positions": [[0, 0, 1], [0, 0, 1]]}, "times must increase"),
-        ({"times": [0.0, 1.0]}, "positions must be as many as times (2), given 1"),
+        ({"times": [0.0, 1.0]}, "positions must be one for each of 2 times, given 1"),
         ({"friction": -1.0}, "bodies.0.friction"),
         ({"positions": [[0.02, 0.02, 0.002]]}, "bodies.0 must begin outside the cloth, or inside it by at most"),
     ],

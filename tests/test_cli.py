@@ -48,7 +48,7 @@ def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
         (["margins", "nowhere"], "nowhere"),
         (["margins", "DIR", "--iou", "2"], "--iou: must be from 0 to 1"),
         (["margins", "DIR", "--distance", "-1"], "--distance: must be above 0"),
-        (["margins", "DIR", "--disturbances", "none"], "disturbances: must be default or a file"),
+        (["margins", "DIR", "--disturbances", "none"], "disturbances: must be default or a .toml file"),
         (["fly"], "fly"),
     ],
 )

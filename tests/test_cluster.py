@@ -133,7 +133,7 @@ def test_a_scheduler_with_certificates_is_reached_with_them_alone(tmp_path: Path
         with connected("tls://127.0.0.1:9"):
             pass
     with dask.config.set({name: "/nowhere" for name in CERTIFICATES}):
-        with pytest.raises(InputError, match=r"ca-file of Dask's configuration is no file, given /nowhere"):
+        with pytest.raises(InputError, match=r"ca-file of Dask's configuration must be a file, given /nowhere"):
             with connected("tls://127.0.0.1:9"):
                 pass
     cert = str(certificate(tmp_path))
@@ -218,7 +218,9 @@ def test_workers_of_other_versions_are_refused(executor: DaskExecutor, monkeypat
     from tatamu.cluster.connection import refuse_other_versions
 
     monkeypatch.setattr("tatamu.cluster.versions.versions", lambda: {**versions(), "numpy": "1.26.4"})
-    with pytest.raises(InputError, match=r"worker tcp://.* has numpy .* there, 1\.26\.4 here; make them equal"):
+    with pytest.raises(
+        InputError, match=r"worker tcp://.* has numpy .* there, 1\.26\.4 here; install the same versions"
+    ):
         refuse_other_versions(executor._client, "local:2")
 
 

@@ -212,7 +212,7 @@ def test_environments_run_in_processes() -> None:
 @pytest.mark.parametrize(
     ("kind", "arguments", "message"),
     [
-        (envs.FOLD, {"observation": "hands"}, "^observation: must be of vertices, .*, given 'hands'"),
+        (envs.FOLD, {"observation": "hands"}, "^observation: must be different names of vertices, .*, given 'hands'"),
         (envs.HANDS, {"observation": ("top", "top")}, "^observation"),
         (envs.HANDS, {"pixels": 0}, "^pixels"),
         (envs.HANDS, {"reward": "shaped"}, "^reward: must be dense or sparse, given 'shaped'"),
@@ -287,7 +287,7 @@ def test_a_task_is_its_garment_and_fold() -> None:
     task = make_task("towel", **SMALL)
     env = envs.HandsEnv(task)
     assert env.task is task
-    with pytest.raises(InputError, match=r"^garment: a task has its fold"):
+    with pytest.raises(InputError, match=r"^fold, size, material, spacing: must be left out with a task"):
         envs.HandsEnv(task, spacing=0.04)
 
 

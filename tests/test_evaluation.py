@@ -175,7 +175,7 @@ def outcome(**changes: Any) -> Outcome:
     ("found", "cause"),
     [
         (outcome(mean_vertex_distance=0.001), None),
-        (Outcome(None, None, "the left hand meets the table: it is 9.0 mm too low"), TABLE),
+        (Outcome(None, None, "the left hand meets the table: the hand is 9.0 mm too low"), TABLE),
         (Outcome(None, None, "the right hand grasps beside the cloth"), BESIDE_CLOTH),
         (Outcome(None, None, "the cloth was stretched by 41 %"), UNSIMULATED),
         (outcome(aligned_distance=0.003), BESIDE_TARGET),

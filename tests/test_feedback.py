@@ -173,7 +173,7 @@ def test_a_failed_fold_and_a_turned_in_corner_can_be_given(learned: Result) -> N
     assert len(failed.folds) == 1 and failed.posterior.used == 0 and failed.correction.is_none
     turned = tt.observe(replace(learned, folder=None), right=(0.010, 0.0), turned_in=["left"])
     assert [number.name for number in turned.folds[0].measured.measured] == ["right_along", "right_across"]
-    with pytest.raises(InputError, match="left corner is turned in"):
+    with pytest.raises(InputError, match="must not contain the left corner"):
         ruler({"left": (0.0, 0.0)}, 0.5, turned_in=["left"])
 
 
@@ -294,7 +294,7 @@ def test_means_move_worlds_and_nothing_else() -> None:
     [
         ("left = [1.0]", "left"),
         ("left = [5000.0, 0.0]", "left: must be two numbers from -500 to 500 mm"),
-        ("left = [1.0, 2.0]\nturned_in = ['left']", "left corner is turned in"),
+        ("left = [1.0, 2.0]\nturned_in = ['left']", "must not contain the left corner"),
         ("middle = [1.0, 2.0]", "middle"),
         ("failed = false", "must have a number"),
     ],
@@ -423,8 +423,8 @@ def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Pa
         (["--left", "12,0", "--deviation", "-1"], "--deviation: must be above 0 mm, given -1.0"),
         (["--turned-in", "top"], "--turned-in: must be left, right or both, given 'top'"),
         (["--board", "b.toml"], "--photo: must be given with --board"),
-        (["--photo", "a.jpg", "--left", "1,2"], "--photo: must be given without the numbers of a ruler"),
-        (["--template", "f.toml", "--failed"], "--template: writes an empty form; give it alone"),
+        (["--photo", "a.jpg", "--left", "1,2"], "--photo: must be given without numbers as options"),
+        (["--template", "f.toml", "--failed"], "--template: must be given without measured numbers"),
         (["--from", "nothing.toml"], "nothing.toml: cannot be read"),
         ([], "has no measured fold; run `tatamu observe "),
     ],

@@ -78,7 +78,7 @@ def test_half_a_hoodie_is_said_to_leave_its_sleeves_behind(tmp_path: Path) -> No
     assert len(warnings) == 3, done.stderr
     assert "no hand carries the part with left_cuff" in done.stderr
     assert "no hand carries the part with right_cuff" in done.stderr
-    assert "--fold auto would carry all: left sleeve in, right sleeve in, hood down" in warnings[-1]
+    assert "--fold auto carries the whole garment: left sleeve in, right sleeve in, hood down" in warnings[-1]
 
 
 def test_python_is_warned_as_the_command_line_is(tmp_path: Path) -> None:

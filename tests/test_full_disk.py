@@ -1,4 +1,4 @@
-"""A disk that fills: one line, what was finished is kept, and the same command goes on.
+"""A disk that fills: one line, finished trials are kept, and the same command goes on.
 
 A limit on the size of files stands for it: it fails in the middle of a write, as a full disk does.
 """
@@ -71,7 +71,7 @@ def test_a_commit_that_finds_the_disk_full_does_not_call_the_study_unreadable(tm
         except OperationalError as error:
             raise StorageInternalError("An exception is raised during the commit.") from error
 
-    with pytest.raises(UnavailableError, match="the disk is full; what was finished is kept"):
+    with pytest.raises(UnavailableError, match="the disk is full; finished trials are kept"):
         with file_store(ResultFolder(tmp_path)) as store:
             store._run(commits)
 

@@ -288,7 +288,7 @@ def test_the_command_line_takes_a_scale(tmp_path: Path) -> None:
     assert command(*arguments, "--scale", 0.002).startswith("hoodie: 1.24 x 1.42 m, read in units of 0.002 m (scale")
     with pytest.raises(InputError, match="scale: must be above 0"):
         command(*arguments, "--scale", -1)
-    with pytest.raises(InputError, match="scale: belongs to a file"):
+    with pytest.raises(InputError, match="scale: must be given with the file"):
         command("show", "towel", "--scale", 0.1, "--out", tmp_path / "towel.html")
 
 

@@ -52,7 +52,7 @@ def test_a_worn_shirt_lies_flat_on_its_back_as_it_was_cut(tmp_path: Path) -> Non
     front = flat_shirt().vertices[:, 2] > thickness
     assert np.corrcoef(shirt.vertices[:, 2], front)[0, 1] > 0.9
     assert shirt.statement.endswith("read in decimetres (scale 0.1)")
-    assert shirt.notes[0].startswith("was not flat: laid flat on its back, being 170 mm deep; up from its hem is y")
+    assert shirt.notes[0].startswith("laid flat on its back, because the mesh was 170 mm deep; up from its hem is y")
     assert any(note.startswith("flattened by its own shape") for note in shirt.notes)
 
 
@@ -176,7 +176,9 @@ def test_normals_that_point_inwards_make_no_difference(tmp_path: Path) -> None:
 
 def test_what_cannot_be_flattened_is_refused_above_a_stated_height(tmp_path: Path) -> None:
     trimesh.creation.icosphere(subdivisions=3, radius=0.15).export(tmp_path / "ball.ply")
-    with pytest.raises(InputError, match=r"lies \d+ mm high .* more than 40 mm: too high to be folded; give up under"):
+    with pytest.raises(
+        InputError, match=r"must lie at most 40 mm high .*given \d+ mm; if the garment was turned wrongly"
+    ):
         make_garment(str(tmp_path / "ball.ply"))
 
 
@@ -194,7 +196,7 @@ def test_up_takes_any_axis_of_a_flat_mesh_too(up: str, top: int, tmp_path: Path)
 def test_up_across_a_flat_mesh_is_refused(tmp_path: Path) -> None:
     flat, faces = staggered_rectangle(0.3, 0.4, 0.03)
     trimesh.Trimesh(flat, faces, process=False).export(tmp_path / "cloth.ply")
-    with pytest.raises(InputError, match="up: is z, but the mesh is flat across z"):
+    with pytest.raises(InputError, match="up: must be one of the two axes in which the mesh extends, given z"):
         described(tmp_path / "cloth.ply", 'up = "z"')
 
 

@@ -82,7 +82,7 @@ def test_arrays_that_unpack_to_gigabytes_are_refused_by_their_headers(tmp_path: 
         np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1 << 18, 1)})
         for name in ("times", "positions"):
             archive.writestr(f"{name}.npy", header.getvalue() + bytes(8 << 18))
-    assert "must take at most 1 MiB" in refusal(lambda: read_npz(path, largest=1 << 20))
+    assert "must contain arrays of at most 1 MiB" in refusal(lambda: read_npz(path, largest=1 << 20))
     assert set(read_npz(path, largest=1 << 23)) == {"times", "positions"}
 
 
@@ -285,7 +285,7 @@ def test_an_svg_that_unpacks_to_anything_is_refused_at_once(tmp_path: Path) -> N
         (svg('<g id="a"><use href="#a"/></g>'), "shows itself"),
         (svg("<g>" * 5_000 + "</g>" * 5_000), "at most 100 deep"),
         (svg('<path d="M0 0' + " C 0 1 0 2 1 0" * 90_000 + '"/>'), "must have at most 500000 elements"),
-        (f'<!DOCTYPE svg [<!ENTITY e0 "a">{entities}]><svg id="&e29;"/>', "entities that name no others"),
+        (f'<!DOCTYPE svg [<!ENTITY e0 "a">{entities}]><svg id="&e29;"/>', "XML entities without other entities"),
         (svg('<circle r="1e308"/>'), "must have coordinates that are finite"),
         (svg('<path d="M 0 0 A 1e12 1e12 0 0 1 5 5 L 1e300 3 Z"/>'), "must have coordinates that are finite"),
         (svg('<rect width="1" height="1"/>' * 5_001), "at most 5000 closed curves"),
@@ -368,7 +368,7 @@ def _fan(count: int) -> dict[str, Any]:
     [
         ({"grippers": [_gripper([*range(300_000), 7])]}, "vertices must be different from one another, given 7 twice"),
         ({"grippers": [_gripper([0], k, k + 1.5) for k in range(1_000)]}, "grippers 0 and 1 hold the same vertex"),
-        ({"cloth": _fan(2_000)}, "faces must meet at most 1000 at a vertex, given 2000 at vertex 0"),
+        ({"cloth": _fan(2_000)}, "faces must be at most 1000 around a vertex, given 2000 around vertex 0"),
         ({"grippers": [_gripper([0])] * 1_001}, "at most 1000 items"),
         ({"bodies": [{"shape": "sphere", "size": [1], "positions": [[0, 0, 9]]}] * 101}, "at most 100 items"),
     ],

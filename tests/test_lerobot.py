@@ -122,8 +122,11 @@ def test_an_error_leaves_nothing(tmp_path: Path) -> None:
     ("values", "message"),
     [
         ({"observation.state": np.full((4, 3), np.nan)}, "observation.state: must be finite"),
-        ({"observation.images.top": np.zeros((4, 64, 64, 3))}, "observation.images.top: must be pictures of bytes"),
-        ({"extra": np.zeros((4, 1))}, "values: must be of observation.state"),
+        (
+            {"observation.images.top": np.zeros((4, 64, 64, 3))},
+            "observation.images.top: must be pictures of 8-bit numbers",
+        ),
+        ({"extra": np.zeros((4, 1))}, "values: must be given for observation.state"),
     ],
 )
 def test_wrong_values_are_named(tmp_path: Path, values: dict[str, np.ndarray], message: str) -> None:
@@ -135,7 +138,7 @@ def test_wrong_values_are_named(tmp_path: Path, values: dict[str, np.ndarray], m
 def test_a_folder_with_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "mine.txt").write_text("mine")
-    with pytest.raises(InputError, match="is already there"):
+    with pytest.raises(InputError, match="exists; give another"):
         LeRobotWriter(tmp_path / "data", 10, FEATURES)
     with pytest.raises(InputError, match=r"has no meta/info\.json"):
         LeRobotReader(tmp_path / "data")

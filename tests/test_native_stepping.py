@@ -189,7 +189,7 @@ WORD: Any = "up"
         (0.1, [None], "^hands: must be one for each of 2 grippers, given 1"),
         (0.1, [HandTarget([0.0, NAN, 0.0]), None], r"^hands\[0\]\.displacement: must be three finite numbers"),
         (0.1, [None, HandTarget(WORD, True)], r"^hands\[1\]\.displacement: must be three"),
-        (0.1, [HandTarget([1.1, 0.0, 0.0]), None], r"^hands\[0\]\.displacement: must be reached at 10 m/s at most"),
+        (0.1, [HandTarget([1.1, 0.0, 0.0]), None], r"^hands\[0\]\.displacement: must be reached with at most 10 m/s"),
         (0.1, [None, HandTarget([0.0, 0.0, 0.1])], r"^hands\[1\]\.displacement: must be left out while"),
         (0.1, [None, HandTarget(vertices=[7])], r"^hands\[1\]\.vertices: must be left out while"),
         (0.1, [None, HandTarget(closed=True, vertices=[10000])], r"^hands\[1\]\.vertices: must be different"),

@@ -106,7 +106,7 @@ def test_the_command_writes_a_place_pictures_and_a_file(folder: Path) -> None:
     )  # fmt: skip
     place = [float(part) for part in said.partition("--place ")[2].split()[0].split(",")]
     assert place == pytest.approx([*Pose(0.3, -0.2, 0.5).place(np.array([[PLACE.x, PLACE.y]]))[0], 0.7], abs=0.01)
-    assert ("length -6." in said and "another size" in said) or "falls short" in said
+    assert ("length -6." in said and "another size" in said) or "area is too small" in said
     assert json.loads((folder / "located.json").read_text())["place"]["yaw"] == pytest.approx(0.7, abs=0.01)
     with Image.open(folder / "look.jpg") as look, Image.open(folder / "top.png") as top:
         assert look.size == (1000, 750) and top.width > 200
@@ -223,17 +223,17 @@ def test_wrong_photographs_are_one_line(tmp_path: Path, folder: Path) -> None:
     no_towel = without(pixels, PLACE.place(np.array([[-0.17, -0.12], [0.17, -0.12], [0.17, 0.12], [-0.17, 0.12]])))
     other = without(pixels, Board().rim)
     for name, picture, words in (
-        ("blank", blank, "board: is not seen"),
+        ("blank", blank, "board: must be seen"),
         ("blurred", blurred, "is blurred"),
-        ("cut", pixels[:, :640], "touches the photo's border|must show table"),
+        ("cut", pixels[:, :640], "touches the border|must show table"),
         ("bare", no_towel, "no garment stands out"),
-        ("other", other, "markers 24 to 47, which are not those"),
+        ("other", other, "given markers 24 to 47"),
         ("tiny", pixels[::4, ::4], "at least 400 pixels"),
-        ("half", pixels[:440, :], "only .* corners|is not seen"),
+        ("half", pixels[:440, :], "at least .* corners|must be seen"),
     ):
         Image.fromarray(picture).save(tmp_path / f"{name}.png")
         refused(words, tmp_path / f"{name}.png", board)
-    refused("no white sheet of size a4", tmp_path / "blank.png", "a4")
+    refused("a white sheet of size a4 must be seen", tmp_path / "blank.png", "a4")
     (tmp_path / "text.jpg").write_bytes(b"none")
     refused("is not a picture", tmp_path / "text.jpg", board)
     refused("cannot be read", tmp_path / "none.jpg", board)
@@ -244,7 +244,9 @@ def test_cloth_half_of_the_tables_colour_is_refused_if_its_size_is_known(tmp_pat
     pixels = np.array(Image.open(folder / "towel.png"))
     half = PLACE.place(np.array([[0.07, -0.12], [0.17, -0.12], [0.17, 0.12], [0.07, 0.12]]))
     Image.fromarray(without(pixels, half)).save(tmp_path / "half.png")
-    with pytest.raises(InputError, match=r"but the cloth 0\.200 x 0\.300 m: lay it flat on a table of another colour"):
+    with pytest.raises(
+        InputError, match=r"but the cloth 0\.200 x 0\.300 m; lay the cloth flat on a table of another colour"
+    ):
         tt.locate(tmp_path / "half.png", folder / "board.toml", size=SMALL)
 
 
@@ -267,16 +269,19 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ([], "board, sheet: must give one of them, given 0"),
+        ([], "board, sheet: exactly one must be given, given 0"),
         (["--sheet", "a3"], "sheet: must be a4 or letter, given 'a3'"),
         (["--board", "B", "--board-pose", "1,2"], "board-pose: must be x,y,yaw"),
         (["--board", "B", "--touch", "0,0 1,0"], "three marks A, B and C"),
         (["--board", "B", "--touch", "0,0 0.3,0 0,0.24"], "mark . is off by"),
-        (["--board", "B", "--touch", "0,0 0.18,0 0,0.24", "--board-pose", "0,0,0"], "must give one of them, given 2"),
+        (
+            ["--board", "B", "--touch", "0,0 0.18,0 0,0.24", "--board-pose", "0,0,0"],
+            "at most one must be given, given both",
+        ),
         (["--board", "B", "--corner", "left"], "corner: must be NAME=X,Y"),
         (["--board", "B", "--corner", "a=1,2", "--corner", "a=1,2"], "corner: a is given twice"),
         (["--board", "B", "--out", "x.png"], "out: must be a .json file"),
-        (["--board", "B", "--garment", "tshirt"], "is not that of a flat tshirt"),
+        (["--board", "B", "--garment", "tshirt"], "must be that of a flat tshirt"),
         (["--board", "PHOTO"], "is not a UTF-8 text file"),
     ],
 )
@@ -354,7 +359,7 @@ def test_a_lens_of_another_camera_is_refused_or_told(factor: float, folder: Path
     if factor == 1.0:
         read_photograph(folder / "towel.png", PAGES, lens_of(factor))
     else:
-        with pytest.raises(InputError, match=r"lens: is that of another camera.* about [78]\d\d pixels"):
+        with pytest.raises(InputError, match=r"lens: must be of the photo's camera.* about [78]\d\d pixels"):
             read_photograph(folder / "towel.png", PAGES, lens_of(factor))
 
 
@@ -375,7 +380,9 @@ def test_photos_of_a_board_give_the_lens(tmp_path: Path) -> None:
     write_lens(lens, tmp_path / "lens.toml")
     assert load_lens(tmp_path / "lens.toml") == lens
     assert scaled(lens, (800, 600)).focal == pytest.approx(lens.focal / 2)
-    with pytest.raises(InputError, match="lens: its pictures have 1600 x 1200 pixels, the photo 1000 x 1000"):
+    with pytest.raises(
+        InputError, match="lens: must be for pictures of 1000 x 1000 pixels as the photo, given 1600 x 1200"
+    ):
         scaled(lens, (1000, 1000))
     with pytest.raises(InputError, match="at angles that differ by 20 degrees, given 0"):
         calibrate_lens(views(1) * 6, (1600, 1200))
@@ -386,7 +393,7 @@ def test_photos_of_a_board_give_the_lens(tmp_path: Path) -> None:
 def test_a_board_that_is_not_flat_is_refused() -> None:
     points, pixels = views(2)[1]
     bent = pixels + 80.0 * np.outer((points[:, 0] / 0.18) ** 2, [0.0, 1.0])
-    with pytest.raises(InputError, match="lay it flat"):
+    with pytest.raises(InputError, match="lay the board flat"):
         estimate([(points, bent)], (1600, 1200))
 
 

@@ -293,7 +293,7 @@ def test_a_fold_that_cannot_be_is_refused(step: dict[str, object], says: str, ga
 
 
 def test_a_plan_of_another_garment_is_refused_with_the_known_ones(garments: dict[str, Garment]) -> None:
-    with pytest.raises(InputError, match=r"one of half, shop or a file \.toml, given 'quarters'"):
+    with pytest.raises(InputError, match=r"one of half, shop or a \.toml file, given 'quarters'"):
         make_plan("quarters", garments["tshirt"])
 
 

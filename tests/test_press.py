@@ -78,8 +78,8 @@ def test_a_weight_is_the_gap_to_which_it_presses_a_bent_strip() -> None:
 @pytest.mark.parametrize(
     ("press", "says"),
     [
-        ("", r"pressed.toml: step\.0\.press: .*one of gap and weight, given neither"),
-        ("gap = 0.005, weight = 1.0", "one of gap and weight, given both"),
+        ("", r"pressed.toml: step\.0\.press: .*either gap or weight, given neither"),
+        ("gap = 0.005, weight = 1.0", "either gap or weight, given both"),
         ("gap = -0.005", r"press\.gap"),
         ('gap = 0.005, tool = "iron"', r"press\.tool"),
         ("weight = 1.0, size = [0.0, 0.1]", r"press\.size"),
@@ -96,7 +96,7 @@ def test_a_wrong_press_is_one_line(tmp_path: Path, press: str, says: str) -> Non
 
 
 def test_a_gap_without_room_for_the_layers_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"press\.gap: must be 4 mm or more, which the layers take, given 3 mm"):
+    with pytest.raises(InputError, match=r"press\.gap: must be at least the 4 mm that the layers take, given 3 mm"):
         task(tmp_path, "gap = 0.003")
 
 

@@ -189,7 +189,7 @@ def test_a_plan_without_events_is_refused_unless_it_hovers(plan_folder: Path, tm
     shutil.copytree(plan_folder, tmp_path / "plan")
     content = as_plan(tmp_path / "plan")
     (tmp_path / "plan" / "plan.json").write_text(json.dumps({**content, "events": []}))
-    with pytest.raises(InputError, match="events: must be one close and one open of each arm"):
+    with pytest.raises(InputError, match="events: must contain one close and one open for each arm"):
         Planned.load(tmp_path / "plan")
     (tmp_path / "plan" / "plan.json").write_text(json.dumps({**content, "events": [], "hover": 0.1, "segments": []}))
     with pytest.raises(InputError, match="segments: must be approach, fold and leave"):
@@ -201,7 +201,7 @@ def test_a_plan_without_events_is_refused_unless_it_hovers(plan_folder: Path, tm
     [
         ("jaw = { force = 0 }", "larm.jaw.force: Input should be greater than 0"),
         ('ros = { controller = "left arm" }', "larm.ros.controller: "),
-        ('ros = { joints = ["a", "b"] }', r"larm: ros.joints must be as many as joints \(6\), given 2"),
+        ('ros = { joints = ["a", "b"] }', r"larm: ros.joints must have one value for each of 6 joints, given 2"),
         ("lerobot = { open = 100 }", "larm.lerobot: open and closed must be given together"),
         ('lerobot = { unit = "turns" }', "larm.lerobot.unit: "),
     ],

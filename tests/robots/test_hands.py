@@ -105,6 +105,8 @@ def test_a_plan_of_several_steps_is_refused_and_its_steps_are_named(tmp_path: Pa
     for step in ("step-1", "step-2", "step-10"):
         folder(tmp_path / "shop" / step)
     (tmp_path / "shop" / "step-11").mkdir()  # not learned yet
-    with pytest.raises(InputError, match=r"plan of several steps; give one of \S*shop/step-1, \S*step-2, \S*step-10$"):
+    with pytest.raises(
+        InputError, match=r"plan of several steps; give the folder of one step: \S*shop/step-1, \S*step-2, \S*step-10$"
+    ):
         HandMotion.load(tmp_path / "shop")
     assert HandMotion.load(tmp_path / "shop" / "step-1")

@@ -298,7 +298,7 @@ def test_files_from_outside_the_folder_of_a_description_are_noted(tmp_path: Path
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "arm.urdf").write_text(urdf('<mesh filename="../elsewhere/link.stl"/>'))
     (note,) = load(str(pair_of(tmp_path / "mine", "arm.urdf"))).notes
-    assert "from outside its folder" in note and str(tmp_path / "elsewhere" / "link.stl") in note
+    assert "from outside the folder" in note and str(tmp_path / "elsewhere" / "link.stl") in note
 
 
 # Sizes

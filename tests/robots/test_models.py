@@ -189,7 +189,7 @@ def test_an_arm_of_four_joints_is_refused_with_the_number_that_is_needed(tmp_pat
 def test_joints_that_repeat_one_another_are_refused(tmp_path: Path) -> None:
     flat = mjcf().replace('axis="0 0 1"', 'axis="0 1 0"')
     (tmp_path / "arm.xml").write_text(flat)
-    assert "larm.joints: move and turn the tool in fewer than 6 directions" in refused(pair_of(tmp_path, "arm.xml"))
+    assert "larm.joints: must move and turn the tool in 6 directions" in refused(pair_of(tmp_path, "arm.xml"))
 
 
 # Limits of the model

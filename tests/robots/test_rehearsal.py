@@ -148,7 +148,7 @@ def test_layers_that_fingers_press_down_go_with_the_hand(done: Rehearsal) -> Non
     assert pressed.displacements[-1] - first.displacements[-1] == pytest.approx(down)
     assert pressed.displacements[0] == pytest.approx(np.zeros(3), abs=1e-9)
     assert other.displacements[-1] == pytest.approx(np.array([0.34, 0, 0.001 + lifted(done)]), abs=1e-3)
-    with pytest.raises(InputError, match="must be of 2, as many as arms fold, given 1"):
+    with pytest.raises(InputError, match="must be one for each of 2 folding arms, given 1"):
         rehearsed_scene(done, held.model_copy(update={"grippers": parts[:2]}))
 
 
@@ -181,7 +181,7 @@ def test_the_page_says_whether_it_went_as_planned(
     phone(text)
     assert f">{word}</span>" in text
     assert "at least 0.01" in text and "while they hold the cloth" in text
-    assert "No links touched that must not" in text and "joint limit margin" in text and 'data-show="robot"' in text
+    assert "No forbidden contact between links" in text and "joint limit margin" in text and 'data-show="robot"' in text
 
 
 def test_boxes_of_the_links_go_where_the_tools_went(done: Rehearsal) -> None:
@@ -325,4 +325,4 @@ def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:
 def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(plan_folder: Path, tmp_path: Path) -> None:
     shutil.copytree(plan_folder, tmp_path / "plan")
     done = tatamu("rehearse", str(tmp_path / "plan"), "--simulator=native", "--no-film")
-    assert done.returncode == 0 and "fold/scene.json: there is no such file" in done.stdout
+    assert done.returncode == 0 and "fold/scene.json does not exist" in done.stdout

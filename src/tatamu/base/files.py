@@ -175,7 +175,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(fields) < len(pairs):
         counts = Counter(name for name, _ in pairs)
         twice = next(name for name, count in counts.items() if count > 1)
-        raise InputError(f"{twice}: stands twice in one object")
+        raise InputError(f"{twice}: must occur once in an object, given twice")
     return fields
 
 
@@ -202,7 +202,7 @@ def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = L
             with archive.open(name) as member:
                 total += _size(member, archive.getinfo(name).file_size, name)
             if total > largest:
-                raise InputError(f"{path}: its arrays must take at most {largest / MIB:.0f} MiB in all")
+                raise InputError(f"{path}: must contain arrays of at most {largest / MIB:.0f} MiB in total")
         return {name.removesuffix(".npy"): _array(archive, name) for name in names}
 
 
@@ -217,7 +217,7 @@ def _size(member: IO[bytes], unpacked: int, name: str) -> int:
         raise ValueError(f"{name} has the type {dtype}")
     size = dtype.itemsize * math.prod(shape)
     if min(shape, default=0) < 0 or member.tell() + size != unpacked:
-        raise ValueError(f"{name} has not the size that its header states")
+        raise ValueError(f"{name} does not have the size that its header states")
     return size
 
 

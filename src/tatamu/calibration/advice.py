@@ -42,7 +42,7 @@ def advice_on(calibration: Calibration) -> list[str]:
         gained = ", ".join(
             f"{SYMBOLS[parameter]} from {100 * before:.1f} to {100 * after:.1f} %" for parameter, before, after in gains
         )
-        advice.append(f"To gain most, read {NAMES[name]} {MORE} more times: {gained}.")
+        advice.append(f"Most would be gained by {MORE} more readings of {NAMES[name]}: {gained}.")
     return advice
 
 
@@ -55,8 +55,8 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
     texts = []
     if not kept and abs(fit.simulated - fit.aim) > fit.uncertainty:
         texts.append(
-            f"{fit.test}: {calibration.simulator} comes to {_shown(fit, fit.simulated)}, not to the "
-            f"{_shown(fit, fit.aim)} asked for: its nearest is taken, {SYMBOLS[fit.parameter]} is {fit.bound} "
+            f"{fit.test}: {calibration.simulator} reaches only {_shown(fit, fit.simulated)}, but the reading asks for "
+            f"{_shown(fit, fit.aim)}, so {SYMBOLS[fit.parameter]} is {fit.bound} "
             f"{f'{value:.3g} {filed(KNOWN[fit.parameter].unit)}'.strip()}. Is the reading right?"
         )
         if fit.aim == fit.measured:  # the simulator cannot reproduce the reading
@@ -74,8 +74,8 @@ def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
     others = [each.test for each in calibration.fits if each.parameter == fit.parameter and each is not fit]
     symbol = SYMBOLS[fit.parameter]
     return [
-        f"{fit.test}: {calibration.simulator} does not come to {millimetres(fit.aim)} whatever {symbol} is; {symbol} "
-        f"is by the {others[0]} alone, with which it comes to {millimetres(fit.simulated)}. Is the reading right?"
+        f"{fit.test}: no value of {symbol} makes {calibration.simulator} reach {millimetres(fit.aim)}, so {symbol} is "
+        f"taken from the {others[0]} alone, which gives {millimetres(fit.simulated)}. Is the reading right?"
     ]
 
 
@@ -88,8 +88,8 @@ def _disagreement(calibration: Calibration) -> list[str]:
     says = " and the ".join(f"{test} alone says {value:.3g}" for test, value in alone.items())
     taken = 1e6 * calibration.material.bending_rigidity
     return [
-        f"bending: the {says} µN m: this cloth does not bend in proportion. {taken:.3g} is taken, each weighing as "
-        "much as its readings tell; the uncertainty says how far they are apart."
+        f"bending: the {says} µN m, because this cloth does not bend in proportion to its curvature. The weighted mean "
+        f"{taken:.3g} is used, and its uncertainty covers the difference."
     ]
 
 
@@ -110,8 +110,8 @@ def _restless(calibration: Calibration) -> list[str]:
     if not errors or calibration.unsettled < 0.5 * min(errors):
         return []
     return [
-        f"{calibration.simulator}'s cloth does not come to rest: a reading still moved by "
-        f"{millimetres(calibration.unsettled)} over the last quarter of its test, and its mean was taken."
+        f"the cloth in {calibration.simulator} does not come to rest: a reading still changed by "
+        f"{millimetres(calibration.unsettled)} in the last quarter of its test, so its mean is used."
     ]
 
 

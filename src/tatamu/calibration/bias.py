@@ -62,7 +62,8 @@ class BiasReadings(TestEntry):
             raise ValueError(f"L1 ({hung:g} m, hanging) must be above L2 ({lying:g} m, lying) and below 1.5 L2")
         if not SLIMMEST <= self.width / lying <= WIDEST:
             raise ValueError(
-                f"width ({self.width:g} m) must be {SLIMMEST:g} to {WIDEST:g} of L2 ({lying:g} m): a slim strip"
+                f"width ({self.width:g} m) must be {SLIMMEST:g} to {WIDEST:g} of L2 ({lying:g} m), so that the strip "
+                "is slim"
             )
         return self
 
@@ -86,7 +87,7 @@ class Bias(LaterTest, RestTest):
     parameter = "shear_stiffness"
     entry = BiasReadings
     needs = ("elongation",)
-    needs_because = "it is longer by the stiffness along its yarns too"
+    needs_because = "the stiffness along the yarns also changes the length of the strip"
     asks = ("orthotropy", "knows no shear stiffness of its own")
     read = "L1 - L2 on the bias"
     words: ClassVar = {"bias_L1": "L1 on the bias", "bias_L2": "L2 on the bias"}
@@ -171,12 +172,14 @@ class Bias(LaterTest, RestTest):
         read = f"bias: {millimetres(fit.measured)}"
         if fit.bound:
             return [
-                f"{read} is within the error of reading it ({millimetres(fit.uncertainty)}): G is {fit.bound} "
-                f"{shear:.3g} N/m. A longer strip would tell: it is longer by the square of its length."
+                f"{read} is within its reading error ({millimetres(fit.uncertainty)}), so G is {fit.bound} {shear:.3g} "
+                "N/m. A longer strip would tell more, because its elongation grows with the square of its length."
             ]
         relative = estimate.relative(self.parameter)
         return (
-            [] if relative <= POOR else [f"{read} tells G to {100 * relative:.0f} % only: read L1 and L2 more often."]
+            []
+            if relative <= POOR
+            else [f"{read} gives G only to within {100 * relative:.0f} %; read L1 and L2 more often."]
         )
 
     def drawing(self, shape: np.ndarray) -> str:

@@ -61,8 +61,8 @@ class CreaseReadings(TestEntry):
         least = 2.0 * LEAST_GAP * self.board
         if not least <= self.gap <= 0.1:
             raise ValueError(
-                f"gap ({self.gap:g} m) must be {least:g} m, {2.0 * LEAST_GAP:g} times board, to 0.1 m: the cloth goes "
-                "round both boards when they are closed"
+                f"gap ({self.gap:g} m) must be from {least:g} m ({2.0 * LEAST_GAP:g} times board) to 0.1 m, because "
+                "the cloth goes round both closed boards"
             )
         return self
 
@@ -88,7 +88,7 @@ class PressedCrease(ElasticTest):
     parameter = "bending_hysteresis"
     entry = CreaseReadings
     needs = ("sag",)
-    needs_because = "it tells the friction of bending over the bending rigidity"
+    needs_because = "the test gives only the ratio of bending friction and bending rigidity"
     asks = ("hysteresis", "knows no friction of bending")
     read = "arc of the angle at 30 mm"
     words: ClassVar = {"angle": "the angle that stays (its arc at 30 mm)"}
@@ -178,7 +178,7 @@ class PressedCrease(ElasticTest):
         measured, error, simulated = (
             float(np.degrees(arc / ARM)) for arc in (fit.measured, fit.uncertainty, fit.simulated)
         )
-        return f"Angle that stays measured: {measured:.1f} ± {error:.1f}°; simulated: {simulated:.1f}°."
+        return f"Remaining angle: measured {measured:.1f} ± {error:.1f}°, simulated {simulated:.1f}°."
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         if fit.bound is None:
@@ -187,7 +187,7 @@ class PressedCrease(ElasticTest):
         stays, other = ("hardly bent", "longer") if fit.bound == "at most" else ("nearly closed", "shorter")
         return [
             f"crease: the hinge stays {stays}, which says only that HB is {fit.bound} {friction:.2g} mN; a {other} gap "
-            "would tell."
+            "would tell more."
         ]
 
     def drawing(self, shape: np.ndarray) -> str:

@@ -69,12 +69,12 @@ class ElongationReadings(TestEntry):
         if lying > hanging:
             raise ValueError(
                 f"L2 ({lying:g} m, lying) is longer than L1 ({hanging:g} m, hanging), but cloth does not hang shorter "
-                "than it lies; were they swapped, or was the cloth pulled when L2 was read?"
+                "than it lies; were L1 and L2 swapped, or was the cloth pulled when L2 was read?"
             )
         if hanging > 1.5 * lying:
             raise ValueError(
-                f"L1 ({hanging:g} m) is more than half as long again as L2 ({lying:g} m): beyond what the simulators "
-                "mean by cloth; was the same end read twice, in the same unit?"
+                f"L1 ({hanging:g} m) must be at most 1.5 times L2 ({lying:g} m); was the same end read both times, in "
+                "the same unit?"
             )
         return self
 
@@ -104,8 +104,8 @@ class Elongation(ElasticTest):
         lying = float(np.mean(entry.L2))
         if abs(lying / test.length - 1.0) > OTHER_GARMENT:
             raise InputError(
-                f"elongation: L2 ({lying:g} m) is not of this garment, which lies {test.length:.2f} m long from the "
-                "grip to the end farthest from it: is its size right, and are the grasps those by which it hung?"
+                f"elongation: L2 ({lying:g} m) does not fit this garment, which lies {test.length:.2f} m long from the "
+                "grip to its farthest end; check its size and the grasps"
             )
         return test
 
@@ -119,7 +119,10 @@ class Elongation(ElasticTest):
         """Indices of the vertices that each grip holds."""
         held = [held_vertices(self.garment, grasp) for grasp in self.grasps]
         if len(np.unique(np.concatenate(held))) < sum(map(len, held)):
-            raise InputError("elongation.grasps: two of them hold the same cloth; give each its own place or one wider")
+            raise InputError(
+                "elongation.grasps: must hold different parts of the cloth; move the grasps apart, or give a single "
+                "wider grasp"
+            )
         return held
 
     @cached_property
@@ -179,15 +182,16 @@ class Elongation(ElasticTest):
         read = f"elongation: {millimetres(fit.measured)}"
         if fit.bound:
             return [
-                f"{read} is within the error of reading it ({millimetres(fit.uncertainty)}): the cloth is stiffer than "
-                f"a ruler can tell, Y is at least {stiffness:.0f} N/m. Folding asks for no more."
+                f"{read} is within its reading error ({millimetres(fit.uncertainty)}), so Y is at least "
+                f"{stiffness:.0f} N/m, which is enough for folding."
             ]
         relative = estimate.relative("stretch_stiffness")
         if relative <= POOR:
             return []
         return [
-            f"{read} read to {millimetres(fit.uncertainty)} tells Y to {100 * relative:.0f} % only. Read "
-            "L1 and L2 more often, or hang the garment so that it is longer: elongation grows with the length squared."
+            f"{read} read to {millimetres(fit.uncertainty)} gives Y only to within {100 * relative:.0f} %. Read L1 and "
+            "L2 more often, or hang the garment so that it is longer, because elongation grows with the square of the "
+            "length."
         ]
 
     def drawing(self, shape: np.ndarray) -> str:
@@ -249,6 +253,6 @@ def longest_edge(garment: Garment) -> str:
     """
     names = [name for name in garment.edges if name in garment.openings] or list(garment.edges)
     if not names:
-        raise InputError(f"garment: {garment.name} has no named edges to hold it by")
+        raise InputError(f"garment: {garment.name} has no named edges at which it can hang")
     flat = garment.vertices
     return max(names, key=lambda name: np.linalg.norm(np.diff(flat[garment.edges[name]], axis=0), axis=1).sum())

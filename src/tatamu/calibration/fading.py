@@ -52,7 +52,7 @@ class FadingReadings(TestEntry):
     def _check(self) -> Self:
         aside = float(np.mean(self.aside))
         if not self.to <= 0.8 * aside:
-            raise ValueError(f"to ({self.to:g} m) must be at most 0.8 of aside ({aside:g} m): it has to fade")
+            raise ValueError(f"to ({self.to:g} m) must be at most 0.8 of aside ({aside:g} m), so that the swing fades")
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
@@ -75,7 +75,7 @@ class Fading(SwungTest):
     rising = False
     entry = FadingReadings
     needs = ("swing",)
-    needs_because = "the air that swings with the cloth has to be slowed as well"
+    needs_because = "drag also slows the air that swings with the cloth"
     asks = ("directional_air", "knows no drag by the square of a velocity")
     read = "swings until it has faded"
     words: ClassVar = {"count": "the number of swings until it has faded"}

@@ -56,13 +56,13 @@ class FrictionReadings(TestEntry):
         for height in self.H_s:
             if height >= board:
                 raise ValueError(
-                    f"H_s ({height:g} m) must be less than L_t ({board:g} m): the end of a board is not lifted "
-                    "higher than the board is long"
+                    f"H_s ({height:g} m) must be less than L_t ({board:g} m), because a board cannot be lifted higher "
+                    "than it is long"
                 )
         if max(self.H_s) > 0.95 * board:
             raise ValueError(
-                f"H_s ({max(self.H_s):g} m) of a board of {board:g} m is a slope over 70 degrees: the cloth is "
-                "caught on the board, not held by friction"
+                f"H_s ({max(self.H_s):g} m) must give a slope below 70 degrees on a board of {board:g} m; is the cloth "
+                "caught on the board?"
             )
         return self
 
@@ -162,15 +162,18 @@ class Slope(LaterTest):
         if not fit.bound:
             return []
         does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
-        return [f"friction: {estimate.simulator} {does}; tan(theta) is taken, which it cannot follow."]
+        return [
+            f"friction: {estimate.simulator} {does}, so tan(theta) is used, although {estimate.simulator} cannot "
+            "reproduce the slope."
+        ]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         off = estimate.material.friction_table / self.textbook - 1.0
         if abs(off) < EFFECTIVE:
             return []
         return [
-            f"friction: {estimate.simulator} needs a coefficient {100 * off:+.0f} % off tan(theta) = "
-            f"{self.textbook:.3f} to slide on this slope: an effective one, for this simulator."
+            f"friction: cloth in {estimate.simulator} slides on this slope with a coefficient {100 * off:+.0f} % off "
+            f"tan(theta) = {self.textbook:.3f}, which is valid for this simulator only."
         ]
 
     def drawing(self, shape: np.ndarray) -> str:

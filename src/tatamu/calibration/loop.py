@@ -54,8 +54,8 @@ class LoopReadings(TestEntry):
     def _check(self) -> Self:
         if max(self.height) > HIGHEST_LOOP:
             raise ValueError(
-                f"height ({max(self.height):g} m) is more than a fold of cloth stands, {HIGHEST_LOOP:g} m: "
-                "was it read in centimetres or millimetres?"
+                f"height ({max(self.height):g} m) must be at most {HIGHEST_LOOP:g} m, as high as a fold of cloth "
+                "stands; is the height in metres?"
             )
         return self
 
@@ -165,8 +165,8 @@ class Loop(ElasticTest):
         if fit.bound is None:
             return []
         return [
-            f"loop: {millimetres(fit.measured)} is as low as two layers: the cloth has no loop that a ruler could "
-            f"read, B is at most {1e6 * estimate.material.bending_rigidity:.2g} µN m."
+            f"loop: {millimetres(fit.measured)} is as low as two layers, so no ruler can read the loop, and B is at "
+            f"most {1e6 * estimate.material.bending_rigidity:.2g} µN m."
         ]
 
     def drawing(self, shape: np.ndarray) -> str:

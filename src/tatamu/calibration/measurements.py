@@ -71,12 +71,12 @@ class Measurements(Record):
         own = [name for name, test in TESTS.items() if not test.needs]
         if not set(own) & set(made):
             tables = ", ".join(f"[{name}]" for name in own)
-            raise ValueError(f"must hold at least one of the tables {tables}; given none")
+            raise ValueError(f"must contain at least one of the tables {tables}, given none")
         for name in made:
             test = TESTS[name]
             if not set(test.needs) <= set(made):
                 needed = " and ".join(f"[{other}]" for other in test.needs)
-                raise ValueError(f"{name}: needs {needed} as well, as {test.needs_because}")
+                raise ValueError(f"{name}: must be given with {needed}, because {test.needs_because}")
         return self
 
     def entries(self) -> dict[str, TestEntry]:

@@ -57,11 +57,13 @@ FOLDS = 2
 def _coefficients(value: Any) -> tuple[float, ...]:
     given = value if isinstance(value, list | tuple) else [value]
     if not given:
-        raise ValueError("must hold at least one reading, given none")
+        raise ValueError("must contain at least one reading, given none")
     for each in given:
         if isinstance(each, bool) or not isinstance(each, int | float) or not 0.0 < each < 1.0:
             hint = (
-                f": if that was in per cent, write {each / 100:g}" if isinstance(each, int | float) and each > 1 else ""
+                f"; if the coefficient is in per cent, write {each / 100:g}"
+                if isinstance(each, int | float) and each > 1
+                else ""
             )
             raise ValueError(f"must be between 0 and 1, given {each!r}{hint}")
     return tuple(float(each) for each in given)
@@ -87,7 +89,7 @@ class PlateReadings(TestEntry):
         if not 1.3 <= self.disc / self.plate <= 2.5:
             raise ValueError(
                 f"disc ({self.disc:g} m) must be 1.3 to 2.5 times plate ({self.plate:g} m), given "
-                f"{self.disc / self.plate:.2f}: diameters, not radii"
+                f"{self.disc / self.plate:.2f}; give diameters, not radii"
             )
         return self
 
@@ -222,7 +224,7 @@ class Plate(ElasticTest):
         side, other = ("limp", "smaller") if fit.bound == "at most" else ("stiff", "larger")
         return [
             f"plate: the cloth is too {side} for this plate to tell B, which is {fit.bound} "
-            f"{1e6 * estimate.material.bending_rigidity:.2g} µN m; a disc with {other} overhang would tell."
+            f"{1e6 * estimate.material.bending_rigidity:.2g} µN m; a disc with {other} overhang would tell more."
         ]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
@@ -233,8 +235,8 @@ class Plate(ElasticTest):
         if abs(simulated - self.folds) <= FOLDS:
             return []
         return [
-            f"plate: {self.folds:g} folds were counted, the simulated cloth has {simulated:g}: warp and weft may "
-            "differ in bending, or the cloth may shear more easily than is assumed."
+            f"plate: {self.folds:g} folds were counted, but the simulated cloth has {simulated:g}; warp and weft may "
+            "differ in bending, or the cloth may shear more easily than assumed."
         ]
 
     def drawing(self, shape: np.ndarray) -> str:

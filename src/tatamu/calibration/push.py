@@ -60,12 +60,13 @@ class PushReadings(TestEntry):
         for moved in self.moved:
             if moved > pushed:
                 raise ValueError(
-                    f"moved ({moved:g} m) must be at most pushed ({pushed:g} m): the far edge does not go farther than "
+                    f"moved ({moved:g} m) must be at most pushed ({pushed:g} m): the far edge cannot move farther than "
                     "the ruler; was the cloth pulled?"
                 )
         if pushed > 0.3 * length:
             raise ValueError(
-                f"pushed ({pushed:g} m) must be at most 0.3 of length ({length:g} m): cloth heaps up before the ruler"
+                f"pushed ({pushed:g} m) must be at most 0.3 of length ({length:g} m), because cloth buckles when "
+                "pushed farther"
             )
         return self
 
@@ -93,7 +94,7 @@ class Push(LaterTest, RestTest):
     parameter = "compression"
     entry = PushReadings
     needs = ("elongation", "friction")
-    needs_because = "what resists a push depends on both"
+    needs_because = "the resistance to a push depends on both"
     yields_to = ("bias",)
     yields_because = (
         "cloth with a shear stiffness of its own, which bias gives it, resists compression as it does tension"
@@ -110,8 +111,8 @@ class Push(LaterTest, RestTest):
     def of(cls, entry: PushReadings, specimen: Specimen) -> Self:
         if specimen.base.orthotropic_membrane:
             raise InputError(
-                "push: the garment's material has a weft or shear stiffness of its own, and cloth that resists "
-                "compression less than tension cannot; give garment.material without, or leave out push"
+                "push: must be left out for a material with a weft or shear stiffness, because such a cloth resists "
+                "compression as much as tension"
             )
         return cls(float(np.mean(entry.length)), float(np.mean(entry.pushed)), specimen.spacing)
 
@@ -189,13 +190,13 @@ class Push(LaterTest, RestTest):
         error = millimetres(fit.uncertainty)
         if fit.bound == "at most":
             return [
-                f"push: the far edge stayed where it was to {error}: c is at most {compression:.2g}, and "
-                "folding asks for no more. A shorter cloth or a longer push would tell."
+                f"push: the far edge did not move by more than {error}, so c is at most {compression:.2g}, which is "
+                "enough for folding. A shorter cloth or a longer push would tell more."
             ]
         if fit.bound == "at least":
             return [
-                f"push: the cloth slid as a whole, to {error}: c is at least {fit.alone or compression:.2g}, and "
-                f"{compression:.2g} is taken. A longer cloth would tell."
+                f"push: within {error}, the cloth slid as a whole, so c is at least {fit.alone or compression:.2g}, "
+                f"and {compression:.2g} is used. A longer cloth would tell more."
             ]
         return []
 

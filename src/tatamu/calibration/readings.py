@@ -25,16 +25,16 @@ FARTHEST = 180.0
 def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:
     given = value if isinstance(value, list | tuple) else [value]
     if not given:
-        raise ValueError("must hold at least one reading, given none")
+        raise ValueError("must contain at least one reading, given none")
     for each in given:
         if isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) < np.inf:
             raise ValueError(f"must be a finite number of {unit}, or a list of them, given {each!r}")
         if each < 0 or (each == 0 and not nothing):
-            raise ValueError(f"must be {'at least 0' if nothing else 'more than nothing'}, given {each:g} {unit}")
+            raise ValueError(f"must be {'at least 0' if nothing else 'above 0'}, given {each:g} {unit}")
         if each > largest:
             raise ValueError(
-                f"must be in {unit}, at most {largest:g}, given {each:g}: if that was read in {smaller}, "
-                f"write {each / 1000:g}" + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
+                f"must be in {unit}, at most {largest:g}, given {each:g}: if the reading is in {smaller}, write "
+                f"{each / 1000:g}" + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
             )
     return tuple(float(each) for each in given)
 

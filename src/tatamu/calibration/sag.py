@@ -76,11 +76,11 @@ class SagReadings(TestEntry):
         for sag in self.sag:
             if sag >= free:
                 raise ValueError(
-                    f"sag ({sag:g} m) must be less than free_length ({free:g} m): the edge cannot hang "
-                    "farther below the grip than there is cloth between them"
+                    f"sag ({sag:g} m) must be less than free_length ({free:g} m), because the edge cannot hang lower "
+                    "than the free length"
                 )
         if free < 0.01:
-            raise ValueError(f"free_length must be at least 0.01 m, given {free:g} m: a ruler cannot tell")
+            raise ValueError(f"free_length must be at least 0.01 m, given {free:g} m")
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
@@ -236,12 +236,12 @@ def _longer_or_loop(length: float, estimate: Estimate) -> str:
         expected = 1e3 * better * tip(BEST**3)[1]
         return f"Read it with a free length of about {100 * better:.1f} cm: the edge should then sag {expected:.0f} mm."
     if Loop.was_made(estimate.readings):
-        return f"A free length that would tell ({100 * better:.1f} cm) is too short to hold."
+        return f"A free length that would tell more ({100 * better:.1f} cm) is too short to grip."
     height = HEIGHT * length + LIFT * estimate.material.thickness
     return (
-        f"A free length that would tell ({100 * better:.1f} cm) is too short to hold. Fold it over itself on the table "
-        f"instead, without pressing, and read the height of the loop, here {1e3 * height:.0f} mm or less: table "
-        "[loop], height (`tatamu measure` says how)."
+        f"A free length that would tell more ({100 * better:.1f} cm) is too short to grip. Fold the cloth over itself "
+        "on the table instead, without pressing, and write the height of the loop into the table [loop], here "
+        f"{1e3 * height:.0f} mm or less (`tatamu measure` says how)."
     )
 
 

@@ -63,7 +63,9 @@ class SwingReadings(TestEntry):
     def _check(self) -> Self:
         for seconds in self.ten_swings:
             if not 3.0 <= seconds <= 40.0:
-                raise ValueError(f"ten_swings must be 3 to 40 s, there and back ten times, given {seconds:g} s")
+                raise ValueError(
+                    f"ten_swings must be from 3 to 40 s for ten swings there and back, given {seconds:g} s"
+                )
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:

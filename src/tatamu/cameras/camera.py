@@ -101,7 +101,7 @@ class Camera:
         )[:, 0]
         rays = np.column_stack([straight, np.ones(len(straight))]) @ self.rotation
         if not (rays[:, 2] < -1e-6).all():
-            raise InputError("photo: shows cloth beyond the horizon of the table on which the board lies")
+            raise InputError("photo: must not show cloth beyond the horizon of the table; hold the camera higher")
         eye = self.eye
         down = (np.broadcast_to(height, len(rays)) - eye[2]) / rays[:, 2]
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
@@ -178,21 +178,23 @@ def estimate(
     count = sum(len(places) for places, _ in pages)
     rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * FINEST
     if rms > WORST * max(size):
-        raise InputError(f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay it flat")
+        raise InputError(
+            f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay the board flat"
+        )
     if rms > FINEST:  # if the errors of corners are larger, the prior counts more
         best = _fit(pages, size, lens, prior, spread, rms, 1.0, best.x)
     camera = _camera(best.x, size, lens)
     if camera.tilt > np.radians(GRAZING):
         raise InputError(
-            f"photo: is taken {np.degrees(camera.tilt):.0f} degrees from straight above, "
-            f"must be below {GRAZING:.0f}: take it from higher up"
+            f"photo: must be taken less than {GRAZING:.0f} degrees from straight above, given "
+            f"{np.degrees(camera.tilt):.0f}; hold the camera higher"
         )
     away = float(np.abs((best.x[:LENS] - prior) / spread).max())
     if lens is not None and away > OTHER_LENS:
         shown = max(size) * float(np.exp(best.x[0]))
         raise InputError(
-            f"lens: is that of another camera or zoom: the board shows a focal length of about {shown:.0f} pixels, the "
-            f"lens file {lens.focal:.0f}; leave --lens out, or make the file anew with `tatamu lens`"
+            f"lens: must be of the photo's camera and zoom, with a focal length of about {shown:.0f} pixels, given "
+            f"{lens.focal:.0f}; leave --lens out, or make the file again with `tatamu lens`"
         )
     covariance = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
     return View(camera, best.x, covariance, rms, float(best.cost), lens, size)

@@ -105,8 +105,8 @@ def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
     factor = size[0] / lens.width
     if abs(size[1] / lens.height - factor) > 0.01 * factor:
         raise InputError(
-            f"lens: its pictures have {lens.width} x {lens.height} pixels, the photo {size[0]} x {size[1]}: "
-            "give a photo that was not cut, or the file of its own lens"
+            f"lens: must be for pictures of {size[0]} x {size[1]} pixels as the photo, given {lens.width} x "
+            f"{lens.height}; give the uncut photo, or the file of its lens"
         )
     centre = tuple((factor * (np.array(lens.centre) + 0.5) - 0.5).tolist())
     return lens.model_copy(update={"width": size[0], "height": size[1], "focal": factor * lens.focal, "centre": centre})
@@ -130,7 +130,7 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     apart = float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
     if apart < APART:
         raise InputError(
-            f"photos: must show the board at angles that differ by {APART:.0f} degrees, given {apart:.0f}: take them "
+            f"photos: must show the board at angles that differ by {APART:.0f} degrees, given {apart:.0f}; take photos "
             "from straight above, and tilted to every side"
         )
     k1, k2 = (float(value) for value in distortion.ravel()[:2])

@@ -63,7 +63,7 @@ def locate(
         InputError: If an argument or a file is wrong, the garment is not found, or one of its corners is turned in.
     """
     if board_pose is not None and touched is not None:
-        raise InputError("board-pose, touch: must give one of them, given 2")
+        raise InputError("board-pose, touch: at most one must be given, given both")
     scale = load_scale(board)
     pose = None if board_pose is None else board_pose if isinstance(board_pose, Pose) else Pose(*board_pose)
     if touched is not None:
@@ -172,8 +172,8 @@ def _lens_doubt(photograph: Photograph, fit: Fit, edge: np.ndarray) -> tuple[str
     if free > 0.5 * off:
         return ()
     return (
-        f"note: with this lens, the size is off by {100 * off:.1f} %, and by {100 * free:.1f} % without it: is the "
-        "lens file of this camera and zoom?",
+        f"note: the size is off by {100 * off:.1f} % with this lens, and by {100 * free:.1f} % without; is the lens "
+        "file of this camera and zoom?",
     )
 
 
@@ -183,8 +183,8 @@ def _check_size(path: object, fit: Fit) -> None:
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
         raise InputError(
-            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}: lay it flat on a table of "
-            "another colour than any part of it, or check --size and the board's `bar`"
+            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}; lay the cloth flat on a "
+            "table of another colour, or check --size and the board's `bar`"
         )
 
 
@@ -195,12 +195,12 @@ def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
     turned = {name: gap for name, gap in gaps.items() if gap > TURNED_IN and name not in shown}
     if fit.rms > UNLIKE or len(turned) > MOST_TURNED:
         raise InputError(
-            f"{path}: the outline is not that of a flat {fit.shape.name}: it deviates by {1e3 * fit.rms:.0f} mm, and "
-            f"{len(turned)} corners are missing: lay it flat, or give another --garment"
+            f"{path}: the outline must be that of a flat {fit.shape.name}, but deviates by {1e3 * fit.rms:.0f} mm and "
+            f"lacks {len(turned)} corners; lay the cloth flat, or give another --garment"
         )
     if turned:
         name = max(turned, key=lambda each: turned[each])
         raise InputError(
-            f"{path}: the corner {name} is turned in: the outline stays {1e3 * turned[name]:.0f} mm inside it; "
-            f"lay it flat, or show where it is with --corner {name}=X,Y"
+            f"{path}: the corner {name} is turned in by {1e3 * turned[name]:.0f} mm; lay the corner flat, or show its "
+            f"place with --corner {name}=X,Y"
         )

@@ -40,9 +40,9 @@ class Comparison:
         found = [f"compared with {size}: {', '.join(sides)}, area {100 * share:+.1f} %"]
         other = max(abs(now / then - 1) for now, then in zip(located.size, self.size, strict=True))
         if share < -WRINKLED:
-            found.append("note: its area falls short: smooth out wrinkles, or learn the fold for this size")
+            found.append("note: the area is too small; smooth out wrinkles, or learn the fold for this size")
         elif other > OTHER_SIZE:
-            found.append("note: it has another size than the fold was learned for; learn it for this size")
+            found.append("note: the garment has another size than in the learned fold; learn the fold for this size")
         return found
 
 
@@ -116,8 +116,8 @@ class Located:
         ]
         found.extend(self.notes)
         if max(x, y) > DOUBTFUL:
-            known = f"the pose is known to {1e3 * max(x, y):.0f} mm only"
-            found.append(f"note: {known}: lay the board nearer, use a second page{lens}")
+            known = f"the pose is known only to within {1e3 * max(x, y):.0f} mm"
+            found.append(f"note: {known}; lay the board closer, or use a second page{lens}")
         if self.place is None:
             found.append("note: --board-pose or --touch gives the --place that `tatamu plan` takes")
         else:

@@ -59,8 +59,8 @@ def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
             pages.append(FoundPage(number, _refined(grey, board.corners[corners.ravel()], np.asarray(pixels, float))))
         elif number == 0:
             raise InputError(
-                f"board: only {count} of {len(board.corners)} corners of its first page are seen, at least {FEWEST} "
-                "are needed: show all of it, sharp and without glare"
+                f"board: at least {FEWEST} of the {len(board.corners)} corners of its first page must be seen, given "
+                f"{count}; show the whole page, sharp and without glare"
             )
     return pages
 
@@ -105,15 +105,19 @@ def _check(seen: np.ndarray, grey: np.ndarray) -> None:
         return
     if len(seen):
         raise InputError(
-            f"board: the photo shows markers {seen.min()} to {seen.max()}, which are not those of the first page "
-            f"(0 to {MARKERS - 1}): lay the page that tatamu printed for this board file beside the cloth"
+            f"board: must be the first page (markers 0 to {MARKERS - 1}), given markers {seen.min()} to {seen.max()}; "
+            "lay the page that was printed for this board file beside the cloth"
         )
     other = _other_dictionary(grey)
     if other:
-        raise InputError(f"board: the photo shows markers of another board ({other}); print one with `tatamu board`")
+        raise InputError(
+            f"board: must be a board of tatamu, given another board ({other}); print one with `tatamu board`"
+        )
     if edge_width(grey) > BLURRED:
-        raise InputError("photo: is blurred, so that no board is found: hold the camera still and focus on the board")
-    raise InputError("board: is not seen in the photo: show all of it beside the cloth, in even light, or give --sheet")
+        raise InputError("photo: is too blurred to find a board; hold the camera still and focus on the board")
+    raise InputError(
+        "board: must be seen in the photo; show the whole board beside the cloth, in even light, or give --sheet"
+    )
 
 
 def _other_dictionary(grey: np.ndarray) -> str:

@@ -30,7 +30,7 @@ def parse_touched(text: str) -> np.ndarray:
         raise InputError(f"touch: must be the three marks A, B and C, each as x,y or x,y,z in metres, given {text!r}")
     places = [_numbers(part, "touch", "x,y or x,y,z in metres", (2, 3)) for part in parts]
     if len({len(place) for place in places}) != 1:
-        raise InputError(f"touch: must give x,y of all marks or x,y,z of all, given {text!r}")
+        raise InputError(f"touch: must have two numbers for each mark, or three for each, given {text!r}")
     found = np.array(places)
     if np.abs(found).max() > FARTHEST:
         raise InputError(f"touch: must be within {FARTHEST:g} m, given {text!r}")
@@ -48,13 +48,13 @@ def touched_pose(marks: np.ndarray, touched: np.ndarray) -> Pose:
     if off.max() > TOUCHED:
         worst = "ABC"[int(off.argmax())]
         raise InputError(
-            f"touch: the marks must lie as on the board, within {1e3 * TOUCHED:.0f} mm; mark {worst} is off by "
-            f"{1e3 * off.max():.0f} mm: touch A, B, C in this order, and check `bar` in the board's file"
+            f"touch: the marks must lie as on the board within {1e3 * TOUCHED:.0f} mm, but mark {worst} is off by "
+            f"{1e3 * off.max():.0f} mm; touch A, B, C in this order, and check `bar` in the board's file"
         )
     if touched.shape[1] == 3 and np.ptp(touched[:, 2]) > LEVEL:
         raise InputError(
             f"touch: the marks must be at the same height within {1e3 * LEVEL:.0f} mm, "
-            f"given {1e3 * np.ptp(touched[:, 2]):.0f} mm of difference"
+            f"given heights that differ by {1e3 * np.ptp(touched[:, 2]):.0f} mm"
         )
     return pose
 

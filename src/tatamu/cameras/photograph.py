@@ -132,8 +132,8 @@ def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
     width = wide * photograph.resolution(photograph.view.camera.on_table(edges.points))
     if width > WIDEST and wide > WIDEST_PIXELS:
         raise InputError(
-            f"{photograph.path}: photo: is blurred: edges of the cloth are {1e3 * width:.0f} mm wide, "
-            f"at most {1e3 * WIDEST:.0f} mm are needed"
+            f"{photograph.path}: photo: is blurred; edges of the cloth must be at most {1e3 * WIDEST:.0f} mm wide, "
+            f"given {1e3 * width:.0f} mm"
         )
     return edges
 
@@ -186,5 +186,5 @@ def board_corners(photos: Sequence[Path], board: Board) -> tuple[list[Seen], tup
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
     if not sizes:
-        raise InputError("photos: must be at least one")
+        raise InputError("photos: must be at least one photo, given none")
     return seen, next(iter(sizes))

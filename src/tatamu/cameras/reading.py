@@ -129,7 +129,7 @@ class FoldReader:
             InputError: If the fold uses a single hand, or no cloth is found.
         """
         if fold.hands != 2:
-            raise InputError("fold: must be one of two hands, whose hem has two corners, given one of a single hand")
+            raise InputError("fold: must use two hands, because a photo shows two corners of the hem, given one hand")
         self._photograph, self._frame, self._spread, self._fold = photograph, frame, spread, fold
         self._edge = find_cloth(photograph).points
         self._axes = np.array([fold.normal, fold.crease.along])
@@ -169,7 +169,8 @@ class FoldReader:
         if not values:
             raise InputError(
                 f"{self._photograph.path}: photo: no corner of the moved hem is seen within {1e3 * REACH:.0f} mm of "
-                "its target: show them with --corner left=X,Y and --corner right=X,Y, or observe the fold as failed"
+                "its target; show the corners with --corner left=X,Y and --corner right=X,Y, or observe the fold as "
+                "failed"
             )
         ends = dict(zip(("left", "right"), self._hem, strict=True))
         targets = {side: self._pixel(self._fold.target[vertex, :2], "upper") for side, vertex in ends.items()}

@@ -73,7 +73,8 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
     good = [view for _, view in views if view.rms < RESIDUAL]
     if not good:
         raise InputError(
-            f"sheet: no white sheet of size {sheet.name} is seen: lay all of it flat on a darker table, apart from the "
+            f"sheet: a white sheet of size {sheet.name} must be seen in the photo; lay the whole sheet flat on a "
+            "darker table, apart from the "
             "cloth"
         )
     return min(good, key=lambda view: view.penalty)

@@ -48,4 +48,4 @@ def board(
     count = "1 page" if pages == 1 else f"{pages} pages"
     print(f"board: {out}, {count} of {paper}, a pattern of {width:.0f} x {height:.0f} mm")
     print(f"print the board at 100 %: squares are {1e3 * SQUARE:.0f} mm wide, the scale bar is {1e3 * BAR:.0f} mm long")
-    print(f"file: {described}, for --board; if the bar has another length, correct `bar` in it")
+    print(f"file: {described}, for --board; if the printed bar has another length, correct `bar` in this file")

@@ -18,7 +18,9 @@ def calibrate(
     out: Annotated[
         Path, typer.Option(metavar="MATERIAL.toml", help="File of the material; its page gets the same name.")
     ],
-    simulator: Annotated[str, typer.Option(help="Simulator to calibrate; the material is for it only.")] = "native",
+    simulator: Annotated[
+        str, typer.Option(help="Simulator to calibrate; the material is valid for this simulator only.")
+    ] = "native",
     spacing: Annotated[
         float | None,
         typer.Option(help="Mesh spacing of the simulated tests in metres; default: fine enough not to matter."),
@@ -70,4 +72,4 @@ def calibrate(
         print(f"  {SYMBOLS[name]:2} {name:18} {value:>24}  {spread}")
     for text in advice_on(found):
         print(text)
-    print(f"{out}: for the simulator {simulator}; {picture} shows the fits")
+    print(f"{out}: material for the simulator {simulator}; the fits are in {picture}")

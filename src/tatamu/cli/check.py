@@ -20,7 +20,9 @@ def check(
     simulator: Annotated[str, typer.Option(help="Other simulator: native, blender or mujoco.")] = "",
     material: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.toml", help="Material of the cloth in that simulator; default: the same."),
+        typer.Option(
+            metavar="FILE.toml", help="Material of the cloth in the other simulator; default: the material of the fold."
+        ),
     ] = None,
     halve: Annotated[bool, typer.Option("--halve", help="Simulate on a mesh of half the spacing.")] = False,
     out: Annotated[

@@ -29,7 +29,7 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
     if not runs:
         if names_garment:
             return {}
-        raise InputError("GARMENT: must be given, unless --after names an observed fold whose garment is folded again")
+        raise InputError("GARMENT: must be given, unless --after gives a measured fold")
     from tatamu.after.feedback.known import TRIALS
     from tatamu.report.command import request
     from tatamu.study.result import Result
@@ -50,8 +50,7 @@ def learn(
         list[Path] | None,
         typer.Option(
             metavar="RUN",
-            help="Learn from an observed fold: its posterior as disturbances, 20 trials that start from it; may be "
-            "repeated for folds of one set-up.",
+            help="Start from a measured fold and its disturbances, with 20 trials; repeatable for folds of one set-up.",
         ),
     ] = None,
     scheduler: SchedulerOption = None,

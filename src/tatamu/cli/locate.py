@@ -29,7 +29,7 @@ def locate(
         str, typer.Option(help="Garment if no RUN is given: towel, tshirt, trousers or a garment file.")
     ] = "towel",
     size: Annotated[
-        str | None, typer.Option(metavar="WIDTHxLENGTH", help="Its size in metres, to compare it with.")
+        str | None, typer.Option(metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison.")
     ] = None,
     board_pose: Annotated[
         str | None,
@@ -46,13 +46,13 @@ def locate(
     corner: CornerOption = None,
     join: Annotated[bool, typer.Option("--join", help="All regions that stand out belong to the cloth.")] = False,
     picture: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Draw what was found over the photo: .png or .jpg.")
+        Path | None, typer.Option(metavar="PICTURE", help="Picture of the findings on top of the photo, .png or .jpg.")
     ] = None,
     from_above: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Write the table as seen from straight above: .png or .jpg.")
+        Path | None, typer.Option(metavar="PICTURE", help="Picture of the table from straight above, .png or .jpg.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="LOCATED.json", help="Write pose, size, corners and outline.")
+        Path | None, typer.Option(metavar="LOCATED.json", help="File for pose, size, corners and outline.")
     ] = None,
 ) -> None:
     """Find the pose, size and outline of a garment on the table from a photo.
@@ -74,7 +74,7 @@ def locate(
 
     scale = board if board is not None else sheet
     if scale is None or (board is not None and sheet is not None):
-        raise InputError(f"board, sheet: must give one of them, given {0 if scale is None else 2}")
+        raise InputError(f"board, sheet: exactly one must be given, given {0 if scale is None else 2}")
     if sheet is not None and sheet not in PAPERS:
         raise InputError(f"sheet: must be {' or '.join(PAPERS)}, given {sheet!r}")
     pictures = {"picture": picture, "from-above": from_above}

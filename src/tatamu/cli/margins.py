@@ -26,18 +26,18 @@ def margins(
         str | None,
         typer.Option(
             metavar="default|FILE.toml",
-            help="Uncertainties of hands, cloth and table; default: those of the study, or the default ones.",
+            help="Uncertainties of hands, cloth and table; default: those of the study, otherwise `default`.",
         ),
     ] = None,
     draws: Annotated[int, typer.Option(help="Number of draws of all disturbances at once.")] = 200,
     seed: Annotated[int, typer.Option(help="Seed of the draws.")] = 0,
     simulator: Annotated[
-        str | None, typer.Option(help="native, blender or mujoco; default: the one in which it was learned.")
+        str | None, typer.Option(help="native, blender or mujoco; default: the simulator of the study.")
     ] = None,
     distance: Annotated[
-        float, typer.Option(help="The fold fails beyond this mean vertex distance, in metres.")
+        float, typer.Option(help="Maximum mean vertex distance in metres; the fold fails above.")
     ] = 0.0125,
-    iou: Annotated[float, typer.Option(help="The fold fails below this overlap of the views from above.")] = 0.80,
+    iou: Annotated[float, typer.Option(help="Minimum overlap of the views from above; the fold fails below.")] = 0.80,
     out: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Output folder; default: DIR/margins, DIR/margins-SIMULATOR.")
     ] = None,
@@ -74,7 +74,7 @@ def margins(
     if not steps:
         raise InputError(f"{folder}: contains a plan, but none of its steps is learned yet")
     if out is not None and len(steps) > 1:
-        raise InputError("--out: must be given with the folder of one step, given that of a whole plan")
+        raise InputError("--out: must be left out for a plan of several steps; give the folder of one step")
     with executor_at(scheduler) as executor:
         for step in steps:
             _one(step, given, out, draws, seed, simulator, limits, executor)

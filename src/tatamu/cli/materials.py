@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 @app.command()
 def materials(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="One preset, with its sources; default: all in a table.")
+        str | None,
+        typer.Argument(metavar="[NAME]", help="Preset to show with its sources; default: a table of all presets."),
     ] = None,
 ) -> None:
     """List the materials ("presets") that come with tatamu, with their sources and ranges.
@@ -42,7 +43,9 @@ def materials(
         return
     for line in _lines([load_preset(each) for each in preset_names()]):
         console.print(line, markup=False)
-    console.print("Presets describe other people's cloth; start from one. `tatamu materials NAME` has the sources.")
+    console.print(
+        "Presets describe other people's cloth and are a start. `tatamu materials NAME` shows the sources of a preset."
+    )
 
 
 COLUMNS = {

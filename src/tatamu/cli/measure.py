@@ -72,8 +72,9 @@ def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str
     coefficient = outline.drape_coefficient(0.5 * disc, 0.5 * plate)
     if not 0.0 < coefficient < 1.0:
         raise InputError(
-            f"drape: the outline covers {1e4 * outline.area:.0f} cm², which is not between plate and disc: are disc, "
-            "plate and ruler in metres, and is all that stands out from the table the cloth?"
+            "drape: the outline must be larger than the plate and smaller than the disc, given "
+            f"{1e4 * outline.area:.0f} cm²; are disc, plate and ruler in metres, and does the photo show nothing but "
+            "cloth and table?"
         )
     print(f"drape_coefficient = [{coefficient:.3f}]")
     print(f"nodes = [{outline.nodes}]")

@@ -31,15 +31,20 @@ def observe(
     folder: RunArgument,
     left: Annotated[
         str | None,
-        typer.Option(metavar="A,B", help="Left corner of the moved hem: too far along the fold, and to the left [mm]."),
+        typer.Option(
+            metavar="A,B",
+            help="How far the left corner of the moved hem lies too far along the fold, and too far to the left [mm].",
+        ),
     ] = None,
-    right: Annotated[str | None, typer.Option(metavar="A,B", help="Right corner of the moved hem [mm].")] = None,
+    right: Annotated[
+        str | None, typer.Option(metavar="A,B", help="The same for the right corner of the moved hem [mm].")
+    ] = None,
     slip: Annotated[str | None, typer.Option(metavar="A,B", help="Distance that the lower hem has moved [mm].")] = None,
     deviation: Annotated[
         float | None, typer.Option(help="Standard deviation of your numbers, in millimetres; default: 1.5.")
     ] = None,
     turned_in: Annotated[
-        str | None, typer.Option(metavar="left|right|both", help="Corners that lie turned in; do not measure them.")
+        str | None, typer.Option(metavar="left|right|both", help="Corners that lie turned in, which need no numbers.")
     ] = None,
     failed: Annotated[bool, typer.Option("--failed", help="The fold failed so that nothing can be measured.")] = False,
     form: Annotated[
@@ -59,17 +64,18 @@ def observe(
     lens: LensOption = None,
     corner: CornerOption = None,
     picture: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Draw what was read over the photo: .png or .jpg.")
+        Path | None, typer.Option(metavar="PICTURE", help="Picture of the readings on top of the photo, .png or .jpg.")
     ] = None,
     template: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="Write an empty form to fill in, and end.")
+        Path | None, typer.Option(metavar="FILE.toml", help="Only write an empty form to fill in.")
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
     """Record how a real fold ended, and infer the errors of hands, table and cloth.
 
-    The first call simulates 100 scenarios, which takes minutes; they are kept, so later calls take seconds. To resume
-    an interrupted command, repeat it. Without numbers, the folds that were measured before are evaluated again.
+    The first call simulates 100 scenarios, which takes minutes; these simulations are kept, so later calls take
+    seconds. To resume an interrupted command, repeat it. Without numbers, the folds that were measured before are
+    evaluated again.
 
     Examples:
     `tatamu observe runs/towel --left 12,-3 --right 8,4 --slip 2,0`
@@ -94,21 +100,29 @@ def observe(
     given = {"left": left, "right": right, "slip": slip}
     typed = any(each is not None for each in (*given.values(), deviation, turned_in)) or failed
     if template is not None:
-        _refuse(typed or form is not None, "--template: writes an empty form; give it alone")
+        _refuse(
+            typed or form is not None, "--template: must be given without measured numbers, because the form is empty"
+        )
         if template.exists():
             raise InputError(
-                f"--template: {template} exists; fill it in and give it with --from, or choose another name"
+                f"--template: {template} exists; fill in this form and read it with --from, or choose another name"
             )
         write_text(template, FORM)
         print(f"form: {template}")
         return
-    _refuse(typed and form is not None, "--from: must be given without numbers as options, as the form has them")
+    _refuse(
+        typed and form is not None,
+        "--from: must be given without numbers as options, because the form contains the numbers",
+    )
     seen = any(each is not None for each in (board, sheet, before, frame, lens, corner, picture))
     _refuse(
         photo is None and seen, "--photo: must be given with --board, --sheet, --before, --frame, --lens or --corner"
     )
     numbers = any(each is not None for each in (*given.values(), deviation, form))
-    _refuse(photo is not None and numbers, "--photo: must be given without the numbers of a ruler")
+    _refuse(
+        photo is not None and numbers,
+        "--photo: must be given without numbers as options, because the photo replaces a ruler",
+    )
     learned = Result.load(folder)
     size = size_of(learned.task.fold)
     measured: MeasuredFold | None = None
@@ -158,7 +172,7 @@ def _from_photo(
 
     scale = board if board is not None else sheet
     if scale is None or (board is not None and sheet is not None):
-        raise InputError(f"board, sheet: must give one of them, given {0 if scale is None else 2}")
+        raise InputError(f"board, sheet: exactly one must be given, given {0 if scale is None else 2}")
     if sheet is not None and sheet not in PAPERS:
         raise InputError(f"sheet: must be {' or '.join(PAPERS)}, given {sheet!r}")
     if picture is not None:

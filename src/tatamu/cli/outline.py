@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def outline(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo from above: hem down, table on all sides.")],
     out: Annotated[Path, typer.Option(metavar="OUTLINE.svg", help="File of the outline.")],
-    width: Annotated[float | None, typer.Option(help="Width of the garment, its largest, in metres.")] = None,
+    width: Annotated[float | None, typer.Option(help="Maximum width of the garment, in metres.")] = None,
     ruler: Annotated[
         str | None, typer.Option(metavar="'X,Y X,Y LENGTH'", help="Two pixels, and their distance in metres.")
     ] = None,
@@ -66,11 +66,13 @@ def outline(
 
     given = [value for value in (width, ruler, sheet) if value is not None]
     if len(given) != 1:
-        raise InputError(f"width, ruler, sheet: must give one of them, given {len(given)}")
+        raise InputError(f"width, ruler, sheet: exactly one must be given, given {len(given)}")
     if out.suffix.lower() != ".svg":
         raise InputError(f"out: must be an .svg file, given {out}")
     if garment not in (None, "tshirt"):
-        raise InputError(f"garment: must be tshirt, given {garment!r}; openings of others go into a garment file")
+        raise InputError(
+            f"garment: must be tshirt, given {garment!r}; for another garment, write its openings into a garment file"
+        )
     picture = out.with_name(f"{out.stem}-on-photo.jpg")
     described = [out.with_suffix(".toml")] if garment else []
     check_targets([out, picture, *described], [photo])
@@ -91,7 +93,8 @@ def outline(
     print(f"look at: {picture}, the outline on top of the photo")
     for path in described:
         print(
-            f"garment: {path}, two layers, open at {', '.join(openings)}; the SVG has these lines by name, to be edited"
+            f"garment: {path}, two layers, open at {', '.join(openings)}; to change the openings, edit the lines of "
+            "these names in the SVG"
         )
     for note in found.notes:
         print(f"note: {note}")

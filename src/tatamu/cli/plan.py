@@ -38,13 +38,13 @@ def plan(
     ] = "auto",
     speed_scale: Annotated[
         float,
-        typer.Option(min=0.05, max=1.0, help="Factor of the motion's speed; waits change with it."),
+        typer.Option(min=0.05, max=1.0, help="Factor of the motion's speed, which also scales the waits."),
     ] = 1.0,
     hover: Annotated[
         float,
         typer.Option(
             metavar="METRES",
-            help="Make the motion this far above the table with open jaws, to watch it before it folds [m].",
+            help="Height above the table at which the hands only rehearse the motion, with open jaws [m].",
         ),
     ] = 0.0,
     lerobot: Annotated[
@@ -87,7 +87,7 @@ def plan(
     robots = {name: load(name, wrist_offset, fingertip) for name in chosen}
     outs = {name: out if len(chosen) == 1 else out / loaded.name for name, loaded in robots.items()}
     if len(set(outs.values())) < len(outs):
-        raise InputError("--robot: must be robots of different names, given one name twice")
+        raise InputError("--robot: must be different names, given one name twice")
     for path in outs.values():
         check_out(path)
     own = load(learned_for).name if learned_for is not None else None
@@ -135,7 +135,7 @@ def _plan(asked: _Asked, name: str, robot: Robot, out: Path, lerobot: Path | Non
     save(result, out)
     print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.hovering(0.0).placement}")
     if hover:
-        print(f"  the hands move {1e3 * hover:.0f} mm above it with open jaws: nothing is folded")
+        print(f"  the hands move {1e3 * hover:.0f} mm above the cloth with open jaws, so nothing is folded")
     for check_name, check in result.checks.items() if not several else ():
         value, unit, limit = in_words(check.value, check.limit, check.unit, check.ok)
         print(f"  {check_name.replace('_', ' '):28} {value:>10} {unit:8} ({limit})")

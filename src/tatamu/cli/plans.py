@@ -42,7 +42,10 @@ def plans(
     spacing: Annotated[float | None, typer.Option(help="Mesh spacing in metres.")] = None,
     scale: Annotated[
         float | None,
-        typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
+        typer.Option(
+            metavar="M",
+            help="Metres per unit of the garment's file, such as 0.001; default: the unit that the file states.",
+        ),
     ] = None,
 ) -> None:
     """List the fold plans for a garment, from the best to the worst. Nothing is simulated.

@@ -49,14 +49,17 @@ def rehearse(
         require(simulator)
     planned = Planned.load(plan)
     if planned.plan.hover and simulator != "none":
-        print(f"no cloth: the plan moves {1e3 * planned.plan.hover:.0f} mm above it with open jaws")
+        print(
+            f"no cloth is simulated, because the plan moves {1e3 * planned.plan.hover:.0f} mm above the cloth with "
+            "open jaws"
+        )
         simulator = "none"
     with progress("the robot moves"):
         result = rehearsed(planned)
     with progress(f"the cloth in {simulator}, with the robot's hands and with floating ones"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":
-        print(f"warning: no cloth: {result.planned.fold.scene_file}: there is no such file")
+        print(f"warning: no cloth is simulated, because {result.planned.fold.scene_file} does not exist")
     figures = save(result, plan / "rehearsal", fold)
     for line in summary(figures):
         print(line)

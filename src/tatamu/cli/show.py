@@ -28,7 +28,10 @@ def show(
     ] = None,
     scale: Annotated[
         float | None,
-        typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
+        typer.Option(
+            metavar="M",
+            help="Metres per unit of the garment's file, such as 0.001; default: the unit that the file states.",
+        ),
     ] = None,
     material: Annotated[
         Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")

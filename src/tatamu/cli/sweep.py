@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def sweep(
-    file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="The tasks: a grid, or a list.")],
+    file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="File of the tasks, a grid or a list.")],
     out: Annotated[
         Path,
         typer.Option(metavar="DIR", help="Folder of the sweep: a result folder for each task, and their comparison."),

@@ -29,7 +29,9 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
     """
     if of_client != versions():
         differing = difference(of_client)
-        raise UnavailableError(f"a worker has other versions than this client: {_turned(differing)}; make them equal")
+        raise UnavailableError(
+            f"a worker must have the versions of this client, given {_turned(differing)}; install the same versions"
+        )
     begun = perf_counter()
     result = function(*args, **kwargs)
     return perf_counter() - begun, result

@@ -57,7 +57,7 @@ def parse_address(text: str) -> SchedulerAddress:
     if found := re.fullmatch(r"local:([0-9]{1,6})", text):
         count = int(found[1])
         if not 1 <= count <= MOST_LOCAL:
-            raise InputError(f"--scheduler: local:N takes from 1 to {MOST_LOCAL} workers, given {text!r}")
+            raise InputError(f"--scheduler: local:N must have from 1 to {MOST_LOCAL} workers, given {text!r}")
         return SchedulerAddress(text, count)
     if found := re.fullmatch(r"(?:tcp|tls)://(?:\[[0-9a-fA-F:.%]+\]|[\w.-]+):([0-9]{1,5})", text):
         if 1 <= int(found[1]) <= 65535:
@@ -125,7 +125,7 @@ def _check_certificates(address: str) -> None:
         if given is None:
             raise InputError(f"--scheduler: {address}: needs certificates, and Dask's configuration has no {field}")
         if not Path(given).is_file():
-            raise InputError(f"--scheduler: {address}: {field} of Dask's configuration is no file, given {given}")
+            raise InputError(f"--scheduler: {address}: {field} of Dask's configuration must be a file, given {given}")
 
 
 @contextmanager
@@ -183,8 +183,10 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
             raise InputError(f"--scheduler: {name}: worker {worker} cannot run tatamu ({found})")
         there, kind = found
         if differing := difference(there):
-            raise InputError(f"--scheduler: {name}: worker {worker} has {differing}; make them equal")
+            raise InputError(f"--scheduler: {name}: worker {worker} has {differing}; install the same versions")
         kinds.add(kind)
     if len(kinds) > 1:
-        text = f"warning: {name}: different processors ({', '.join(sorted(kinds))}): last digits may depend on them"
+        text = (
+            f"warning: {name}: different processors ({', '.join(sorted(kinds))}), so last digits of results may differ"
+        )
         print(text, file=sys.stderr)

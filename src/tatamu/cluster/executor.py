@@ -77,12 +77,12 @@ class DaskExecutor(Executor):
     def _answer(self, answer: Future[Any], ended: Future[tuple[float, Any]]) -> None:
         """Give the result or the error of a call to the caller."""
         if ended.cancelled():
-            kept = "what was finished is kept, run the same command again"
+            kept = "finished work is kept, so run the same command again"
             self._end(answer, error=UnavailableError(f"{self._name}: the connection was lost; {kept}"))
             return
         error = ended.exception()
         if isinstance(error, distributed.scheduler.KilledWorker):
-            error = WorkerKilledError(f"killed {error.allowed_failures + 1} workers, or kept them too long")
+            error = WorkerKilledError(f"killed {error.allowed_failures + 1} workers, or ran too long")
         if error is not None:
             if error.__traceback__ is not None:  # its first frame would keep the call at the scheduler
                 error = error.with_traceback(error.__traceback__.tb_next)

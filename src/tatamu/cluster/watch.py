@@ -75,7 +75,7 @@ class Watch:
                 continue
             idle = idle + 1 if calls and not threads else 0
             if idle == NO_WORKERS:
-                logger.warning("tatamu: the scheduler has no workers; waiting for some")
+                logger.warning("tatamu: waiting for workers, because the scheduler has none")
 
     def _count(self, client: distributed.Client) -> int:
         threads = sum(client.nthreads().values())

@@ -55,7 +55,7 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
         if other:
             shown = ", ".join(f'"{name}"' for name in other)
             lines.append(
-                f"{_step(plan, number)}grasp = [{shown}] in a plan file would carry it (docs/reference/fold-plan.md)"
+                f"{_step(plan, number)}grasp = [{shown}] in a plan file carries this part (docs/reference/fold-plan.md)"
             )
         state = laid(garment, state, line)
     try:
@@ -64,7 +64,7 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
         return lines
     if not best.missed and best.plan.steps != plan.steps:
         name = AUTO_PLAN if garment.own else best.plan.name
-        lines.append(f"--fold {name} would carry all: {best.text}; `tatamu plans` draws it, and others")
+        lines.append(f"--fold {name} carries the whole garment: {best.text}; `tatamu plans` draws this plan and others")
     return lines
 
 

@@ -187,8 +187,8 @@ def _check_room(garment: Garment, reach: float) -> None:
     width = crease_of(garment, garment.material.thickness).arc[-1]
     if width > reach:
         raise InputError(
-            f"fold: a crease of this material takes {width:.3f} m on either side, but the side that moves is only "
-            f"{reach:.3f} m wide; give a larger garment or a limper material"
+            f"fold: the side that moves must be at least {width:.3f} m wide for a crease of this material, given "
+            f"{reach:.3f} m; give a larger garment or a limper material"
         )
 
 

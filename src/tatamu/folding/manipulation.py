@@ -101,7 +101,7 @@ class ViaPoints(OpenRecord):
     def _check(self) -> Self:
         hands = [self.left] if self.right is None else [self.left, self.right]
         if any(len(points) != len(self.times) for points in hands):
-            raise ValueError("left, right and times must be equally many")
+            raise ValueError("left, right and times must have the same length")
         if not all(late > early for early, late in pairwise(self.times)):
             raise ValueError("times must increase")
         return self

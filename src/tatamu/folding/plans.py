@@ -82,7 +82,7 @@ def make_plan(name: str, garment: Garment) -> Plan:
     proposed = {proposal.plan.name: proposal.plan for proposal in propose(garment)} if garment.own else {}
     if name not in proposed:
         names = dict.fromkeys([*known, *proposed, AUTO_PLAN] if garment.own else known)
-        raise InputError(f"fold: must be one of {', '.join(names)} or a file .toml, given {name!r}")
+        raise InputError(f"fold: must be one of {', '.join(names)} or a .toml file, given {name!r}")
     return proposed[name]
 
 

@@ -60,7 +60,7 @@ class Press(Record):
     def _check(self) -> Self:
         if (self.gap is None) == (self.weight is None):
             given = "both" if self.gap is not None else "neither"
-            raise ValueError(f"must have one of gap and weight, given {given}")
+            raise ValueError(f"must have either gap or weight, given {given}")
         return self
 
     @property
@@ -84,7 +84,7 @@ class Press(Record):
         gap = float(self.gap or 0.0)
         if not gap >= stack - 1e-9:
             raise InputError(
-                f"press.gap: must be {1e3 * stack:.3g} mm or more, which the layers take, given {1e3 * gap:.3g} mm"
+                f"press.gap: must be at least the {1e3 * stack:.3g} mm that the layers take, given {1e3 * gap:.3g} mm"
             )
         return gap
 

@@ -55,7 +55,7 @@ def propose(garment: Garment) -> list[Proposal]:
         if (folded := _folded(garment, tuple(folds), known))
     ]
     if not found:
-        raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/reference/fold-plan.md)")
+        raise InputError(f"fold: no plan is found for {garment.name}; write a plan file (docs/reference/fold-plan.md)")
     return sorted(
         found, key=lambda each: (bool(each.missed), each.short)
     )  # The sort is stable, so equally good proposals keep their order.

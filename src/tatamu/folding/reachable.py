@@ -33,8 +33,8 @@ def _check_step(task: Task, reach: Reach) -> None:
             return
         refusals.append(refusal)
     raise InputError(
-        f"robot: {name} is out of reach of {reach.robot} in all of {len(refusals)} typical folds; of the first, "
-        f"{refusals[0]}"
+        f"robot: {name} is out of reach of {reach.robot} in {len(refusals)} of {len(refusals)} typical folds; the "
+        f"first: {refusals[0]}"
     )
 
 

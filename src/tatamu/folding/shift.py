@@ -43,7 +43,7 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
     """
     if manipulation.control_points is None or len(shifts) < len(manipulation.grasps):
         raise InputError(
-            f"shift: must be of {len(manipulation.grasps)} hands on Bezier curves, given {len(shifts)} corrections"
+            f"shift: must be one correction for each of {len(manipulation.grasps)} hands, given {len(shifts)}"
         )
     if all(shift.is_none for shift in shifts):
         return manipulation

@@ -126,7 +126,7 @@ class Task:
     def next(self, state: np.ndarray) -> Task:
         """Return the task for the next step, from the cloth after this one [m], shape (n, 3)."""
         if self.number + 1 == len(self.plan.steps):
-            raise InputError(f"task: must have a next step, and {self.plan.name} ends with step {self.number + 1}")
+            raise InputError(f"task: must have a next step, given step {self.number + 1}, the last of {self.plan.name}")
         return self.at(self.number + 1, state)
 
     def manipulation(self, parameters: Mapping[str, float]) -> Manipulation:
@@ -177,7 +177,10 @@ def make_task(
         raise InputError(f"hands: must be 1 or 2, given {hands}")
     if isinstance(garment, Garment):
         if (size, material, spacing, scale) != (None, None, None, None):
-            raise InputError("garment: has its size, material, spacing and scale; give them to make_garment")
+            raise InputError(
+                "size, material, spacing, scale: must be left out with a finished garment; give these values to "
+                "make_garment"
+            )
         made = garment
     else:
         made = make_garment(str(garment), size, material, spacing, scale)

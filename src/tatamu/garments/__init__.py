@@ -49,7 +49,7 @@ def register_garment(name: str, make: Callable[..., Garment], description: str =
         InputError: If a garment with this name exists already.
     """
     if name in GARMENTS:
-        raise InputError(f"name: must be new, given {name!r}, which is a garment already")
+        raise InputError(f"name: must be new, given the existing garment {name!r}")
     GARMENTS[name] = make
     DESCRIPTIONS[name] = description
 
@@ -89,7 +89,7 @@ def _make(
     scale: float | None,
 ) -> Garment:
     if material is not None and not material.bending_rigidity > 0.0:
-        raise InputError("material: bending_rigidity must be above zero, else a fold has no size, given 0")
+        raise InputError("material.bending_rigidity: must be above 0, given 0, because a fold has no size otherwise")
     if name not in GARMENTS:
         if Path(name).suffix.lower() in SUFFIXES:
             return load_garment(Path(name), size, material, spacing, scale)
@@ -97,6 +97,8 @@ def _make(
             f"garment: must be one of {', '.join(GARMENTS)} or a file ({', '.join(SUFFIXES)}), given {name!r}"
         )
     if scale is not None:
-        raise InputError(f"scale: belongs to a file of a garment, given {scale:g} for {name}; --size stretches it")
+        raise InputError(
+            f"scale: must be given with the file of a garment, given {scale:g} for {name}; use --size instead"
+        )
     given = {"size": size, "material": material, "spacing": spacing}
     return GARMENTS[name](**{key: value for key, value in given.items() if value is not None})

@@ -78,7 +78,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     cut_out = tuple(np.array(hole.coords) for hole in region.interiors)
     open_sides = tuple(named) if openings is None else tuple(openings)
     _check_there(open_sides, sides, path)
-    notes = tuple(f"{name}: does not lie along the outline, so that it is no opening" for name in stray[:MOST_NOTES])
+    notes = tuple(f"{name}: does not lie along the outline, so is not an opening" for name in stray[:MOST_NOTES])
     if len(stray) > MOST_NOTES:
         notes += (f"{len(stray) - MOST_NOTES} more named curves do not lie along the outline",)
     mirrored = ("unfolded along its mirror line (layer 6)",) if piece.fold is not None else ()
@@ -98,29 +98,31 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
     marks = [ring for ring in small if not outer.covers(ring)]
     across = {id(ring) for ring in marks}
     inner = [ring for ring in inner if id(ring) not in across]
-    notes = [f"{counted(marks, 'closed curve')} across the outline left out"] if marks else []
+    notes = [f"left out: {counted(marks, 'closed curve')} across the outline"] if marks else []
     if any(ring.area > SAME * outer.area for ring in inner):
-        raise InputError(where(path, "stands twice in the drawing; leave one"))
+        raise InputError(where(path, "must occur once in the drawing, given two copies"))
     if not all(outer.covers(ring) for ring in inner):
         raise InputError(where(path, "must be one closed curve with holes inside, given curves that cross each other"))
     if holes is None and inner and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
         notes.append(
-            f"along the inner of two lines around it, which is at most {apart:.0f} mm within the outer one: taken for "
-            "the line where it is sewn, not for a hole (holes = true makes it one)"
+            f"cut along the inner of two outlines, at most {apart:.0f} mm apart, because the inner line looks like a "
+            "seam and not like a hole (holes = true makes a hole)"
         )
         outer, *others = inner
         inner = [ring for ring in others if outer.covers(ring) and not _follows(ring, outer)]
         if len(others) > len(inner):
             taken = {id(ring) for ring in inner}
             left_out = [ring for ring in others if id(ring) not in taken]
-            notes.append(f"{counted(left_out, 'closed curve')} along or across that line left out")
+            notes.append(f"left out: {counted(left_out, 'closed curve')} along or across the inner line")
     if holes is False and inner:
-        notes.append(f"{counted(inner, 'closed curve')} inside left out (holes = false)")
+        notes.append(f"left out: {counted(inner, 'closed curve')} inside the outline (holes = false)")
         inner = []
     region = outer.difference(shapely.union_all(inner)) if inner else outer
     if not isinstance(region, shapely.Polygon):
-        raise InputError(where(path, "must be one closed curve with holes inside, given curves that cut it apart"))
+        raise InputError(
+            where(path, "must be one closed curve with holes inside, given curves that cut the outline apart")
+        )
     return region, tuple(notes)
 
 

@@ -88,9 +88,9 @@ class GarmentFile(BaseModel):
         if self.fabric is not None and self.fabric not in preset_names():
             raise ValueError(f"fabric must be one of {', '.join(preset_names())}, given {self.fabric!r}")
         if self.mesh is not None and (self.layers, self.openings, self.holes) != (None, None, None):
-            raise ValueError("layers, openings and holes belong to an outline; those of a mesh are in the mesh")
+            raise ValueError("layers, openings and holes must be left out for a mesh, which contains them")
         if self.outline is not None and (self.weld or self.remesh):
-            raise ValueError("weld and remesh belong to a mesh")
+            raise ValueError("weld and remesh must be given with a mesh only")
         if self.outline is not None and self.up in ("z", "-z"):
-            raise ValueError(f"up must be x, -x, y or -y for an outline, which is a drawing, given {self.up!r}")
+            raise ValueError(f"up must be x, -x, y or -y for an outline, given {self.up!r}")
         return self

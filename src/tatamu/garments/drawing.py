@@ -72,7 +72,9 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
     if len(points) < 2:
         return None
     if len(points) > MOST_POINTS:
-        raise InputError(f"outline: must have curves of at most {MOST_POINTS} points, given {len(points)}; simplify it")
+        raise InputError(
+            f"outline: must have curves of at most {MOST_POINTS} points, given {len(points)}; simplify the drawing"
+        )
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < SAME * length.sum())
     return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)
 

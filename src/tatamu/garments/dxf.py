@@ -117,13 +117,15 @@ def _layers(entities: Iterable[Any], scale: float) -> Layers:
     drawn = [entity for entity in entities if entity.dxftype() in KINDS]
     bent = sum(entity.dxftype() != "LINE" for entity in drawn)
     if bent > MOST_BENT:
-        raise InputError(f"outline: must have at most {MOST_BENT} curves besides lines, given {bent}; simplify it")
+        raise InputError(
+            f"outline: must have at most {MOST_BENT} curves besides lines, given {bent}; simplify the drawing"
+        )
     points = 0
     for entity in drawn:
         flat = _flattened(entity, scale)
         points += len(flat)
         if points > MOST_PARTS:
-            raise InputError(f"outline: must have curves of at most {MOST_PARTS} points in all; simplify it")
+            raise InputError(f"outline: must have curves of at most {MOST_PARTS} points in all; simplify the drawing")
         if len(flat) > 1:
             layers.setdefault(one_line(str(entity.dxf.layer)), []).append(flat)
     return layers
@@ -138,11 +140,13 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     ends = (entity.dxf.start, entity.dxf.end) if drawn is None else drawn.control_vertices()
     corners = np.array([(p.x, p.y) for p in ends], dtype=float).reshape(-1, 2)
     if not (np.abs(corners) < FARTHEST).all():
-        raise InputError(f"outline: must have coordinates that are finite and at most {FARTHEST:g}: see a {kind}")
+        raise InputError(
+            f"outline: must have coordinates that are finite and at most {FARTHEST:g}, given others in a {kind}"
+        )
     if drawn is None:
         return corners
     if len(corners) > MOST_PARTS:
-        raise InputError(f"outline: must have curves of at most {MOST_PARTS} points: see a {kind}")
+        raise InputError(f"outline: must have curves of at most {MOST_PARTS} points, given more in a {kind}")
     extent = float(np.ptp(corners, axis=0).max(initial=0.0)) if len(corners) else 0.0
     near = max(FLATNESS / scale, RELATIVE_FLATNESS * extent, 1e-10 * float(np.abs(corners).max(initial=0.0)))
     return np.array([(p.x, p.y) for p in drawn.flattening(near)], dtype=float).reshape(-1, 2)

@@ -75,8 +75,8 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
     outline = Outline(renamed, lines, holes)
     if around.symmetric_difference(outline.polygon).area > UNLIKE * outline.polygon.area:
         raise InputError(
-            f"remesh: front and back must have the same outline but at their openings, yet they differ by more than "
-            f"{100 * UNLIKE:g} %"
+            "remesh: front and back must have the same outline except at their openings, but the outlines differ by "
+            f"more than {100 * UNLIKE:g} %"
         )
     openings = [f"back {name}" if name in behind else name for name in garment.openings]
     made = front_and_back(garment.name, outline, openings, garment.material, spacing)
@@ -120,7 +120,7 @@ def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
         triangles = shapely.polygons(plan[faces[side]])
         if len(triangles) and shapely.area(triangles).sum() > OVERLAP * shapely.union_all(triangles).area:
             raise InputError(
-                f"mesh: must lie flat in one or two layers, but several that face {name} lie on each other"
+                f"mesh: must lie flat in one or two layers, but triangles that face {name} lie on each other"
             )
 
 

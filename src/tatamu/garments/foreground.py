@@ -83,13 +83,15 @@ def stand_out(
     elif share > DIVIDED:
         whole = _joined([largest, *others])
         helps = whole.sum() == whole[EDGE:-EDGE, EDGE:-EDGE].sum()
-        remedy = "give --join if they are one garment, such as a striped one, or " if helps else ""
+        remedy = "give --join if all regions are one garment, such as a striped shirt, or " if helps else ""
         raise InputError(
-            f"{path}: photo: {len(others) + 1} regions stand out, and the largest is {100 / (1 + share):.0f} % of "
-            f"them; {remedy}crop the photo to one"
+            f"{path}: photo: {len(others) + 1} regions stand out, of which the largest covers {100 / (1 + share):.0f} "
+            f"%; {remedy}crop the photo to one region"
         )
     if largest.sum() > largest[EDGE:-EDGE, EDGE:-EDGE].sum():
-        raise InputError(f"{path}: photo: must show table all around the garment, which touches the photo's border")
+        raise InputError(
+            f"{path}: photo: must show table all around the garment, given a garment that touches the border"
+        )
     return Foreground(largest, tuple(float(other.sum() / largest.sum()) for other in others))
 
 

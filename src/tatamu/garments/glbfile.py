@@ -64,7 +64,7 @@ class _Glb:
 
     def __init__(self, data: bytes) -> None:
         if data[:4] != b"glTF" or int.from_bytes(data[4:8], "little") != 2:
-            raise ValueError("it has no header of binary glTF 2")
+            raise ValueError("the file has no header of binary glTF 2")
         chunks: dict[int, bytes] = {}
         place = 12
         while place + 8 <= len(data):
@@ -185,12 +185,14 @@ class _Glb:
     def _viewed(self, number: int, offset: int, count: int, width: int, kind: np.dtype[Any]) -> np.ndarray:
         view = self.header["bufferViews"][number]
         if "uri" in self.header["buffers"][view["buffer"]]:
-            raise InputError("mesh: keeps its vertices in another file; export it as one .glb file")
+            raise InputError(
+                "mesh: must contain its own vertices, given vertices in another file; export a single .glb file"
+            )
         start, size = view.get("byteOffset", 0), width * kind.itemsize
         stride = view.get("byteStride", size)
         last = start + offset + stride * (count - 1) + size
         if min(start, offset, count - 1) < 0 or stride < size or last > len(self.binary):
-            raise ValueError("it is cut short")
+            raise ValueError("the file is cut short")
         return np.ndarray((count, width), kind, self.binary, start + offset, (stride, kind.itemsize))
 
 

@@ -64,15 +64,15 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
     for found, what in ((sides[0], "left sleeve"), (sides[1], "right sleeve"), (neck, "neck")):
         if not found:
             raise InputError(
-                f"garment: no {what} is found: the outline must be that of a T-shirt, hem down, its sleeves apart from "
-                "its body; or name openings in a garment file"
+                f"garment: must be a T-shirt, hem down, with sleeves apart from the body, but no {what} is found; or "
+                "name the openings in a garment file"
             )
     under = [max(found, key=lambda pocket: pocket.depth) for found in sides]
     sleeves = [_sleeve_end(points, pocket.deepest, end) for pocket, end in zip(under, neck, strict=True)]
     sizes = [float(np.linalg.norm(points[a] - points[b])) for a, b in sleeves]
     if max(sizes) > ALIKE * min(sizes):
         raise InputError(
-            f"garment: the ends of its sleeves must be about equally wide, found {sizes[0]:.2f} and {sizes[1]:.2f} m"
+            f"garment: the ends of its sleeves must be about equally wide, given {sizes[0]:.2f} and {sizes[1]:.2f} m"
         )
     hem = [max(pocket.ends.tolist(), key=lambda end: float(points[end, 1])) for pocket in under]
     ends = {"hem": (hem[0], hem[1]), "left_sleeve": sleeves[0], "right_sleeve": sleeves[1], "neck": (neck[0], neck[1])}

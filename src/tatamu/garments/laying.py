@@ -23,8 +23,8 @@ LYING, HIGHEST = 0.02, 0.04
 """Height of a fallen garment [m] above which a note says so, and above which it is a heap and is refused."""
 
 ADVICE = (
-    "give up under [garment], the file's axis from hem to top, if it was turned wrongly, or its pattern: as the UV map "
-    "of an OBJ, or as an outline (SVG, DXF) with openings"
+    "if the garment was turned wrongly, write its axis from hem to top as `up` under [garment]; otherwise give its "
+    "pattern as the UV map of an OBJ, or as an outline (SVG, DXF) with openings"
 )
 """Advice to the user if a mesh cannot be laid flat."""
 
@@ -50,12 +50,15 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
     height = float(lying[:, 2].max())
     if height > HIGHEST:
         raise InputError(
-            f"mesh: lies {1e3 * height:.0f} mm high after it was let go of on its back, more than "
-            f"{1e3 * HIGHEST:.0f} mm: too high to be folded; {ADVICE}"
+            f"mesh: must lie at most {1e3 * HIGHEST:.0f} mm high after falling on its back, given {1e3 * height:.0f} "
+            f"mm; {ADVICE}"
         )
-    note = f"let go of on its back for {SECONDS:g} s, now at most {1e3 * height:.0f} mm high"
+    note = (
+        f"laid flat by a simulated fall of {SECONDS:g} s on its back, after which the garment is at most "
+        f"{1e3 * height:.0f} mm high"
+    )
     if height > LYING:
-        note += "; that is not quite flat: look at it"
+        note += ", not quite flat; look at the picture"
     width, length = np.ptp(lying[:, :2], axis=0)[::-1]
     edges, openings = _edges(lying, faces)
     return Garment(

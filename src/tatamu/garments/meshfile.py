@@ -112,7 +112,7 @@ def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
         found.append(f"{flat.sum()} triangles without area, the first is {_first(flat)}")
     double = len(vertices) - len(np.unique(_places(vertices)))
     if double:
-        found.append(f"{double} vertices at places where there is one already (weld = true joins them)")
+        found.append(f"{double} vertices at the places of other vertices (weld = true joins such vertices)")
     crowded = topology.faces_per_edge > 2
     if crowded.any():
         where = vertices[topology.edges[_first(crowded)]].mean(axis=0)
@@ -163,7 +163,7 @@ def border_loops(faces: np.ndarray) -> list[np.ndarray]:
         if (a, b) in inner:
             continue
         if a in following:
-            raise InputError(f"mesh: must touch itself along edges only, but does so in vertex {a} alone")
+            raise InputError(f"mesh: must touch itself only along edges, given the single vertex {a}")
         following[a] = b
     loops = []
     while following:

@@ -55,7 +55,7 @@ def read_obj(path: Path) -> TriangleMesh:
     for number, line in enumerate(text.replace("\\\n", " ").replace("\\\r\n", " ").splitlines(), start=1):
         try:
             if len(line) > LONGEST_LINE:
-                raise ValueError(f"it has {len(line)} characters")
+                raise ValueError(f"the line has {len(line)} characters")
             reader.take(line.split("#", 1)[0].split())
         except (ValueError, IndexError, OverflowError) as error:
             shown = line.strip()[:40]

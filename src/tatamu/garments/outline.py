@@ -53,7 +53,7 @@ class Outline:
             return self, ()
         marks = [ring for ring, is_wide in zip(rings, wide, strict=True) if not is_wide]
         holes = tuple(hole for hole, is_wide in zip(self.holes, wide, strict=True) if is_wide)
-        note = f"{counted(marks, 'closed curve')} left out, narrower than the spacing of {1e3 * spacing:.1f} mm"
+        note = f"left out: {counted(marks, 'closed curve')} narrower than the spacing of {1e3 * spacing:.1f} mm"
         return replace(self, holes=holes), (note,)
 
     def fitted(self, size: tuple[float, float] | None) -> Outline:

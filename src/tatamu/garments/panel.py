@@ -74,7 +74,7 @@ def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
     count = sum(len(curve) for curve in curves.values())
     if count > MOST_VERTICES // 2:
         raise InputError(
-            f"outline: must have at most {MOST_VERTICES // 2} points in its mesh, given {count}; simplify it"
+            f"outline: must have at most {MOST_VERTICES // 2} points in its mesh, given {count}; simplify the drawing"
         )
     border = shapely.unary_union([shapely.LineString(curve) for curve in curves.values()])
     if shapely.minimum_clearance(border) < CLEAR * spacing:
@@ -84,8 +84,8 @@ def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
 
 def _too_near(place: np.ndarray, spacing: float) -> InputError:
     return InputError(
-        f"outline: its parts are too near to each other at x {place[0]:.4f}, y {place[1]:.4f} m for a spacing of "
-        f"{spacing:g} m; give a smaller spacing or a simpler outline"
+        f"outline: its parts are closer than a spacing of {spacing:g} m allows at x {place[0]:.4f}, y {place[1]:.4f} "
+        "m; give a smaller spacing or a simpler outline"
     )
 
 

@@ -70,7 +70,9 @@ def _others_note(others: tuple[float, ...]) -> tuple[str, ...]:
         return ()
     shares = ", ".join(f"{100 * share:.0f} %" for share in others[:5])
     what = "1 other region stands" if len(others) == 1 else f"{len(others)} other regions stand"
-    return (f"{what} out ({shares} of this one's area): if the garment has several colours, --join takes all of them",)
+    return (
+        f"{what} out ({shares} of the garment's area); give --join if all regions are one garment of several colours",
+    )
 
 
 def reduction(pixels: np.ndarray) -> int:
@@ -86,7 +88,7 @@ def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
     regions = label(share > 0.5)
     sizes = np.bincount(regions.ravel())[1:]
     if not len(sizes) or sizes.max() < SMALLEST * share.size:
-        raise InputError(f"{path}: photo: its alpha channel must keep a garment, given one that keeps next to nothing")
+        raise InputError(f"{path}: photo: its alpha channel must show a garment, given an almost empty channel")
     garment = np.asarray(binary_fill_holes(regions == 1 + int(sizes.argmax())))
     beside = np.asarray((regions > 0) & ~garment)
     return np.where(beside, 0.0, np.where(garment, np.maximum(share, 0.51), share)), (
@@ -147,7 +149,7 @@ def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """
     moved = np.column_stack([outline, np.ones(len(outline))]) @ matrix.T
     if not (moved[:, 2] > 1e-9 * np.abs(moved).max()).all():
-        raise InputError("sheet: its corners make a plane whose horizon the garment crosses; give other corners")
+        raise InputError("sheet: its corners must give a plane on which the whole garment lies; give other corners")
     return np.asarray(moved[:, :2] / moved[:, 2:])
 
 

@@ -68,7 +68,9 @@ def parse_ply(data: bytes) -> TriangleMesh:
             else:
                 _skip(source, element)
         except (IndexError, struct.error):
-            raise ValueError(f"it is cut short: it states {element.count} of element {element.name}") from None
+            raise ValueError(
+                f"the file is cut short: its header states {element.count} of element {element.name}"
+            ) from None
     for number, corners in enumerate(polygons):
         if any(not 0 <= corner < len(vertices) for corner in corners):
             raise ValueError(f"face {number} uses vertices beyond 0 to {len(vertices) - 1}")
@@ -81,7 +83,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
     head, mark, body = data.partition(b"end_header")
     lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
     if not mark or not lines or lines[0] != ["ply"]:
-        raise ValueError("it has no header of a PLY file")
+        raise ValueError("the file has no header of a PLY file")
     order = None
     elements: list[_Element] = []
     for words in lines[1:]:

@@ -21,7 +21,7 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
     """
     count = len(corners)
     if not 3 <= count <= MOST_CORNERS:
-        raise ValueError(f"a face has {count} corners, must have from 3 to {MOST_CORNERS}")
+        raise ValueError(f"a face must have from 3 to {MOST_CORNERS} corners, given {count}")
     fan = [(0, k, k + 1) for k in range(1, count - 1)]
     if count == 3:
         return fan

@@ -48,7 +48,7 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
             f"given {spacing:g} m"
         )
     if not spacing_is_possible(spacing, size, area):
-        raise InputError(f"spacing: {spacing:g} m makes more than {MOST_VERTICES} vertices; give a larger one")
+        raise InputError(f"spacing: {spacing:g} m makes more than {MOST_VERTICES} vertices; give a larger spacing")
 
 
 def largest_spacing(size: tuple[float, float]) -> float:

@@ -104,7 +104,7 @@ def _meshed(
         if not spacing_is_possible(spacing, outline.size, area):
             break
     raise InputError(
-        "outline: has parts that are too narrow or too near to each other for a mesh; give a spacing in metres, "
+        "outline: has parts that are too narrow or too close together for a mesh; give a spacing in metres, "
         "or a simpler outline"
     )
 

@@ -67,10 +67,10 @@ def _check_entities(text: str) -> None:
     """Refuse an SVG file whose XML entities would expand to too much text."""
     entities = dict(re.findall(r"<!ENTITY\s+([^\s%]+)\s+[\"']([^\"']*)[\"']", text))
     if any("&" in value for value in entities.values()) or re.search(r"<!ENTITY\s+%", text):
-        raise InputError("outline: must have entities that name no others")
+        raise InputError("outline: must have XML entities without other entities inside")
     used = Counter(re.findall(r"&([^\s&;]+);", text)) if entities else Counter()
     if sum(len(value) * used[name] for name, value in entities.items()) > LARGEST_DRAWING:
-        raise InputError(f"outline: must have entities that unpack to at most {LARGEST_DRAWING / MIB:.0f} MiB")
+        raise InputError(f"outline: must have XML entities of at most {LARGEST_DRAWING / MIB:.0f} MiB in total")
 
 
 def _name(shape: Shape) -> str:
@@ -136,7 +136,11 @@ def _per_unit(
         fitting = root.get("preserveAspectRatio", "")
         if fitting.strip().startswith("none"):
             raise InputError(
-                where(path, "must not be stretched (preserveAspectRatio none): width is no measure of height")
+                where(
+                    path,
+                    "must not be stretched (preserveAspectRatio none), because its width does not give the scale of "
+                    "its height",
+                )
             )
         return max(scales) if "slice" in fitting else min(scales)
     return scales[0]

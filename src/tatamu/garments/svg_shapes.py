@@ -114,7 +114,7 @@ class _Drawing:
     def children(self, element: Element, place: _Place) -> Iterator[Shape]:
         inner = replace(place, within=(*place.within, element))
         if len(inner.within) > DEEPEST:
-            raise InputError(f"outline: must have parts at most {DEEPEST} deep in one another; flatten its groups")
+            raise InputError(f"outline: must have groups nested at most {DEEPEST} deep; flatten the groups")
         children = list(element)
         if _tag(element) == "switch":
             children = [each for each in children if _tag(each) in (*CONTAINERS, *GEOMETRY)][:1]
@@ -128,7 +128,9 @@ class _Drawing:
             return
         self.left -= 1 + sum(len(NUMBER.findall(element.get(name, ""))) for name in ("d", "points"))
         if self.left < 0:
-            raise InputError(f"outline: must have at most {MOST_PARTS} elements and numbers of paths; simplify it")
+            raise InputError(
+                f"outline: must have at most {MOST_PARTS} elements and numbers of paths; simplify the drawing"
+            )
         style = self._style(element, place.style)
         if style.get("display") == "none":
             return
@@ -163,7 +165,7 @@ class _Drawing:
         if target is None:
             return
         if target in place.within or target is element:
-            raise InputError("outline: one of its parts shows itself")
+            raise InputError("outline: must not contain a part that shows itself")
         moved = _moved(place, _length("x", style, place), _length("y", style, place))
         moved = replace(moved, within=(*place.within, element))
         given = {side: style[side] for side in ("width", "height") if side in style}
@@ -205,7 +207,7 @@ class _Drawing:
         if element is None or not shapes:  # without its target, a reference has no effect
             return shapes
         if element in place.within:
-            raise InputError("outline: one of its parts shows itself")
+            raise InputError("outline: must not contain a part that shows itself")
         style = self._style(element, {})
         if (
             style.get(f"{name.removesuffix('-path')}{'Path' if name == 'clip-path' else 'Content'}Units")

@@ -78,7 +78,10 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
     advice = how_to_scale(sides, unit)
     if not advice:
         small = min(sides) < SMALLEST_SIDE
-        advice = f"; no usual unit makes it fit, and nothing that is {'narrower' if small else 'larger'} can be folded"
+        advice = (
+            f"; no usual unit makes the garment fit, and nothing that is {'narrower' if small else 'larger'} can be "
+            "folded"
+        )
     raise InputError(
         f"{what}: must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m on each side, given {width:.4g} m wide and "
         f"{length:.4g} m long, {unit.words}{advice}"

@@ -40,14 +40,14 @@ def check_unpacked(
         if part in known:
             return known[part]
         if part in open_parts:
-            raise InputError("outline: one of its parts shows itself")
+            raise InputError("outline: must not contain a part that shows itself")
         if len(open_parts) >= DEEPEST:
-            raise InputError(f"outline: must have parts at most {DEEPEST} deep in one another; flatten its groups")
+            raise InputError(f"outline: must have groups nested at most {DEEPEST} deep; flatten the groups")
         open_parts.add(part)
         total = own(part) + sum(count * size(shown) for shown, count in parts(part))
         open_parts.discard(part)
         if total > most:
-            raise InputError(f"outline: must have at most {most} elements and numbers of paths; simplify it")
+            raise InputError(f"outline: must have at most {most} elements and numbers of paths; simplify the drawing")
         known[part] = total
         return total
 

@@ -27,7 +27,7 @@ OFTEN_UNWELDED = (".stl", ".glb")
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
 """Maximum relative change of half of the edges, and of 95 %, at which a mesh is flattened, and the change of 95 % above
 which a note asks the user to look at it."""
-DOUBT = ": look at it; a UV map that is its pattern would do better"
+DOUBT = "; look at the picture, because a UV map of the pattern would give a better shape"
 ALIKE = 0.06
 """Maximum median relative difference between edges in the mesh and in a UV map of one scale that is the pattern."""
 DEVELOPABLE = 0.01
@@ -54,7 +54,9 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
         InputError: If the file cannot be read, the mesh has faults, or it cannot be laid flat.
     """
     if given.spacing is not None and not given.remesh:
-        raise InputError("spacing: a mesh has its own; give remesh = true under [garment] for a new one")
+        raise InputError(
+            "spacing: must be left out for a mesh, which has its own; give remesh = true under [garment] for a new mesh"
+        )
     unit = _unit(source).scaled(given.scale)
     mesh, notes = _cloth(given, read_mesh(source), source, unit)
     extent = np.sort(np.ptp(mesh.vertices, axis=0))
@@ -67,7 +69,7 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
         raise InputError(f"mesh: has {'; '.join(found)}")
     if not flat and given.size is None and max(sides) > DOUBTFUL:
         advice = how_to_scale(sides, unit)
-        raise InputError(f"mesh: is {sides[1]:.3g} m large, {unit.words}, more than anything that is worn{advice}")
+        raise InputError(f"mesh: is {sides[1]:.3g} m large, {unit.words}, which is larger than any garment{advice}")
     garment = _lying(given, mesh, material) if flat else _laid(given, mesh, material)
     doubt = [] if given.size else doubts(sides, unit)
     notes = [*notes, *doubt, *garment.notes, *_coarseness(garment)]
@@ -103,10 +105,12 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
     if given.piece is not None:
         raise InputError(f"piece: must be one of {listed}, given {given.piece!r}")
     weld = (
-        "" if len(np.unique(mesh.vertices.round(9), axis=0)) == len(mesh.vertices) else ", or join them by weld = true"
+        ""
+        if len(np.unique(mesh.vertices.round(9), axis=0)) == len(mesh.vertices)
+        else ", or join the pieces by weld = true"
     )
     raise InputError(
-        f"mesh: has {len(names)} pieces that do not hang together: {listed}; choose one with "
+        f"mesh: must be a single piece, given {len(names)} pieces: {listed}; choose one with "
         f'piece = "{names[0]}" under [garment] in a garment file{weld}'
     )
 
@@ -128,10 +132,15 @@ def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garmen
     up, facing = SIDE_VIEW[thin]
     up = given.up or up
     if up[-1] == "xyz"[thin]:
-        raise InputError(f"up: is {up}, but the mesh is flat across {up[-1]}: its hem and its top lie in the other two")
+        raise InputError(
+            f"up: must be one of the two axes in which the mesh extends, given {up}, but the mesh is flat across "
+            f"{up[-1]}"
+        )
     ahead, front = direction(up), direction(facing)
     points = mesh.vertices @ np.array([ahead, np.cross(front, ahead), front]).T
-    notes = () if thin == 2 else (f"was flat in the plane across {'xyz'[thin]}: turned onto the table, {up} up",)
+    notes = (
+        () if thin == 2 else (f"turned onto the table with {up} up, because the mesh was flat across {'xyz'[thin]}",)
+    )
     garment = flat_garment(given.name, _sized(points[:, :2], given.size), mesh.faces, material)
     garment = meshed_anew(garment, given.spacing) if given.remesh else garment
     return replace(garment, notes=(*notes, *garment.notes))
@@ -146,8 +155,11 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
     pattern = _pattern(points, faces, uv)
     plane = flattened(points, faces, pattern.lengths, pattern.panels)
     deep = float(np.ptp(points[:, 2]))
-    notes = [f"was not flat: laid flat on its back, being {1e3 * deep:.0f} mm deep; {stance.words}"]
-    changes = f"its edges change by {100 * plane.median:.1f} %, 5 in 100 by more than {100 * plane.most:.1f} %"
+    notes = [f"laid flat on its back, because the mesh was {1e3 * deep:.0f} mm deep; {stance.words}"]
+    changes = (
+        f"its edges change by {100 * plane.median:.1f} % in the median, and 5 of 100 edges by more than "
+        f"{100 * plane.most:.1f} %"
+    )
     reason = f"{changes}, and {plane.wrong} triangles turn over"
     if plane.median <= GENTLE and plane.most <= MOST and not plane.wrong:
         try:
@@ -159,13 +171,13 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
             notes.append(f"flattened by {pattern.words}: {changes}{DOUBT if plane.most > DOUBTED else ''}")
             return replace(garment, notes=(*notes, *garment.notes))
     if given.remesh:
-        raise InputError(f"remesh: only what lies flat can be meshed anew, and this cannot be flattened: {reason}")
+        raise InputError(f"remesh: must be left out for a mesh that cannot be flattened: {reason}")
     stretch = 1.0 if given.size is None else float(np.sqrt(np.prod(given.size) / np.prod(np.ptp(points, axis=0)[:2])))
     try:
         fallen = pattern.woven(laid_flat(given.name, stretch * points, faces, material))
     except InputError as error:
-        raise InputError(f"{error}; it was not flattened, as {reason}") from None
-    return replace(fallen, notes=(*notes, f"not flattened, as {reason}", *fallen.notes))
+        raise InputError(f"{error}; the mesh was not flattened, because {reason}") from None
+    return replace(fallen, notes=(*notes, f"not flattened, because {reason}", *fallen.notes))
 
 
 def _sized(plan: np.ndarray, size: tuple[float, float] | None) -> np.ndarray:
@@ -259,6 +271,6 @@ def _coarseness(garment: Garment) -> list[str]:
     if cells <= PASSABLE:
         return []
     return [
-        f"coarse: edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than {PASSABLE:g}: "
+        f"coarse: edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than {PASSABLE:g}, so "
         "folds will look too stiff"
     ]

@@ -27,7 +27,7 @@ class Feature:
     def __post_init__(self) -> None:
         """Refuse numbers of several dimensions."""
         if not self.is_video and len(self.shape) != 1:
-            raise InputError(f"shape: must be of one dimension, given {self.shape}")
+            raise InputError(f"shape: must have one dimension, given {self.shape}")
 
     @property
     def is_video(self) -> bool:
@@ -48,7 +48,7 @@ class Feature:
         if array.shape != (frames, *self.shape):
             raise InputError(f"{name}: must have the shape {(frames, *self.shape)}, given {array.shape}")
         if self.is_video and array.dtype != np.uint8:
-            raise InputError(f"{name}: must be pictures of bytes, given {array.dtype}")
+            raise InputError(f"{name}: must be pictures of 8-bit numbers, given {array.dtype}")
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             raise InputError(f"{name}: must be finite numbers")
         return array if self.is_video else array.astype(self.dtype)

@@ -29,7 +29,7 @@ class LeRobotReader:
         self.root = Path(root)
         path = self.root / layout.INFO
         if not path.is_file():
-            raise InputError(f"{self.root}: must be the folder of a LeRobotDataset, and has no {layout.INFO}")
+            raise InputError(f"{self.root}: must be the folder of a LeRobotDataset, but has no {layout.INFO}")
         self.info: dict[str, Any] = read_json(path)
         version = self.info.get("codebase_version") if isinstance(self.info, dict) else None
         if version != layout.VERSION:

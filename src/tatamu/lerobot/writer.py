@@ -73,7 +73,7 @@ class LeRobotWriter:
         if any(feature.is_video for feature in features.values()):
             check_codec()
         if self.root.exists() and (not self.root.is_dir() or any(self.root.iterdir())):
-            raise InputError(f"{self.root}: is already there; give another folder")
+            raise InputError(f"{self.root}: exists; give another folder")
         self._building = sibling(self.root)
         self._tasks: dict[str, int] = {}
         self._rows: list[dict[str, Any]] = []
@@ -99,7 +99,7 @@ class LeRobotWriter:
         """
         own = {name: feature for name, feature in self.features.items() if name not in USUAL}
         if set(values) != set(own):
-            raise InputError(f"values: must be of {', '.join(own)}, given {', '.join(values) or 'none'}")
+            raise InputError(f"values: must be given for {', '.join(own)}, given {', '.join(values) or 'none'}")
         frames = len(next(iter(values.values())))
         if not frames:
             raise InputError("values: must have at least one frame, given none")

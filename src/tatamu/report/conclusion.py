@@ -95,8 +95,8 @@ def _origin(result: ResultRecord) -> list[str]:
     if curve is None:
         return []
     return [
-        f"trial {best.number} was found by the search: its path is {best.trajectory_length or 0.0:.3f} m long, that of "
-        f"the best hand-designed curve, trial {curve.number}, {curve.trajectory_length or 0.0:.3f} m"
+        f"trial {best.number} was found by the search; its path is {best.trajectory_length or 0.0:.3f} m long, and the "
+        f"best hand-designed curve, trial {curve.number}, is {curve.trajectory_length or 0.0:.3f} m long"
     ]
 
 
@@ -150,12 +150,12 @@ def _about_search(result: ResultRecord) -> list[str]:
     other = next((trial for trial in trials if trial.score is not None and trial.score.succeeds), None)
     if other is not None and other.score is not None:
         help_by = (
-            "C values the distance too little here; try a finer mesh (--spacing)"
+            "C weighs the distance too little here; try a finer mesh (--spacing)"
             if result.disturbances is not None
             else "C is a sum of path and distance; learn with disturbances (the default), so that folds must succeed"
         )
         distance = 1e3 * other.score.mean_vertex_distance
-        lines.append(f"trial {other.number} succeeds ({distance:.1f} mm) by a longer path: {help_by}")
+        lines.append(f"trial {other.number} succeeds ({distance:.1f} mm) with a longer path: {help_by}")
     lines += [
         f"the fixed trajectory {each.label!r} succeeds: {1e3 * each.score.mean_vertex_distance:.1f} mm"
         for each in result.baselines
@@ -163,10 +163,12 @@ def _about_search(result: ResultRecord) -> list[str]:
     ][:1]
     more = f"more trials: repeat the command with --trials {2 * len(trials)}"
     if best.number >= LATE * len(trials):
-        lines.append(f"{more}; the best came late, as trial {best.number} of {len(trials)}, so they are likely to help")
+        lines.append(
+            f"{more}; the best trial came late, as {best.number} of {len(trials)}, so more trials are likely to help"
+        )
     else:
-        lines.append(f"{more}; but the best came early, as trial {best.number} of {len(trials)}")
-        lines.append("another fold or other grasps: `tatamu plans` draws those that carry the whole garment")
+        lines.append(f"{more}; but the best trial came early, as {best.number} of {len(trials)}")
+        lines.append("another fold or other grasps: `tatamu plans` draws the folds that carry the whole garment")
     return lines
 
 

@@ -51,7 +51,10 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
     if name not in NAMES and not name.endswith(".toml"):
         raise InputError(f"robot: must be {', '.join(NAMES)}, or a .toml file that describes a robot, given {name!r}")
     if name not in KAWADA and (wrist_offset is not None or fingertip is not None):
-        raise InputError("wrist offset and fingertip: only for hironx and nextage; others state them in their .toml")
+        raise InputError(
+            "wrist offset, fingertip: must be given with hironx or nextage only; other robots have both lengths in "
+            "their .toml"
+        )
     if name not in NAMES:
         return described(Path(name))
     lengths = Lengths(wrist_offset, fingertip)
@@ -156,7 +159,7 @@ def _untested(path: Path, robot: Robot) -> list[str]:
     found = [" and ".join(names) for names in Clearance(robot).untested]
     if not found:
         return []
-    return [f"{path}: not compared, because they touch at the start and so stand on each other: {', '.join(found)}"]
+    return [f"{path}: these links touch at the start, so their distance is not checked: {', '.join(found)}"]
 
 
 def _standing(description: Description, prefixes: dict[str, str]) -> dict[str, float]:
@@ -206,8 +209,8 @@ def _notes(path: Path, above: list[str]) -> tuple[str, ...]:
     if not above:
         return ()
     return (
-        f"{path}: speed: above the model's own limit [rad/s], to which plans keep, "
-        f"with accelerations lowered likewise: {', '.join(above)}; to use yours, name the joints in faster_than_model",
+        f"{path}: speed: plans keep to the lower limit of the model [rad/s] and lower accelerations by the same "
+        f"factor: {', '.join(above)}; to use your speed, name the joints in faster_than_model",
     )
 
 
@@ -219,14 +222,15 @@ def _mended(
         f"{name} {joint} {files[name].soft[joint]}" for name, arm in arms.items() for joint in _soft(arm, files[name])
     ]
     if soft:
-        yield f"{path}: soft limits are narrower than the hard limits, and plans keep to them [rad]: {', '.join(soft)}"
+        yield f"{path}: plans keep to the soft limits, which are narrower than the hard limits [rad]: {', '.join(soft)}"
     free = [f"{name} {joint}" for name, joints in turning.items() for joint in joints]
     if free:
         yield f"{path}: continuous joints, which plans turn by at most one turn to either side: {', '.join(free)}"
     links = sorted({link for file in files.values() for link in file.mended})
     if links:
         yield (
-            f"{path}: impossible masses or inertias, replaced because only a rehearsal needs them: {', '.join(links)}"
+            f"{path}: impossible masses or inertias are replaced, because only a rehearsal needs them: "
+            f"{', '.join(links)}"
         )
 
 
@@ -240,7 +244,7 @@ def _outside(path: Path, description: Description, models: dict[str, ModelFile])
     used = {os.path.abspath(file) for model in models.values() for file in model.files}
     found = sorted(file for file in used if os.path.commonpath([file, folder]) != folder)
     if found:
-        yield f"{path}: files from outside its folder, which plans and results contain copies of: {', '.join(found)}"
+        yield f"{path}: plans and results contain copies of these files from outside the folder: {', '.join(found)}"
 
 
 def _whole(file: ModelFile) -> object:

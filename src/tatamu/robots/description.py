@@ -93,16 +93,16 @@ class ArmDescription(Record):
             raise ValueError(too_few_joints(len(self.joints)))
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
-                raise ValueError(f"{name} must be as many as joints ({len(self.joints)})")
+                raise ValueError(f"{name} must have one value for each of {len(self.joints)} joints")
         for table, names in (("ros", ["joints"]), ("lerobot", ["joints", "zero", "sign"])):
             for name in names:
                 given = getattr(getattr(self, table), name)
                 if given is not None and len(given) != len(self.joints):
                     raise ValueError(
-                        f"{table}.{name} must be as many as joints ({len(self.joints)}), given {len(given)}"
+                        f"{table}.{name} must have one value for each of {len(self.joints)} joints, given {len(given)}"
                     )
         if len(set(self.joints)) < len(self.joints):
-            raise ValueError("joints must differ")
+            raise ValueError("joints must be different names")
         for name in self.faster_than_model:
             if name not in self.joints:
                 raise ValueError(f"faster_than_model must name joints of this arm, given {name!r}")
@@ -146,7 +146,7 @@ class Description(Record):
     @classmethod
     def _check_disturbances(cls, value: Any) -> Any:
         if not isinstance(value, dict) and not (isinstance(value, str) and value.endswith(".toml")):
-            raise ValueError(f"must be the name of a file .toml, or a table, given {value!r}")
+            raise ValueError(f"must be the name of a .toml file, or a table, given {value!r}")
         return value
 
     @property
@@ -163,14 +163,16 @@ class Description(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.table_heights[0] > self.table_heights[1]:
-            raise ValueError("table_heights must be the lower, then the higher")
+            raise ValueError("table_heights must be the lower height, then the higher")
         alone = [arm.model is not None for arm in (self.larm, self.rarm)]
         if self.model is None and not all(alone):
-            raise ValueError("must have a model for the whole robot, or one in each arm")
+            raise ValueError("must have a model for the whole robot, or a model in each arm")
         if self.model is not None and any(alone):
-            raise ValueError("must have a model for the whole robot, or one in each arm, not both")
+            raise ValueError("must have a model for the whole robot, or a model in each arm, not both")
         if self.model is None and self.base != "world":
-            raise ValueError("base must be 'world' for a pair of single arms: each arm's mount says where it stands")
+            raise ValueError(
+                "base must be 'world' for a pair of single arms, because each arm's mount says where the arm stands"
+            )
         if self.model is None and self.standing:
             raise ValueError("standing must be in each arm's own table for a pair of single arms")
         if self.model is not None and (self.larm.standing or self.rarm.standing):
@@ -179,7 +181,9 @@ class Description(Record):
             raise ValueError("trunk must be left out for a pair of single arms")
         arms = {*self.larm.joints, *self.rarm.joints, *([self.trunk.joint] if self.trunk else [])}
         if self.joints and (self.model is None or not arms <= set(self.joints)):
-            raise ValueError("joints must name all joints of a model of the whole robot, those of the arms included")
+            raise ValueError(
+                "joints must name all joints of a model of the whole robot, including the joints of the arms"
+            )
         for further in self.poses:
             if (len(further.larm), len(further.rarm)) != (len(self.larm.joints), len(self.rarm.joints)):
                 raise ValueError(f"poses: {further.name} must have as many angles as the arms have joints")

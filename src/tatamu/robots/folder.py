@@ -48,7 +48,7 @@ def check_out(out: Path) -> None:
     if out.resolve() == Path.cwd():
         raise InputError(f"{out}: is the current folder, which a plan would replace; give another --out")
     if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or (out / "plan.json").is_file())):
-        raise InputError(f"{out}: exists and is not a plan; give another --out")
+        raise InputError(f"{out}: exists but is not a plan; give another --out")
 
 
 def save(plan: RobotPlan, out: Path) -> None:

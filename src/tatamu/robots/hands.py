@@ -118,7 +118,9 @@ def grippers_by_hand(scene: Scene) -> list[list[Gripper]]:
     """
     for number, gripper in enumerate(scene.grippers):
         if gripper.hand is None:
-            raise InputError(f"scene.json: grippers.{number}.hand: must be left or right, given none; learn it again")
+            raise InputError(
+                f"scene.json: grippers.{number}.hand: must be left or right, given none; learn the fold again"
+            )
     hands = [[gripper for gripper in scene.grippers if gripper.hand == name] for name in HANDS]
     return [each for each in hands if each]
 
@@ -128,7 +130,7 @@ def _check_unpressed(scene: Scene, source: Path | str) -> None:
     others = [body.name for body in scene.bodies if body.hand is None]
     if others:
         raise InputError(
-            f"{source}: bodies: robots do not press, and this fold has a {others[0]}; learn it from a fold "
+            f"{source}: bodies: must be none, because robots cannot press, given a {others[0]}; learn the fold from a "
             "plan without press"
         )
 
@@ -143,7 +145,9 @@ def _no_fold(folder: ResultFolder) -> str:
     steps = folder.learned_steps()
     if not steps:
         return "must be the folder of a learned fold, but has no manipulation.json"
-    return f"contains a plan of several steps; give one of {', '.join(str(step.path) for step in steps)}"
+    return (
+        f"contains a plan of several steps; give the folder of one step: {', '.join(str(step.path) for step in steps)}"
+    )
 
 
 def _minimum_jerk(curve: Bezier, timing: Timing) -> Travel:

@@ -45,9 +45,9 @@ class Missed:
         elif self.distance > NEAR:
             why = "the hand is out of reach"
         elif self.turn > ALIGNED:
-            why = "it gets there, but cannot turn its jaws so"
+            why = "the hand gets there, but cannot turn its jaws as needed"
         else:
-            why = "its joints cannot move on from there (a singular pose)"
+            why = "its joints cannot move on from a singular pose"
         left = [
             *([f"{1e3 * self.distance:.1f} mm"] if self.distance > NEAR else []),
             *([f"{np.degrees(self.turn):.1f} deg"] if self.turn > ALIGNED else []),

@@ -191,9 +191,7 @@ class _Store:
         suffix = file.suffix.lower()
         if suffix not in (*MESHES, *CONVERTED):
             formats = ", ".join((*MESHES, *CONVERTED))
-            raise InputError(
-                f"{self._path}: mesh {file}: must be one of {formats}; convert it, its lengths as they are"
-            )
+            raise InputError(f"{self._path}: mesh {file}: must be one of {formats}; convert the file without scaling")
         content = self._read(file)
         if suffix in CONVERTED or (suffix == ".stl" and _is_ascii(content)):
             content, suffix = _as_stl(file, content, suffix), ".stl"

@@ -55,7 +55,7 @@ class Planned:
             raise InputError(f"{table}: ends at {times[-1]:.2f} s, before the last event of plan.json")
         planned = cls(folder, plan, times, angles)
         if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in planned.arms):
-            raise InputError(f"{path}: events: each arm must open after it closes")
+            raise InputError(f"{path}: events: must let each arm close before it opens")
         return planned
 
     @property
@@ -108,7 +108,7 @@ def _check_events(path: Path, plan: PlanFile) -> None:
     elif not plan.events or sorted((event.arm, event.event) for event in plan.events) != [
         (arm, event) for arm in _arms(plan) for event in ("close", "open")
     ]:
-        raise InputError(f"{path}: events: must be one close and one open of each arm that folds")
+        raise InputError(f"{path}: events: must contain one close and one open for each arm that folds")
 
 
 def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:

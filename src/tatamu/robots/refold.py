@@ -141,7 +141,7 @@ def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
     hands = grippers_by_hand(learned)
     arms = rehearsal.planned.arms
     if len(hands) != len(arms):
-        raise InputError(f"scene.json: grippers: must be of {len(arms)}, as many as arms fold, given {len(hands)}")
+        raise InputError(f"scene.json: grippers: must be one for each of {len(arms)} folding arms, given {len(hands)}")
     grippers: list[Gripper] = []
     bodies: list[Body] = []
     for number, (arm, name, hand) in enumerate(zip(arms, HANDS, hands, strict=False)):

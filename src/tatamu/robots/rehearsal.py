@@ -212,7 +212,7 @@ def _check_names(spec: Any, planned: Planned) -> None:
     missing = [] if spec.body(planned.plan.base_frame) else [planned.plan.base_frame]
     missing += [f"{arm}_tool" for arm in planned.arms if spec.site(f"{arm}_tool") is None]
     if missing:
-        raise ValueError(f"it has no {missing[0]}")
+        raise ValueError(f"the model has no {missing[0]}")
 
 
 def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -105,14 +105,12 @@ def summary(figures: dict[str, Any]) -> list[str]:
         f"{1e3 * figures['tool_error']:.2f} mm while they hold the cloth",
     ]
     if figures["tool_error"] > AS_PLANNED:
-        lines.append(
-            f"warning: the tools do not follow the plan: they should stay within {1e3 * AS_PLANNED:g} mm of it"
-        )
+        lines.append(f"warning: the tools must follow the plan within {1e3 * AS_PLANNED:g} mm, but deviate more")
     contacts = figures["contacts"]
     lines += [
         f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s, {1e3 * contact['depth']:.1f} mm"
         for contact in contacts
-    ] or ["no links touched that must not"]
+    ] or ["no forbidden contact between links"]
     return lines + ([] if figures["fold"] is None else _fold_summary(figures["fold"]))
 
 
@@ -128,7 +126,7 @@ def _fold_summary(fold: dict[str, Any]) -> list[str]:
         f"{1e3 * fold['distance_to_floating_hands']:.1f} mm mean from the same fold with floating hands"
     ]
     if fold["mean_vertex_distance"] is not None and not fold["scores"]:
-        lines.append(f"{1e3 * fold['mean_vertex_distance']:.1f} mm mean from the wanted shape")
+        lines.append(f"mean distance from the wanted shape: {1e3 * fold['mean_vertex_distance']:.1f} mm")
     if fold["unscored"]:
         lines.append(f"not scored: {fold['unscored']}")
     if fold["scores"]:

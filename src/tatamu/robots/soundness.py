@@ -209,10 +209,10 @@ def _check_base(path: Path, robot: Robot) -> None:
     """Refuse a base that an arm moves, or that is not upright."""
     for joint in _joints_to(robot.model, robot.model.body(robot.base).id):
         if joint in robot.joints:
-            raise InputError(f"{path}: base: must not move, and {joint} moves {robot.base}")
+            raise InputError(f"{path}: base: must not move, but {joint} moves {robot.base}")
     tilt = np.degrees(np.arccos(np.clip(robot.at_rest().body(robot.base).xmat[8], -1, 1)))
     if not tilt < 1e-3:
-        raise InputError(f"{path}: base: z of {robot.base} must point up, and is {tilt:.3g} deg from it")
+        raise InputError(f"{path}: base: z of {robot.base} must point up, but deviates by {tilt:.3g} deg")
 
 
 def _check_standing(path: Path, robot: Robot) -> None:
@@ -238,7 +238,7 @@ def _check_equalities(path: Path, robot: Robot) -> None:
     broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > FOLLOWS)]
     if broken:
         raise InputError(
-            f"{path}: the model says that {', '.join(broken)}; a plan would break this by up to {worst.max():.3g}: "
+            f"{path}: a plan would break constraints of the model by up to {worst.max():.3g}: {', '.join(broken)}; "
             "joints of an arm must move independently, and other joints must be where the model allows"
         )
 
@@ -262,6 +262,6 @@ def _check_directions(path: Path, robot: Robot, arm: Arm) -> None:
     if not best > MIN_RANK:
         needed_ones = min(len(arm.joints), FULL_JOINTS)
         raise InputError(
-            f"{path}: {arm.name}.joints: move and turn the tool in fewer than {needed_ones} directions (the Jacobian's "
-            f"least singular value is {best:.1e} at best): joints are needed that do not repeat one another"
+            f"{path}: {arm.name}.joints: must move and turn the tool in {needed_ones} directions, given fewer (the "
+            f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
         )

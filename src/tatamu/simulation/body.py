@@ -82,7 +82,7 @@ class Body(Record):
         for field in ("positions", "orientations"):
             rows = getattr(self, field)
             if rows is not None and len(rows) != len(self.times):
-                raise ValueError(f"{field} must be as many as times ({len(self.times)}), given {len(rows)}")
+                raise ValueError(f"{field} must be one for each of {len(self.times)} times, given {len(rows)}")
         return self
 
     @property

@@ -230,7 +230,7 @@ def load_material(path: Path) -> Material:
     if is_preset(path):
         path = PRESETS / f"{path}.toml"
     elif not path.suffix and not path.exists():
-        raise InputError(f"material: must be a file .toml or one of {', '.join(preset_names())}, given {str(path)!r}")
+        raise InputError(f"material: must be a .toml file or one of {', '.join(preset_names())}, given {str(path)!r}")
     value = read_toml(path)
     if not isinstance(value.get("material"), dict):
         raise InputError(f"{path}: material: Field required, a table [material] with areal_density, ..")

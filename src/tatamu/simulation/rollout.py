@@ -60,7 +60,9 @@ def _check(times: np.ndarray, positions: np.ndarray, faces: np.ndarray) -> None:
     if times.dtype.kind != "f" or positions.dtype.kind != "f" or faces.dtype.kind not in "iu":
         raise ValueError("times and positions must be floating point numbers, faces integers")
     if positions.shape != (len(times), positions.shape[1], 3) or not len(times) or faces.shape[1] != 3:
-        raise ValueError("positions must have a frame for each time, and x, y, z; faces 3 vertices each")
+        raise ValueError(
+            "positions must have one frame for each time and x, y, z for each vertex, and faces 3 vertices each"
+        )
     if not (np.isfinite(times).all() and np.isfinite(positions).all()):
         raise ValueError("times and positions must be finite")
     if not 0 <= faces.min(initial=0) <= faces.max(initial=0) < positions.shape[1]:

@@ -38,8 +38,8 @@ def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None
     if not (within > LEAST_IN_PLANE * np.maximum(np.linalg.norm(fibre, axis=1), 1e-30)).all():
         wrong = int(np.argmin(within))
         raise ValueError(
-            f"fibre must have a part in the plane of its triangle, triangle {wrong} has "
-            f"{fibre[min(wrong, len(fibre) - 1)].tolist()}"
+            f"fibre must have a part in the plane of its triangle, given {fibre[min(wrong, len(fibre) - 1)].tolist()} "
+            f"in triangle {wrong}"
         )
 
 
@@ -62,10 +62,12 @@ class Cloth(Record):
     def _check(self) -> Self:
         if self.rest_vertices is not None and self.rest_vertices.shape != self.vertices.shape:
             raise ValueError(
-                f"rest_vertices must be as many as vertices ({len(self.vertices)}), given {len(self.rest_vertices)}"
+                f"rest_vertices must be one for each of {len(self.vertices)} vertices, given {len(self.rest_vertices)}"
             )
         if len(self.vertices) > MOST_VERTICES:
-            raise ValueError(f"vertices must be at most {MOST_VERTICES}, given {len(self.vertices)}: coarsen it")
+            raise ValueError(
+                f"vertices must be at most {MOST_VERTICES}, given {len(self.vertices)}; give a coarser mesh"
+            )
         check_mesh(self.rest, self.faces, self.seams)
         if self.fibre is not None:
             _check_fibre(self.rest, self.faces, self.fibre)
@@ -120,7 +122,7 @@ class Gripper(Record):
                 raise ValueError(f"times must increase from knot to knot, given {earlier:g}, {later:g}")
         if len(self.times) != len(self.displacements):
             raise ValueError(
-                f"displacements must be as many as times ({len(self.times)}), given {len(self.displacements)}"
+                f"displacements must be one for each of {len(self.times)} times, given {len(self.displacements)}"
             )
         return self
 

@@ -76,7 +76,7 @@ def parse_storage(given: str) -> str:
     except (ArgumentError, ValueError):
         raise InputError(f"--storage: {wanted}") from None
     if url.password is not None or any("password" in name.lower() for name in url.query):
-        raise InputError("--storage: holds a password; leave it out and set PGPASSWORD, or write it into ~/.pgpass")
+        raise InputError("--storage: must not contain a password; set PGPASSWORD, or write it into ~/.pgpass")
     if url.drivername not in ("postgresql", "postgres"):
         raise InputError(f"--storage: {wanted}, given {url.drivername}://..")
     if not url.database:
@@ -174,7 +174,9 @@ class SharedDatabase:
                 self._drop_holding()
             for name in self._held:
                 if not self._try_hold(name):
-                    raise UnavailableError(f"{self.address}: another client took over {name} while it was away")
+                    raise UnavailableError(
+                        f"{self.address}: another client took over {name} while this client was disconnected"
+                    )
 
     def _drop_holding(self) -> None:
         if self._holding is not None:
@@ -199,7 +201,7 @@ class SharedDatabase:
                     text = f"{self.address}: the disk of the database is full; what was finished is kept"
                     raise UnavailableError(text) from None
                 if not _passes(state, reason):
-                    raise InputError(f"{self.address}: the database refuses ({reason})") from None
+                    raise InputError(f"{self.address}: the database refuses the request ({reason})") from None
                 if monotonic() > deadline:
                     raise UnavailableError(
                         f"{self.address}: no answer for {seconds:g} s ({reason}); what was finished is kept"

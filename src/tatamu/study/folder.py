@@ -132,7 +132,7 @@ class ResultFolder:
     def target(self) -> np.ndarray:
         """Position of each vertex after a perfect fold [m], shape (n, 3)."""
         if "target" not in self.rollout.extra:
-            raise InputError(f"{self.rollout_file}: target is missing, the wanted shape (n, 3) of a learned fold")
+            raise InputError(f"{self.rollout_file}: must contain target, the wanted shape (n, 3) of a learned fold")
         return self.rollout.extra["target"]
 
     def matches(self, result: ResultRecord | PlanRecord) -> bool:
@@ -169,5 +169,7 @@ def locked(folder: ResultFolder) -> AbstractContextManager[object]:
     path = folder.path
     foreign = [name for name in LEARNED if os.path.exists(path / name)]
     if foreign and not folder.has_study:
-        raise InputError(f"{path}: contains {foreign[0]} but no study; it would be overwritten, give another folder")
+        raise InputError(
+            f"{path}: contains {foreign[0]} but no study, and learning would overwrite this file; give another folder"
+        )
     return lock_folder(path, ".lock", "another run is learning here")

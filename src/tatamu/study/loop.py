@@ -188,7 +188,7 @@ class Study:
         try:
             self.space.check(proposal)
         except InputError as error:
-            raise InputError(f"sampler: {self.record.sampler} proposed what it must not: {error}") from None
+            raise InputError(f"sampler: {self.record.sampler} proposed an invalid trial: {error}") from None
         return proposal, self._submit(self._ask(proposal, known))
 
     def _ask(self, proposal: Proposal, known: Sequence[Evaluation]) -> Ask:

@@ -50,16 +50,18 @@ class FoldOptions(Options):
     )
     scale: float | None = Field(
         None,
-        description="Metres per unit of the garment's file, such as 0.001; default: as it says.",
+        description="Metres per unit of the garment's file, such as 0.001; default: the unit that the file states.",
         json_schema_extra={"metavar": "M"},
     )
     fold: str = Field(
         "half",
-        description="How to fold it: half; towel: quarters; tshirt: shop; trousers: leg, thirds; a plan of your own; "
-        "auto or another that `tatamu plans` lists.",
+        description="Fold plan: half; towel: quarters; tshirt: shop; trousers: leg, thirds; a file of yours; auto, or "
+        "another plan that `tatamu plans` lists.",
         json_schema_extra={"metavar": "NAME|FILE.toml"},
     )
-    hands: StrictInt | None = Field(None, description="Fold with 1 hand or 2; default: the plan's number, usually 2.")
+    hands: StrictInt | None = Field(
+        None, description="Number of hands, 1 or 2; default: as the fold plan says, usually 2."
+    )
     material: str | None = Field(
         None,
         description="A material file, or a preset such as denim; default: the garment's own.",
@@ -89,8 +91,8 @@ class LearnOptions(Options):
     )
     disturbances: Any = Field(
         None,
-        description="Errors of hands, cloth and table that the fold has to tolerate; none: the paper's C. Default: as "
-        "the study started, as the robot's .toml says, or default.",
+        description="Errors of hands, cloth and table that the fold has to tolerate; `none` minimises the paper's "
+        "C without errors. Default: those of the study or of the robot's .toml, otherwise `default`.",
         json_schema_extra={"metavar": "default|none|FILE.toml"},
     )
     """As on the command line, or `Disturbances`; None for the default disturbances."""
@@ -105,8 +107,8 @@ class LearnOptions(Options):
     )
     parallel: StrictInt | None = Field(
         None,
-        description=f"Trials pending at a time, on any number of cores; default: {USUAL_PENDING}. With 1 each is "
-        "proposed from all results before it.",
+        description=f"Trials pending at a time, on any number of cores; default: {USUAL_PENDING}. With 1, each "
+        "trial is proposed from all results before.",
     )
     baselines: StrictBool = Field(True, description="Also score three fixed trajectories.")
 
@@ -116,7 +118,10 @@ class LearnOptions(Options):
 
         check_search(self.sampler)
         if self.trials == "auto" and self.sampler != "gp":
-            raise InputError(f"trials: auto is for the sampler gp, which estimates the gain, given {self.sampler}")
+            raise InputError(
+                "trials: must be a number, because only the sampler gp estimates the gain for auto, given "
+                f"{self.sampler}"
+            )
         if self.trials != "auto" and not 1 <= self.trials <= 10_000:
             raise InputError(f"trials: must be from 1 to 10000, given {self.trials}")
         if not 0 <= self.seed < 2**32:

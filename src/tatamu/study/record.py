@@ -203,7 +203,7 @@ class ResultRecord(StudyRecord):
             ValueError: If all trials failed.
         """
         if self.best is None:
-            raise ValueError("all trials failed: there is no best one")
+            raise ValueError("all trials failed, so there is no best trial")
         return self._complete()[0]
 
     @property

@@ -183,7 +183,7 @@ class Result:
         target = task.fold.target
         if target.shape != self.target.shape or not np.abs(target - self.target).max() < SAME:
             raise InputError(
-                f"{self.folder}: its task has another target today than when it was learned; learn it again"
+                f"{self.folder}: the target of its task has changed since the fold was learned; learn the fold again"
             )
         return task
 
@@ -231,9 +231,11 @@ class Result:
         """
         folder = ResultFolder(Path(path))
         if folder.holds_plan:
-            raise InputError(f"{path}: holds a plan of several steps; name one of them, such as {folder.step(0).path}")
+            raise InputError(
+                f"{path}: contains a plan of several steps; give the folder of one step, such as {folder.step(0).path}"
+            )
         if folder.record.best is None:
-            raise InputError(f"{path}: all of its trials failed; there is no learned fold in it")
+            raise InputError(f"{path}: contains no learned fold, because all trials failed")
         result = cls(folder.record, folder.manipulation, folder.scene, folder.rollout, Path(path))
         _check_arrays(folder)
         return result

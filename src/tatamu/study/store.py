@@ -35,8 +35,8 @@ KEY = "tatamu"
 BASELINES_KEY = "baselines"
 TRANSIENT = {
     "is full": "the disk is full",
-    "is locked": "another program holds it",
-    "already exists": "another program is making it at this moment",
+    "is locked": "another program is using the file",
+    "already exists": "another program is making the file at this moment",
     "readonly": "cannot be written",
     "disk I/O error": "cannot be read or written now",
 }
@@ -101,8 +101,9 @@ class StudyStore:
         """Return a finished trial that tatamu wrote."""
         if trial.state != TrialState.COMPLETE or trial.number != number:
             raise InputError(
-                f"{self.label}: trial {trial.number}: must be a finished trial of tatamu, given one in state "
-                f"{trial.state.name} (from Optuna's ask or enqueue_trial); delete it there, or give another folder"
+                f"{self.label}: trial {trial.number}: must be a finished trial of tatamu, given state "
+                f"{trial.state.name} (from Optuna's ask or enqueue_trial); delete the trial in Optuna, or give another "
+                "folder"
             )
         known = {"number": number, "parameters": trial.params, "objective": trial.value, **trial.user_attrs}
         try:
@@ -111,7 +112,8 @@ class StudyStore:
             raise InputError(f"{self.label}: trial {number}: {describe(error)}; give another folder") from None
         if read.number != number:
             raise InputError(
-                f"{self.label}: trial {number}: was trial {read.number}; others are lost, give another folder"
+                f"{self.label}: trial {number}: must have this number, given {read.number}, so trials were lost; give "
+                "another folder"
             )
         return read
 
@@ -186,8 +188,10 @@ def _file_error(label: str, error: BaseException) -> Exception:
     reason = " ".join(str(cause).split("[SQL")[0].split())[:120] or type(cause).__name__
     for word, meaning in TRANSIENT.items():
         if word in reason:
-            return UnavailableError(f"{label}: {meaning}; what was finished is kept, try again then")
-    return InputError(f"{label}: is not a readable Optuna study ({reason}); remove it or give another folder")
+            return UnavailableError(
+                f"{label}: {meaning}; finished trials are kept, so run the same command again later"
+            )
+    return InputError(f"{label}: is not a readable Optuna study ({reason}); remove the file, or give another folder")
 
 
 @contextmanager

@@ -114,7 +114,7 @@ def write_corrected(made: Result, correction: Correction, path: Path) -> None:
         InputError: If the folder has another fold, or cannot be written.
     """
     if (path / RESULT).exists() and not (path / CORRECTION).exists():
-        raise InputError(f"{path}: contains a fold that is not a corrected one; choose another folder")
+        raise InputError(f"{path}: contains another fold than a corrected one; choose another folder")
     write_json(path / CORRECTION, correction.describe())
     for name in LEARNED:
         (path / name).unlink(missing_ok=True)

@@ -46,7 +46,10 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
         InputError: If a fold was not measured, the folds do not belong to one set-up, or the task has several steps.
     """
     if len(task.plan.steps) > 1:
-        raise InputError(f"after: is for a single fold, and {task.plan.name} has {len(task.plan.steps)}")
+        raise InputError(
+            f"after: must be left out for a plan of several folds, given {task.plan.name} with "
+            f"{len(task.plan.steps)} folds"
+        )
     found = _posterior([_folder(run) for run in runs])
     shifts = shifts_against(task.fold, task.manipulation(task.space.middle()), mean_world(found))
     first = [transfer(run.best.parameters, run.task.fold, task.fold, grasps) for run in runs]
@@ -59,14 +62,14 @@ def _posterior(folders: Sequence[FeedbackFolder]) -> Disturbances:
     for each in found[1:]:
         if each.disturbances != source:
             raise InputError(
-                f"after: must be folds of one set-up, learned in the same disturbances, given {each.learned.folder}"
+                f"after: must be folds that were learned with the same disturbances, given {each.learned.folder}"
             )
     return posterior(source, [fold for each in found for fold in each.folds]).disturbances
 
 
 def _folder(run: Result) -> FeedbackFolder:
     if run.folder is None:
-        raise InputError("after: must be a fold with a folder; save it, and observe it there")
+        raise InputError("after: must be a fold with a folder; save the fold, then observe the saved fold")
     folder = FeedbackFolder.of(run.folder)
     if not folder.files():
         raise InputError(f"{run.folder}: has no measured fold; run `tatamu observe {Path(run.folder)}` first")

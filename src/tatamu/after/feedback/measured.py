@@ -66,7 +66,7 @@ class MeasuredFold(OpenRecord):
             raise ValueError("measured must name each number once")
         for side in self.turned_in:
             if any(name.startswith(side) for name in names):
-                raise ValueError(f"turned_in: the {side} corner is turned in, so it must not be measured as well")
+                raise ValueError(f"turned_in: must not contain the {side} corner, because measured gives its position")
         if not names and self.held:
             raise ValueError("measured must have a number, unless the fold failed")
         return self
@@ -149,7 +149,7 @@ def ruler(
         if len(pair) != 2 or not all(isinstance(value, Real) and scale * abs(value) <= size for value in pair):
             raise InputError(
                 f"{label.format(place)}: must be two numbers from {-size / scale:.3g} to {size / scale:.3g} {unit} "
-                f"(the size of the cloth), along the fold and across it, given {', '.join(map(str, pair))}"
+                f"(the size of the cloth), along and across the fold, given {', '.join(map(str, pair))}"
             )
     numbers = {
         f"{place}_{axis}": (scale * value, error)

@@ -100,7 +100,7 @@ def observe(
     """
     folder = None if learned.folder is None else FeedbackFolder.of(learned.folder)
     if measured is None and (folder is None or not folder.files()):
-        raise InputError(f"{learned.folder or 'fold'}: has no measured fold; measure one with `observe` first")
+        raise InputError(f"{learned.folder or 'fold'}: has no measured fold; measure a fold with `observe` first")
     base = learned if folder is None or folder.path == learned.folder else Result.load(folder.path)
     found = feedback_of(base, folder, executor, progress)
     file = Path() if folder is None or learned.folder is None else folder.next_file(learned.folder)

@@ -159,7 +159,7 @@ def posterior(disturbances: Disturbances, folds: Sequence[Fold]) -> Posterior:
     """
     prior = split(disturbances)
     if not np.diag(prior.systematic).any():
-        raise InputError("systematic: must leave a part of some disturbance that is the same in every fold, given none")
+        raise InputError("systematic: must be above 0 for at least one disturbance, given 0 for all")
     chances = tuple(fold.chance(prior) for fold in folds)
     used = [fold for fold, chance in zip(folds, chances, strict=True) if chance >= IMPLAUSIBLE and fold.places]
     mean, wide, covariance = prior.mean, WIDER * prior.systematic, prior.systematic

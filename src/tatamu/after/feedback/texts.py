@@ -26,7 +26,7 @@ MARK_TITLES = {
 UNITS = {channel.name: channel.unit for channel in CHANNELS}
 LISTED = 4
 """Maximum number of disturbances that the terminal lists."""
-BEYOND = "too far from all simulated scenarios, so it is left out: check the grasp and the numbers, and measure again"
+BEYOND = "too far from all simulated scenarios and left out; check the grasp and the numbers, and measure again"
 NOTHING = f"nothing to correct: no expected error moves a hand by {1e3 * MIN_SHIFT:.1f} mm"
 
 
@@ -63,7 +63,11 @@ def again(found: Feedback) -> str | None:
         if corners:
             pair = (np.mean([measured[name] for name in corners]), np.mean([expected[MARKS.index(n)] for n in corners]))
             parts.append(f"{1e3 * pair[1]:+.1f} mm of {1e3 * pair[0]:+.1f} mm {axis} the fold")
-    return f"expected again, without a change: {', '.join(parts)}; the rest is new in each fold" if parts else None
+    return (
+        f"without a correction, expected in the next fold: {', '.join(parts)}; the rest differs from fold to fold"
+        if parts
+        else None
+    )
 
 
 def posterior_lines(found: Feedback) -> Iterator[str]:
@@ -79,7 +83,7 @@ def posterior_lines(found: Feedback) -> Iterator[str]:
     for name, mean, before, after in determined[:LISTED]:
         yield f"{title(name)}: {shown(name, mean)}, σ {deviation(name, after)} (before {deviation(name, before)})"
     for pair in posterior.alike()[:LISTED]:
-        yield f"cannot be separated: {title(pair.one)}; {title(pair.other)} (correlation {pair.correlation:+.2f})"
+        yield f"cannot be told apart: {title(pair.one)} and {title(pair.other)} (correlation {pair.correlation:+.2f})"
     if undetermined:
         yield f"not determined: {', '.join(title(name) for name in undetermined)}"
     if sentence := again(found):
@@ -94,14 +98,14 @@ def correction_lines(correction: Correction) -> Iterator[str]:
         return
     for hand, shift in zip(HANDS, correction.shifts, strict=False):
         yield f"{hand} hand: {shift_text(shift)}"
-    yield f"expected without it: {_expected(correction.before)}"
-    yield f"expected with it: {_expected(correction.after)}"
+    yield f"expected without the correction: {_expected(correction.before)}"
+    yield f"expected with the correction: {_expected(correction.after)}"
 
 
 def next_lines(found: Result) -> Iterator[str]:
     """Yield lines on a fold that was learned after measured folds: its correction and its expected outcome."""
     for hand, shift in zip(HANDS, found.task.shift, strict=False):
-        yield f"{hand} hand, of every trial: {shift_text(shift)}"
+        yield f"{hand} hand, shift of every trial: {shift_text(shift)}"
     if found.success is not None:
         spread = found.success.mean_vertex_distance
         yield f"expected: median distance {1e3 * spread.median:.1f} mm (90 % within {1e3 * spread.q90:.1f} mm)"

@@ -61,7 +61,7 @@ def _one_or_two(value: Any) -> Any:
     """Check one standard deviation for both hands, or one for each."""
     each = value if isinstance(value, list) and len(value) == 2 else [value]
     if any(isinstance(one, bool) or not isinstance(one, int | float) or not 0.0 <= one <= 0.5 for one in each):
-        raise ValueError(f"must be a number from 0 to 0.5, or two, of the left and the right hand, given {value!r}")
+        raise ValueError(f"must be a number from 0 to 0.5, or one number for each hand [left, right], given {value!r}")
     return value
 
 
@@ -126,16 +126,16 @@ class Correlation(Record):
     def _check(self) -> Self:
         count = len(self.parameters)
         if unknown := [name for name in self.parameters if name not in FIELDS and name not in PLACES]:
-            raise ValueError(f"parameters must be of {', '.join(FIELDS)}, given {unknown[0]!r}")
+            raise ValueError(f"parameters must be names of {', '.join(FIELDS)}, given {unknown[0]!r}")
         if len(set(self.parameters)) < count:
-            raise ValueError("parameters must differ")
+            raise ValueError("parameters must be different names")
         if [len(row) for row in self.matrix] != [count] * count:
-            raise ValueError(f"matrix must have {count} rows of {count} numbers, as many as parameters")
+            raise ValueError(f"matrix must have {count} rows of {count} numbers, a row for each of parameters")
         matrix = np.array(self.matrix).reshape(count, count)
         if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
             raise ValueError("matrix must be symmetric with ones on its diagonal")
         if count and np.linalg.eigvalsh(matrix)[0] < LEAST_EIGENVALUE:
-            raise ValueError("matrix is no correlation matrix: it has a negative eigenvalue")
+            raise ValueError("matrix must have no negative eigenvalue, because it is a correlation matrix")
         return self
 
 
@@ -192,7 +192,7 @@ def load_disturbances(name: str) -> Disturbances | None:
     if name == NONE:
         return None
     if name != DEFAULT and not name.endswith(".toml"):
-        raise InputError(f"disturbances: must be default, none or a file .toml, given {name!r}")
+        raise InputError(f"disturbances: must be default, none or a .toml file, given {name!r}")
     return default_disturbances() if name == DEFAULT else read_disturbances(Path(name))
 
 
@@ -204,7 +204,7 @@ def require_disturbances(name: str) -> Disturbances:
     """
     found = load_disturbances(name)
     if found is None:
-        raise InputError("disturbances: must be default or a file .toml, given none")
+        raise InputError("disturbances: must be default or a .toml file, given none")
     return found
 
 
@@ -255,5 +255,5 @@ def _relative(path: Path, name: str, given: Any, material: Material) -> float:
         raise InputError(f"{path}: uncertainty.{name}: must be a number of 0 or more, given {given!r}")
     value = getattr(material, name)
     if value is None:
-        raise InputError(f"{path}: uncertainty.{name}: there is no material.{name} that is uncertain")
+        raise InputError(f"{path}: uncertainty.{name}: must be left out, because the material has no {name}")
     return min(float(given) / value, MOST_RELATIVE) if value else 0.0

@@ -70,8 +70,8 @@ def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | 
             return f"the {name} hand grasps beside the cloth"
         if hand.too_low > fold.fingers.compliance:
             return (
-                f"the {name} hand meets the table: it is {1e3 * hand.too_low:.1f} mm too low, and yields by "
-                f"{1e3 * fold.fingers.compliance:.1f} mm"
+                f"the {name} hand meets the table: the hand is {1e3 * hand.too_low:.1f} mm too low, but its fingers "
+                f"yield by only {1e3 * fold.fingers.compliance:.1f} mm"
             )
     return None
 

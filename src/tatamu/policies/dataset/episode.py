@@ -164,7 +164,8 @@ def _prepare(recorder: Recorder, fold: int) -> _Prepared:
             reason = str(error)
     assert recorder.stand is not None
     raise InputError(
-        f"robot: {recorder.stand.robot} can do none of {ATTEMPTS} folds that were drawn, the last one because {reason}"
+        f"robot: {recorder.stand.robot} can do 0 of {ATTEMPTS} folds that were drawn; the last fold failed because "
+        f"{reason}"
     )
 
 

@@ -103,8 +103,12 @@ class DatasetFolder:
             raise InputError(f"{self.path}: must be the folder of a dataset, but is not a folder")
         if not self.file.exists():
             unfinished = self.started_file.exists()
-            why = "it is unfinished: run the same `tatamu dataset` again" if unfinished else "has no dataset.json"
-            raise InputError(f"{self.path}: must be the folder of a dataset, and {why}")
+            why = (
+                "the dataset is unfinished; run the same `tatamu dataset` again"
+                if unfinished
+                else "has no dataset.json"
+            )
+            raise InputError(f"{self.path}: must be the folder of a dataset, but {why}")
         return _read_record(self.file)
 
     def locked(self) -> AbstractContextManager[object]:
@@ -126,7 +130,7 @@ class DatasetFolder:
             before = _read_record(self.started_file)
             self._refuse_other(before, record)
         elif known:
-            raise InputError(f"{self.path}: is already there and is no dataset; give another --out")
+            raise InputError(f"{self.path}: exists but is not a dataset; give another --out")
         else:
             write_json(self.started_file, record.model_dump(mode="json"))
 
@@ -140,10 +144,11 @@ class DatasetFolder:
 
     def _refuse_other(self, before: DatasetRecord, record: DatasetRecord) -> None:
         if before.specification != record.specification:
-            raise InputError(f"{self.path}: has a dataset of another specification; give another --out")
+            raise InputError(f"{self.path}: contains a dataset of another specification; give another --out")
         if before.tatamu != record.tatamu and not self.is_finished:
             raise InputError(
-                f"{self.path}: was started by tatamu {before.tatamu}, this is {record.tatamu}; give another --out"
+                f"{self.path}: was started by tatamu {before.tatamu}, but this is tatamu {record.tatamu}; give another "
+                "--out"
             )
 
     def keep(self, episode: Episode) -> None:
@@ -191,5 +196,5 @@ def _record(file: Path, text: np.ndarray) -> EpisodeRecord:
     try:
         value = json.loads(str(text))
     except ValueError:
-        raise InputError(f"{file}: is no recorded episode") from None
+        raise InputError(f"{file}: is not a recorded episode") from None
     return validated(EpisodeRecord, value, file)

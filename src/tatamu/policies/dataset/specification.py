@@ -96,7 +96,7 @@ class RecordOptions(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.cameras)) < len(self.cameras):
-            raise ValueError("cameras must differ")
+            raise ValueError("cameras must be different names")
         return self
 
 
@@ -131,13 +131,13 @@ class DatasetSpecification(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.formats)) < len(self.formats):
-            raise ValueError("formats must differ")
+            raise ValueError("formats must be different names")
         if self.fold.source != "drawn":
             usual = FoldDraw.model_fields
             drawn = [name for name in ("plan", "hands") if getattr(self.fold, name) != usual[name].default]
             if self.garment is not None or drawn:
                 given = "garment" if self.garment is not None else f"fold.{drawn[0]}"
-                raise ValueError(f"{given} is for drawn folds; learned ones have theirs")
+                raise ValueError(f"{given} must be left out for learned folds, which have their own")
         if self.disturbances == "none" and self.outcome.worlds:
             raise ValueError("outcome.worlds needs disturbances, given none")
         return self

@@ -63,5 +63,5 @@ def _record(path: Path, text: str) -> EpisodeRecord:
     try:
         value = json.loads(text)
     except ValueError:
-        raise InputError(f"{path}: record: is no JSON") from None
+        raise InputError(f"{path}: record: is not valid JSON") from None
     return validated(EpisodeRecord, value, path)

@@ -55,7 +55,10 @@ def make_episodes(
         disturbances = load_disturbances(str(disturbances))
     if isinstance(garment, Task):
         if (fold, size, material, spacing) != ("half", None, None, None):
-            raise InputError("garment: a task has its fold, size, material and spacing; give them to make_task")
+            raise InputError(
+                "fold, size, material, spacing: must be left out with a task, which has its own; give these values to "
+                "make_task"
+            )
         return Episodes(garment, disturbances)
     task = make_task(garment, fold=fold, size=size, material=material, spacing=spacing)
     return Episodes(task, disturbances)

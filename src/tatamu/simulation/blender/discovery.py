@@ -15,7 +15,7 @@ VERSION = "5.0.1"
 """Version that `tatamu install blender` installs, with which docs/notes/simulators.md was measured."""
 HELP = (
     f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
-    f"or let {VARIABLE} name a Blender executable or a Python that has bpy"
+    f"or set {VARIABLE} to a Blender executable or a Python that has bpy"
 )
 WORKER = Path(__file__).with_name("worker.py")
 

@@ -42,8 +42,8 @@ def _base_python() -> str:
     found = shutil.which(f"python{PYTHON}")
     if found is None:
         raise InputError(
-            f"install blender: bpy {VERSION} needs Python {PYTHON}, which is not on the search path; "
-            f"install it, or install Blender itself (3.4 or later), which brings its own"
+            f"install blender: bpy {VERSION} needs Python {PYTHON}, which is not on the search path; install this "
+            "Python, or install Blender itself (3.4 or later)"
         )
     return found
 

@@ -162,7 +162,7 @@ def _contact(mapping: Mapping, material: Material) -> None:
 def _friction(mapping: Mapping, name: str, coefficient: float, per_unit: float) -> float:
     most = MOST_FRICTION / per_unit
     if coefficient > most:
-        mapping.warn(f"{name} is cut to {most:g}, the most that it knows, from {coefficient:g}")
+        mapping.warn(f"{name} is reduced from {coefficient:g} to {most:g}, the maximum in Blender")
     return min(MOST_FRICTION, per_unit * coefficient)
 
 
@@ -170,7 +170,10 @@ def _drag(mapping: Mapping, material: Material) -> None:
     rate = material.air_drag / material.areal_density
     mapping.settings["air_damping"] = 100.0 * mapping.settings["mass"] * rate * UNIT
     if mapping.settings["air_damping"] > 10.0:
-        mapping.warn(f"air_drag is cut to {material.air_drag * 10.0 / mapping.settings['air_damping']:.3g} N s/m^3")
+        mapping.warn(
+            f"air_drag is reduced to {material.air_drag * 10.0 / mapping.settings['air_damping']:.3g} N s/m^3, the "
+            "maximum in Blender"
+        )
         mapping.settings["air_damping"] = 10.0
 
 
@@ -181,7 +184,7 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
     step = min(LONGEST_STEP, STABLE / max(frequency, 1e-9))
     settings["quality"] = int(np.clip(np.ceil(longest / step - 1e-6), 1, 1000))
     if longest / settings["quality"] > 1.5 * step:
-        mapping.warn("bending is too stiff for its explicit steps: expect jitter")
+        mapping.warn("the cloth may jitter, because bending is too stiff for explicit steps")
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:

@@ -61,7 +61,7 @@ class Worker:
         except WorkerDied:
             words = self._last_words()
             self.close()
-            raise InputError(f"{self.command[0]}: does not run as Blender{words}") from None
+            raise InputError(f"{self.command[0]}: cannot be run as Blender{words}") from None
         finally:
             limit.cancel()
 
@@ -137,7 +137,7 @@ class Workers:
             if "error" in answer:
                 raise SimulationError(f"blender: {answer['error']}")
             return answer, positions, worker.version
-        raise SimulationError(f"blender: ended {ATTEMPTS} times in the middle of this scene")
+        raise SimulationError(f"blender: crashed {ATTEMPTS} times on this scene")
 
     def _take(self) -> Worker:
         with self._lock:

@@ -80,7 +80,7 @@ def _checked(name: str, value: Value) -> Value:
         return bool(value)
     if name not in RANGES:
         known = ", ".join(sorted([*RANGES, *CHOICES, *SWITCHES]))
-        raise InputError(f"{where}: is not a property that Blender's cloth has; known are {known}")
+        raise InputError(f"{where}: must be a property of Blender's cloth, one of {known}")
     return _number(where, name, value)
 
 

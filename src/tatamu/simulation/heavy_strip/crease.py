@@ -119,7 +119,9 @@ def least_energy(thickness: float) -> np.ndarray:
             options={"maxiter": 300, "ftol": 1e-8},  # about 75 iterations are enough for any cloth
         )
     if not result.success:
-        raise TatamuError(f"crease: no shape of least energy found for {thickness:g} l_b thick cloth: {result.message}")
+        raise TatamuError(
+            f"crease: no shape of minimum energy found for {thickness:g} l_b thick cloth: {result.message}"
+        )
     return np.asarray(result.x)
 
 

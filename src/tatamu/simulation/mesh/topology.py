@@ -124,29 +124,30 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     """Raise ValueError, which names the fault, if a mesh cannot be a cloth."""
     count = len(rest)
     if not len(faces):
-        raise ValueError("faces must hold at least one triangle, given none")
+        raise ValueError("faces must contain at least one triangle, given none")
     if faces.min() < 0 or faces.max() >= count:
         wrong = int(np.argmax((faces < 0).any(1) | (faces >= count).any(1)))
-        raise ValueError(f"faces must use vertices 0 to {count - 1}, triangle {wrong} is {faces[wrong].tolist()}")
+        raise ValueError(f"faces must use vertices 0 to {count - 1}, given {faces[wrong].tolist()} in triangle {wrong}")
     area = areas(rest, faces)
     flat = area < 1e-6 * longest_sides(rest, faces) ** 2
     if flat.any() or not area.min() > 1e-12:
         wrong = int(np.argmax(flat | (area <= 1e-12)))
-        raise ValueError(f"faces must have an area, triangle {wrong} {faces[wrong].tolist()} has none")
+        raise ValueError(f"faces must have an area, given none in triangle {wrong} {faces[wrong].tolist()}")
     loose = np.setdiff1d(np.arange(count), faces)
     if len(loose):
-        raise ValueError(f"vertices must each belong to a triangle, vertex {loose[0]} belongs to none")
+        raise ValueError(f"vertices must each belong to a triangle, given vertex {loose[0]} without a triangle")
     topology = Topology(faces)
     if topology.faces_per_edge.max() > 2:
         wrong = int(np.argmax(topology.faces_per_edge))
         raise ValueError(
-            f"faces must form a manifold: edge {topology.edges[wrong].tolist()} belongs to "
-            f"{topology.faces_per_edge[wrong]} triangles, at most 2 are allowed"
+            f"faces must form a manifold with at most 2 triangles at an edge, given {topology.faces_per_edge[wrong]} "
+            f"at edge {topology.edges[wrong].tolist()}"
         )
     around = np.bincount(faces.ravel())
     if around.max() > MOST_AROUND:
         raise ValueError(
-            f"faces must meet at most {MOST_AROUND} at a vertex, given {around.max()} at vertex {int(around.argmax())}"
+            f"faces must be at most {MOST_AROUND} around a vertex, given {around.max()} around vertex "
+            f"{int(around.argmax())}"
         )
     _check_seams(topology, seams)
 
@@ -155,4 +156,4 @@ def _check_seams(topology: Topology, seams: np.ndarray) -> None:
     inner = topology.edges[topology.faces_per_edge == 2]
     wrong = ~among(seams, inner)
     if wrong.any():
-        raise ValueError(f"seams must be edges shared by two triangles, {seams[wrong.argmax()].tolist()} is not")
+        raise ValueError(f"seams must be edges shared by two triangles, given {seams[wrong.argmax()].tolist()}")

@@ -141,8 +141,8 @@ class Run:
         if spacing <= coarsest:
             return []
         return [
-            f"mujoco: bending is quadratic: with cells of {1e3 * spacing:.0f} mm over {1e3 * coarsest:.0f} mm "
-            f"a fold falls into a flat crease"
+            f"mujoco: folds fall into flat creases with cells of {1e3 * spacing:.0f} mm; use cells of at most "
+            f"{1e3 * coarsest:.0f} mm"
         ]
 
 

@@ -200,7 +200,7 @@ class Grippers:
         seconds = steps * self._outer_step
         if not length <= fastest * (1.0 + 1e-9) * seconds:
             raise InputError(
-                f"{name}.displacement: must be reached at {fastest:g} m/s at most, given {length:.3g} m away in "
+                f"{name}.displacement: must be reached with at most {fastest:g} m/s, given {length:.3g} m in "
                 f"{seconds:.3g} s"
             )
 

@@ -100,7 +100,7 @@ def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest:
     way = float(np.linalg.norm(position - now.position))
     if not way <= fastest * (1.0 + 1e-9) * seconds:
         raise InputError(
-            f"{name}.position: must be reached at {fastest:g} m/s at most, given {way:.3g} m away in {seconds:.3g} s"
+            f"{name}.position: must be reached with at most {fastest:g} m/s, given {way:.3g} m in {seconds:.3g} s"
         )
     if target.orientation is None:
         return BodyPose(position, now.orientation)
@@ -112,8 +112,8 @@ def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest:
     angle = 2.0 * float(np.arccos(min(abs(float(turned @ now.orientation)), 1.0)))
     if not angle <= FASTEST_TURN * seconds:
         raise InputError(
-            f"{name}.orientation: must be reached at {FASTEST_TURN:g} rad/s at most, given {180 * angle / pi:.3g} "
-            f"degrees away in {seconds:.3g} s"
+            f"{name}.orientation: must be reached with at most {FASTEST_TURN:g} rad/s, given {180 * angle / pi:.3g} "
+            f"degrees in {seconds:.3g} s"
         )
     return BodyPose(position, turned)
 

@@ -157,7 +157,7 @@ class Simulation:
     def restore(self, state: SimulationState) -> None:
         """Set the simulation to a saved state, or raise InputError if its scene, options or version differ."""
         if state.digest != self._digest:
-            raise InputError("state: must be of the same scene, options and version of tatamu, given that of others")
+            raise InputError("state: must be of the same scene, options and version of tatamu, given another")
         self.number = state.number
         self._requested = state.requested
         self._untangle_at = state.untangle_at
@@ -193,7 +193,8 @@ class Simulation:
         step = self.sizes.outer_step
         if self.done:
             raise InputError(
-                f"seconds: must be within the scene, which ended after {self.time:.6g} s; give it a longer duration"
+                f"seconds: must be within the scene, which ended after {self.time:.6g} s; give the scene a longer "
+                "duration"
             )
         if not step <= seconds < inf:
             raise InputError(f"seconds: must be finite and at least an outer step of {step:.3g} s, given {seconds}")
@@ -232,8 +233,8 @@ class Simulation:
         if LOCKED < ratio < np.inf:
             finer = 1e3 * float(self.model.lengths.mean()) * np.sqrt(LOCKED / ratio)
             lines.append(
-                f"the cells are coarse for cloth that is so stiff to stretch and so limp: Y h^2 / B is {ratio:.2g}, "
-                f"above {LOCKED:g} it may drape too stiffly; take cells of {finer:.2g} mm, or less stretch_stiffness"
+                f"the cloth may drape too stiffly, because its cells are coarse (Y h^2 / B is {ratio:.2g}, should be "
+                f"at most {LOCKED:g}); take cells of {finer:.2g} mm, or a smaller stretch_stiffness"
             )
         return lines
 
@@ -298,8 +299,8 @@ class Simulation:
         index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(RECENT))
         if speed > limits.fastest_hand:
             raise SceneError(
-                f"grippers.{index}: must move no faster than cloth follows, given {speed:.3g} m/s at t = {when:.3f} s; "
-                "arms reach 2 m/s"
+                f"grippers.{index}: must move slowly enough for the cloth to follow, given {speed:.3g} m/s at t = "
+                f"{when:.3f} s; arms reach 2 m/s"
             )
         if stretch > limits.largest_stretch:
             raise SimulationError(
@@ -327,14 +328,14 @@ class Simulation:
         limits = self.options.limits
         if thickness > limits.thickest * shortest:
             raise SceneError(
-                f"the cloth is {thickness:g} m thick, its shortest edge {shortest:.3g} m long; neighbours would push "
-                f"one another apart beyond {limits.thickest:g} of an edge: give a coarser mesh"
+                f"the cloth must be at most {limits.thickest:g} of its shortest edge thick, so that neighbours do not "
+                f"push each other apart, given {thickness:g} m and an edge of {shortest:.3g} m; give a coarser mesh"
             )
         work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
             raise SceneError(
-                f"the scene needs {work:.2g} steps of a vertex, the limit is {limits.most_work:g} (hours); stiff, "
-                "light or finely meshed cloth takes small steps: give a coarser mesh or a shorter duration"
+                f"the scene needs {work:.2g} steps of a vertex, the limit is {limits.most_work:g} (hours), because "
+                "stiff, light or finely meshed cloth takes small steps; give a coarser mesh or a shorter duration"
             )
 
 

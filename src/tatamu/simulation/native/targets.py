@@ -50,13 +50,15 @@ class HandTarget:
         if not closed:
             if self.displacement is not None or self.vertices is not None:
                 wrong = "vertices" if self.displacement is None else "displacement"
-                raise InputError(f"{name}.{wrong}: must be left out while the gripper is open; close it first")
+                raise InputError(f"{name}.{wrong}: must be left out while the gripper is open; close the gripper first")
             return None
         if self.vertices is None:
             return usual if before is None else before
         vertices = _indices(self.vertices, name, count)
         if before is not None and set(vertices) != set(before):
-            raise InputError(f"{name}.vertices: must be those that the gripper holds; open it before it takes others")
+            raise InputError(
+                f"{name}.vertices: must be those that the gripper holds; open the gripper before it grasps others"
+            )
         return before or vertices
 
 
